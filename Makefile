@@ -1,0 +1,57 @@
+# `make demo` and `make test` set everything up by themselves, in .venv, and need nothing but Python with venv.
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+LOWEST := .venv-lowest
+# What the environment was made from: a change there makes it anew.
+SOURCES := pyproject.toml
+
+# Looks for a Python that runs dForce; PYTHON=/path/to/python takes that one and no other.
+PYTHON ?=
+SUITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info < (3, 15))
+define FIND_PYTHON
+for python in $(or $(PYTHON),python3 python3.14 python3.13 python3.12 python3.11 python); do \
+	"$$python" -c '$(SUITS)' >/dev/null 2>&1 && break; python=; \
+done; \
+if [ -z "$$python" ]; then \
+	echo "dForce needs Python 3.11 to 3.14 with its venv module, and found none (on Debian and Ubuntu: apt install python3-venv)." >&2; \
+	exit 1; \
+fi
+endef
+
+.PHONY: demo test lint test-lowest clean
+
+demo: $(READY)
+	$(BIN)/dforce run figure-3-air --set experiment.direction=both -o approach.nc --plot approach.png
+
+# ARGS goes to pytest: make test ARGS="tests/unit -x"
+test: $(READY)
+	$(BIN)/pytest $(ARGS)
+
+lint: $(READY)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+# The tests with the lowest versions that pyproject.toml allows; wheels of these exist for Python 3.11 and 3.12.
+# Warnings are no errors here: an old package beside a new one of another project warns of its own use of it.
+test-lowest: $(LOWEST)/.ready
+	$(LOWEST)/bin/pytest -W default $(ARGS)
+
+clean:
+	rm -rf $(VENV) $(LOWEST) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis approach.nc approach.png
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A broken or half-made environment is made anew; a working one only gets what it lacks.
+$(READY): $(SOURCES)
+	@echo "Setting up $(VENV); this takes a minute or two, once."
+	@$(BIN)/python -c 'import pip; $(SUITS)' >/dev/null 2>&1 || { $(FIND_PYTHON); "$$python" -m venv --clear $(VENV); }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+$(LOWEST)/.ready: $(SOURCES)
+	@$(FIND_PYTHON); "$$python" -m venv --clear $(LOWEST)
+	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check uv
+	$(LOWEST)/bin/uv pip install --quiet --python $(LOWEST)/bin/python --resolution lowest-direct --editable '.[dev]'
+	@touch $@

@@ -1,0 +1,157 @@
+"""Imports run one way through dForce, from what is typed at the edge down to errors and units."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import dforce
+
+PACKAGE = Path(dforce.__file__).parent
+
+# Each module may import its own level and those above it in this list. A folder counts as one module.
+LEVELS = (
+    ("_version", "errors", "units", "quantities", "library"),
+    ("parameters",),
+    ("forces", "instrument", "beam"),
+    ("problem",),
+    ("kernel",),
+    ("solvers", "observables"),
+    ("experiments", "results"),
+    ("case", "plot", "advice"),
+    ("runs",),
+    ("__init__",),
+    ("cli", "gui", "testing", "__main__"),
+)
+LEVEL = {module: level for level, modules in enumerate(LEVELS) for module in modules}
+
+# These see dForce as a user does: through the names that the package exports.
+EDGE = ("cli", "gui")
+
+# `import dforce` must be quick, so these wait until something needs them.
+HEAVY = ("numba", "pint", "scipy", "xarray", "matplotlib", "typer", "h5netcdf", "h5py", "pandas")
+
+
+def files() -> dict[str, Path]:
+    """Return every source file by its dotted name within the package ('' is the package itself)."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+FILES = files()
+
+
+def component(name: str) -> str:
+    """Return the module or folder at the top of the package that a dotted name belongs to."""
+    return name.split(".")[0] or "__init__"
+
+
+def parse(path: Path) -> ast.Module:
+    """Return the syntax tree of a source file."""
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def running_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes that can run, functions' bodies included: all but the bodies of `if TYPE_CHECKING`."""
+    yield node
+    if isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING"):
+        for child in node.orelse:
+            yield from running_nodes(child)
+    else:
+        for child in ast.iter_child_nodes(node):
+            yield from running_nodes(child)
+
+
+def imports(name: str, path: Path) -> Iterator[tuple[str, str, int]]:
+    """Yield (file of dForce, name taken from it or '', line) for every import of dForce in a file."""
+    package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+    for node in running_nodes(parse(path)):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.split(".")[0] == "dforce":
+                    yield alias.name.partition(".")[2], "", node.lineno
+        elif isinstance(node, ast.ImportFrom):
+            if node.level:
+                start = package[: len(package) - node.level + 1]
+                base = ".".join([*start, *(node.module or "").split(".")]).strip(".")
+            elif (node.module or "").split(".")[0] == "dforce":
+                base = (node.module or "").partition(".")[2]
+            else:
+                continue
+            for alias in node.names:
+                inner = f"{base}.{alias.name}".strip(".")
+                if inner in FILES:
+                    yield inner, "", node.lineno
+                else:
+                    yield base, alias.name, node.lineno
+
+
+def test_every_module_has_a_level() -> None:
+    homeless = {component(name) for name in FILES} - set(LEVEL)
+    assert not homeless, f"put {', '.join(sorted(homeless))} in a level of LEVELS"
+
+
+def test_no_module_imports_from_a_later_level() -> None:
+    wrong = [
+        f"{path.relative_to(PACKAGE)}:{line} imports {target or 'dforce'}"
+        for name, path in FILES.items()
+        if component(name) not in EDGE
+        for target, _, line in imports(name, path)
+        if LEVEL.get(component(target), 0) > LEVEL.get(component(name), 0)
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_modules_of_one_level_do_not_import_each_other_in_a_circle() -> None:
+    graph: dict[str, set[str]] = {}
+    for name, path in FILES.items():
+        neighbors = graph.setdefault(component(name), set())
+        neighbors.update(component(target) for target, _, _ in imports(name, path))
+        neighbors.discard(component(name))
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        raise AssertionError("these import each other: " + " -> ".join(error.args[1])) from None
+
+
+def test_cli_and_gui_use_only_what_the_package_exports() -> None:
+    exported = {*dforce.__all__, "__version__"}
+    wrong = []
+    for name, path in FILES.items():
+        if component(name) not in EDGE:
+            continue
+        for target, taken, line in imports(name, path):
+            if component(target) == component(name):
+                continue
+            # `from dforce import forces` names a file and an export alike; `import dforce` takes nothing yet
+            word = taken or target
+            if (taken and target) or (word and word not in exported):
+                wrong.append(f"{path.relative_to(PACKAGE)}:{line} imports {target or 'dforce'} {taken}")
+        tree = parse(path)
+        aliases = {
+            alias.asname or alias.name
+            for node in running_nodes(tree)
+            if isinstance(node, ast.Import)
+            for alias in node.names
+            if alias.name == "dforce"
+        }
+        wrong += [
+            f"{path.relative_to(PACKAGE)}:{node.lineno} uses dforce.{node.attr}"
+            for node in running_nodes(tree)
+            if isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in aliases
+            and node.attr not in exported
+        ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_importing_dforce_loads_nothing_heavy() -> None:
+    code = f"import sys, dforce; print(*sorted(set(sys.modules) & set({HEAVY!r})))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert loaded.stdout.split() == []
