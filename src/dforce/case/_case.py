@@ -1,0 +1,196 @@
+"""A case: everything that a run depends on; a file, a Python object and a schema, without loss."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Iterable
+from typing import Any, ClassVar, Self
+
+import pydantic
+
+from dforce.case._paths import changed
+from dforce.case._text import text_of, value_of
+from dforce.errors import CaseError, ParameterError, nearest, shorten
+from dforce.experiments import EXPERIMENTS, Experiment
+from dforce.forces import REGISTRY, Force
+from dforce.instrument import Cantilever, Contact, Drive, Medium, Sample, Tip
+from dforce.parameters import Parameters, sentence
+from dforce.problem import Problem
+from dforce.solvers import SolverSettings
+
+MOST_BYTES = 1_000_000  # a larger file is not a case
+
+
+class About(Parameters):
+    """Where a case comes from and what it is good for; it changes nothing in the run."""
+
+    source: str = pydantic.Field("", max_length=4000, description="where the parameters come from")
+    shows: str = pydantic.Field("", max_length=4000, description="one sentence on what the case shows")
+    unsaid: str = pydantic.Field(
+        "", max_length=4000, description="what the source leaves unsaid, and what was chosen"
+    )
+
+
+class Case(Parameters):
+    """A whole case: instrument, forces, experiment and solver.
+
+    Every section may be given as an object (:class:`dforce.Tip`) or as a table (a dict with the same keys).
+    A case is frozen and has been checked as a whole: :attr:`problem` holds it in SI, defaults filled in.
+
+    Raises
+    ------
+    ParameterError
+        With one sentence that names the path of the value at fault.
+    """
+
+    title_of: ClassVar[str] = "case"
+
+    title: str = pydantic.Field("", max_length=300, description="what the case is, in a line")
+    about: About | None = pydantic.Field(
+        None, description="source of the case, what it shows, what is unsaid"
+    )
+    cantilever: Cantilever = pydantic.Field(description="the cantilever: one mode, several, or a beam")
+    drive: Drive = pydantic.Field(description="the drive: one tone or several")
+    tip: Tip = pydantic.Field(Tip(), description="the tip")
+    sample: Sample = pydantic.Field(Sample(), description="the sample")
+    contact: Contact = pydantic.Field(Contact(), description="where contact begins")
+    medium: Medium = pydantic.Field(Medium(), description="what the cantilever moves in: a name or a table")
+    forces: tuple[Force, ...] = pydantic.Field(
+        (), max_length=20, description="tip–sample forces, which add up"
+    )
+    experiment: Experiment | None = pydantic.Field(None, description="what is done with the instrument")
+    solver: SolverSettings = pydantic.Field(SolverSettings(), description="how the motion is computed")
+
+    @classmethod
+    def root(cls) -> str:
+        """Return nothing: paths in messages start at the case's sections."""
+        return ""
+
+    @pydantic.field_validator("forces", mode="before")
+    @classmethod
+    def _forces_by_model(cls, given: Any) -> Any:
+        if isinstance(given, Force | dict) or not isinstance(given, Iterable) or isinstance(given, str):
+            raise ParameterError(f"= {shorten(given)} is not a list of forces; write [[forces]] in a file")
+        items = list(given)
+        models = [item.get("model") if isinstance(item, dict) else None for item in items]
+        return tuple(
+            _built(
+                item,
+                "model",
+                REGISTRY,
+                f"forces.{model if models.count(model) == 1 else place}",
+                f"forces.{place}",
+            )
+            for place, (item, model) in enumerate(zip(items, models, strict=True), start=1)
+        )
+
+    @pydantic.field_validator("experiment", mode="before")
+    @classmethod
+    def _experiment_by_kind(cls, given: Any) -> Any:
+        return (
+            None
+            if given is None
+            else _built(given, "kind", EXPERIMENTS, "experiment", "experiment", keep=True)
+        )
+
+    @pydantic.model_validator(mode="after")
+    def _makes_sense(self) -> Self:
+        _ = self.problem
+        return self
+
+    @functools.cached_property
+    def problem(self) -> Problem:
+        """The problem in SI units, every default filled in."""
+        return Problem.build(
+            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces
+        )
+
+    def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
+        """Return a new case with one value changed, validated again.
+
+        Parameters
+        ----------
+        path
+            Where, with dots: ``"sample.youngs_modulus"``, ``"forces.dmt.hamaker"`` or ``"forces.1.hamaker"``,
+            ``"cantilever.modes.2.Q"``. Lists count from 1; a single mode or tone may be left out of the path
+            (``"cantilever.Q"``).
+        value
+            A number in SI, text with a unit, a table or an object.
+        **changes
+            Whole sections by name.
+
+        Raises
+        ------
+        ParameterError
+            For a path that the case does not have, with the nearest one, or a value that is not allowed.
+        """
+        return type(self)(**(changed(self, [] if path is None else [(path, value)]) | changes))
+
+    def set(self, *assignments: str) -> Self:
+        """Return a new case after assignments like ``"sample.youngs_modulus=2 GPa"``, as on a command line.
+
+        A value is read as TOML where it is TOML (``5``, ``true``, ``["9 nm", "1 nm"]``), else as text.
+
+        Raises
+        ------
+        ParameterError
+            For text without an equals sign, and as :meth:`replace`.
+        """
+        pairs = []
+        for assignment in assignments:
+            path, equals, text = assignment.partition("=")
+            if not equals or not path.strip():
+                raise ParameterError(f"'{shorten(assignment)}' is not an assignment; write path=value")
+            pairs.append((path.strip(), value_of(text.strip())))
+        return type(self)(**changed(self, pairs))
+
+    def to_toml(self, complete: bool = False) -> str:
+        """Return the case as the text of a case file; :meth:`from_toml` gives back an equal case.
+
+        Without `complete` the text holds what was given; with it also every default, so that it means the
+        same to a version of dForce whose defaults differ.
+        """
+        return text_of(self, complete)
+
+    @classmethod
+    def from_toml(cls, text: str) -> Self:
+        """Return the case that a TOML text describes.
+
+        Raises
+        ------
+        CaseError
+            When the text is not TOML, holds nothing, or is longer than a megabyte.
+        ParameterError
+            When it is TOML but not a case.
+        """
+        if len(text) > MOST_BYTES:
+            raise CaseError(f"the case has {len(text)} characters; more than {MOST_BYTES} are not read")
+        try:
+            table = tomllib.loads(text)
+        except RecursionError:
+            raise CaseError("the case is nested too deeply") from None
+        except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
+            raise CaseError(f"the case is not TOML: {shorten(str(error), 200)}") from None
+        if not table:
+            raise CaseError("the case is empty; it needs at least [cantilever] and [drive]")
+        return cls(**table)
+
+
+def _built(given: Any, tag: str, known: dict[str, Any], path: str, place: str, keep: bool = False) -> Any:
+    """Return what a table with a tag describes: a force by its model, an experiment by its kind."""
+    if isinstance(given, tuple(set(known.values()))):
+        return given
+    if not isinstance(given, dict):
+        raise ParameterError(f"{place} = {shorten(given)} is not a table with a {tag}")
+    name = given.get(tag)
+    if name is None:
+        raise ParameterError(f"{place}.{tag} is missing{nearest('', known)}")
+    if not isinstance(name, str) or name not in known:
+        raise ParameterError(
+            f"{place}.{tag} = '{shorten(name)}' is not known{nearest(str(name)[:100], known)}"
+        )
+    try:
+        return known[name].model_validate(given if keep else {key: given[key] for key in given if key != tag})
+    except pydantic.ValidationError as error:
+        raise ParameterError(sentence(error, known[name], path)) from None

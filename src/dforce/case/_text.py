@@ -1,0 +1,117 @@
+"""A case as plain tables, and these as TOML text for people to read."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import tomli_w
+
+from dforce import units
+from dforce.experiments import Experiment
+from dforce.forces import Force
+from dforce.parameters import Parameters, Quantity
+
+INLINE = 80  # characters; a longer table gets a section of its own
+
+
+def tables(given: Parameters, shown: bool = False, complete: bool = False) -> dict[str, Any]:
+    """Return what was given as nested dicts and lists, from which an equal object can be built.
+
+    Parameters
+    ----------
+    given
+        A case, or any part of one.
+    shown
+        Quantities as text with a unit that reads well; else as SI numbers. Neither loses a digit.
+    complete
+        With the defaults too.
+    """
+    table: dict[str, Any] = {"model": given.name} if isinstance(given, Force) else {}
+    quantities = given.quantities()
+    for name in given.keys():  # noqa: SIM118 the method of Parameters
+        value = getattr(given, name)
+        wanted = (
+            complete or name in given.model_fields_set or (name == "kind" and isinstance(given, Experiment))
+        )
+        if wanted and value is not None and value != ():
+            table[name] = _plain(value, quantities.get(name), shown, complete)
+    return table
+
+
+def _plain(value: Any, quantity: Quantity | None, shown: bool, complete: bool) -> Any:
+    if isinstance(value, Parameters):
+        return tables(value, shown, complete)
+    if isinstance(value, tuple | list):
+        return [_plain(item, quantity, shown, complete) for item in value]
+    if isinstance(value, float):
+        value = float(value)  # a NumPy scalar prints as what it is
+        if shown and quantity is not None and quantity.unit != "1":
+            return units.show(value, quantity.unit)
+        if shown and quantity is not None and value.is_integer() and abs(value) < 1e15:
+            return int(value)
+    return value
+
+
+def text_of(case: Parameters, complete: bool) -> str:
+    """Return a case as TOML: what stands outside of sections first, then a section each."""
+    table = tables(case, shown=True, complete=complete)
+    medium = table.get("medium")
+    if isinstance(medium, dict) and list(medium) == ["name"]:
+        table["medium"] = medium["name"]
+    sections = {name: part for name, part in table.items() if isinstance(part, dict | list)}
+    head = [_line(name, value) for name, value in table.items() if name not in sections]
+    return (
+        "\n\n".join(
+            ["\n".join(head)] * bool(head) + [text for n, p in sections.items() for text in _section(n, p)]
+        )
+        + "\n"
+    )
+
+
+def _section(name: str, content: Any) -> list[str]:
+    """Return the text of a section or a list of sections, each with what it holds."""
+    if isinstance(content, list):
+        return [
+            "\n".join([f"[[{name}]]", *(_line(key, value) for key, value in item.items())])
+            for item in content
+        ]
+    lines, inner = [], []
+    for key, value in content.items():
+        listed = isinstance(value, list) and value and isinstance(value[0], dict)
+        if listed or (isinstance(value, dict) and len(_inline(value)) > INLINE):
+            inner += _section(f"{name}.{key}", value)
+        else:
+            lines.append(_line(key, value))
+    own = ["\n".join([f"[{name}]", *lines])] if lines or not inner else []
+    return own + inner
+
+
+def _line(key: str, value: Any) -> str:
+    return f"{_key(key)} = {_inline(value)}"
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(_line(key, item) for key, item in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    return tomli_w.dumps({"x": value}).removeprefix("x = ").removesuffix("\n")
+
+
+def _key(key: str) -> str:
+    return tomli_w.dumps({key: 0}).removesuffix(" = 0\n")
+
+
+def value_of(text: str) -> Any:
+    """Return what an assignment's right side means: a TOML value where it is one, else the text itself."""
+    try:
+        value = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    # a date is text here, and what spills over into a second line is no value
+    return value["value"] if list(value) == ["value"] and _is_data(value["value"]) else text
+
+
+def _is_data(value: Any) -> bool:
+    return isinstance(value, str | bool | int | float | list | dict)

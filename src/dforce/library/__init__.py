@@ -1,0 +1,62 @@
+"""The library: examples and media as data, one file each, with their sources.
+
+This module reads text; what it means is known to :mod:`dforce.case` and :mod:`dforce.instrument`.
+"""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from dforce.errors import ParameterError, nearest, shorten
+
+
+@dataclass(frozen=True)
+class Example:
+    """A case that is shipped, as text, and what is known about it."""
+
+    name: str
+    title: str
+    source: str
+    shows: str
+    unsaid: str
+    text: str
+
+
+@functools.cache
+def examples() -> dict[str, Example]:
+    """Return the shipped cases by name, in the order of their source."""
+    found = {}
+    folder = resources.files(__package__) / "examples"
+    for file in sorted(folder.iterdir(), key=lambda file: file.name):
+        if file.name.endswith(".toml"):
+            text = file.read_text(encoding="utf-8")
+            content = tomllib.loads(text)
+            name = file.name.removesuffix(".toml")
+            found[name] = Example(name, content["title"], **content["about"], text=text)
+    return found
+
+
+def example_text(name: str) -> str:
+    """Return the TOML text of a shipped case.
+
+    Raises
+    ------
+    ParameterError
+        When there is no example of this name; the sentence holds the nearest one.
+    """
+    try:
+        return examples()[name].text
+    except KeyError:
+        hint = nearest(name[:100], examples())
+        raise ParameterError(f"there is no example '{shorten(name)}'{hint}") from None
+
+
+@functools.cache
+def media() -> dict[str, dict[str, Any]]:
+    """Return density, viscosity, permittivity and source of each known medium, as text with units."""
+    text = (resources.files(__package__) / "media.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)

@@ -1,0 +1,383 @@
+"""How a parameter is declared: unit, default, bounds, symbol and a sentence, all in one place.
+
+>>> class Spring(Parameters):
+...     stiffness: float = param("1 N/m", symbol="k", above="0 N/m", doc="spring constant")
+>>> Spring(stiffness="2 mN/m").stiffness
+0.002
+
+Forms, case files, schema, documentation and error messages are made from these declarations.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self, get_args
+
+import pydantic
+from pydantic_core import PydanticUndefined
+
+from dforce import units
+from dforce.errors import ParameterError, UnitError, nearest, shorten
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is declared about one number: its SI unit, bounds (SI text), symbol and meaning."""
+
+    unit: str
+    symbol: str = ""
+    doc: str = ""
+    low: str | float | None = None
+    above: str | float | None = None
+    high: str | float | None = None
+    below: str | float | None = None
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        """Write this declaration into a field's JSON schema: a number in SI, or text with a unit."""
+        number: dict[str, Any] = {"type": "number"}
+        for bound, key in (
+            (self.low, "minimum"),
+            (self.above, "exclusiveMinimum"),
+            (self.high, "maximum"),
+            (self.below, "exclusiveMaximum"),
+        ):
+            if bound is not None:
+                number[key] = units.parse(bound, self.unit)
+        text = {"type": "string", "pattern": r"^\s*[-+]?[0-9.]"}
+        kept: dict[str, Any] = {
+            key: schema[key] for key in ("title", "description", "default") if key in schema
+        }
+        forms = [schema, *schema.get("anyOf", [])]
+        one: list[dict[str, Any]] = [number, text]
+        several = (
+            [{"type": "array", "items": {"anyOf": one}}] if any("items" in form for form in forms) else []
+        )
+        tables = [{"$ref": form["$ref"]} for form in forms if "$ref" in form]  # such as a grid
+        schema.clear()
+        schema.update(kept, anyOf=[*one, *several, *tables])
+        schema["unit"] = self.unit
+        if self.symbol:
+            schema["symbol"] = self.symbol
+
+    def check(self, value: float) -> None:
+        """Raise :class:`ParameterError` when an SI value is outside the bounds."""
+        for bound, broken, words in (
+            (self.low, operator.lt, "is below"),
+            (self.above, operator.le, "is not above"),
+            (self.high, operator.gt, "is above"),
+            (self.below, operator.ge, "is not below"),
+        ):
+            if bound is not None and broken(value, units.parse(bound, self.unit)):
+                limit = bound if isinstance(bound, str) else units.show(bound, self.unit)
+                raise ParameterError(f"= {units.show(value, self.unit)} {words} {limit}")
+
+    def bounds(self) -> tuple[float, float]:
+        """Return the lower and upper bound in SI, infinite where there is none."""
+        least = self.low if self.low is not None else self.above
+        most = self.high if self.high is not None else self.below
+        return (
+            -math.inf if least is None else units.parse(least, self.unit),
+            math.inf if most is None else units.parse(most, self.unit),
+        )
+
+
+@dataclass(frozen=True)
+class Shared:
+    """A parameter that the instrument gives: `path` names where, such as ``tip.radius``."""
+
+    path: str
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        """Say in the JSON schema where the value comes from."""
+        schema["sharedFrom"] = self.path
+
+
+def param(
+    default: Any = PydanticUndefined,
+    *,
+    unit: str | None = None,
+    symbol: str = "",
+    doc: str,
+    low: str | float | None = None,
+    above: str | float | None = None,
+    high: str | float | None = None,
+    below: str | float | None = None,
+) -> Any:
+    """Declare a quantity of a :class:`Parameters` class.
+
+    Parameters
+    ----------
+    default
+        Text with a unit, an SI number, None (optional), or left out (the user must give it).
+    unit
+        SI unit; taken from the default or the bounds where they are text, else ``"1"``.
+    symbol
+        Symbol of the field, as LaTeX without dollars.
+    doc
+        One phrase that says what it is.
+    low, high, above, below
+        Bounds: `low` and `high` are allowed values themselves, `above` and `below` are not.
+    """
+    texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
+    if unit is None:
+        unit = _unit_of(texts[0]) if texts else "1"
+    quantity = Quantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+    return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
+
+
+def shared(path: str) -> Any:
+    """Declare a parameter that comes from the instrument, so that one tip serves every force."""
+    return pydantic.Field(
+        None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path)
+    )
+
+
+def _unit_of(text: str) -> str:
+    match = units.NUMBER.fullmatch(text)
+    return (match[2] if match else "") or "1"
+
+
+PREFIXED = {
+    "nm": "m", "um": "m", "pm": "m", "mm": "m", "kHz": "Hz", "MHz": "Hz", "GHz": "Hz", "TPa": "Pa",
+    "GPa": "Pa", "MPa": "Pa", "kPa": "Pa", "nN": "N", "pN": "N", "mJ/m^2": "J/m^2", "us": "s", "ms": "s",
+    "ns": "s", "deg": "rad", "mV": "V", "mPa s": "Pa s", "mC/m^2": "C/m^2", "degC": "K", "aJ": "J",
+    "um/s": "m/s", "mol/l": "mol/m^3", "mmol/l": "mol/m^3", "1/nm": "1/m", "nm^3": "m^3",
+}  # fmt: skip
+
+
+def _stored_unit(unit: str) -> str:
+    """Return the SI unit that values declared in `unit` are stored in, without loading pint."""
+    return PREFIXED.get(unit, unit)
+
+
+class Parameters(pydantic.BaseModel):
+    """A frozen set of parameters; the base of everything that a user gives.
+
+    Unknown names are errors with the nearest known name; quantities accept SI numbers and text with a unit.
+
+    Raises
+    ------
+    ParameterError
+        With one sentence: what was given, and what is allowed.
+    """
+
+    model_config = pydantic.ConfigDict(
+        frozen=True,
+        extra="forbid",
+        validate_default=True,
+        ser_json_inf_nan="constants",
+        use_attribute_docstrings=True,
+    )
+
+    title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except pydantic.ValidationError as error:
+            raise ParameterError(sentence(error, type(self), self.root())) from None
+
+    # Inside another model pydantic then validates without __init__, so that an error keeps its whole path.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    @classmethod
+    def root(cls) -> str:
+        """Return the path that messages start with when this class is built by itself."""
+        return cls.section()
+
+    @classmethod
+    def quantities(cls) -> dict[str, Quantity]:
+        """Return the declared quantities by field name, in order, shared ones excluded."""
+        return {
+            name: field.json_schema_extra
+            for name, field in cls.model_fields.items()
+            if isinstance(field.json_schema_extra, Quantity)
+        }
+
+    @classmethod
+    def shared_fields(cls) -> dict[str, str]:
+        """Return the instrument's path of each shared field, by field name."""
+        return {
+            name: field.json_schema_extra.path
+            for name, field in cls.model_fields.items()
+            if isinstance(field.json_schema_extra, Shared)
+        }
+
+    @classmethod
+    def keys(cls) -> list[str]:
+        """Return the names that a user may give."""
+        hidden = cls.shared_fields()
+        return [name for name in cls.model_fields if name not in hidden]
+
+    @classmethod
+    def section(cls) -> str:
+        """Return the name that messages call this section by."""
+        return cls.title_of or cls.__name__.lower()
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _known_keys_only(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        for key in data:
+            if key in cls.shared_fields():
+                raise ParameterError(
+                    f"takes '{key}' from the instrument: give {cls.shared_fields()[key]} instead"
+                )
+            if key not in cls.model_fields:
+                hint = nearest(shorten(str(key), 40), cls.keys())
+                raise ParameterError(f"has no parameter '{shorten(str(key), 40)}'{hint}")
+        return data
+
+    @pydantic.field_validator("*", mode="before")
+    @classmethod
+    def _text_to_si(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+        name = info.field_name or ""
+        quantity = cls.quantities().get(name)
+        if quantity is None:
+            if isinstance(given, bool) and not _takes_bool(cls.model_fields[name].annotation):
+                raise ParameterError(f"= {shorten(given)} is not allowed here")  # pydantic takes true for 1
+            return given
+        if given is None or isinstance(given, dict | pydantic.BaseModel):
+            return given  # a table that stands for many values, such as a grid
+        if not isinstance(given, str) and getattr(given, "shape", None) != () and hasattr(given, "__iter__"):
+            return tuple(cls._one(item, quantity) for item in given)  # such as the Q of every mode
+        return cls._one(given, quantity)
+
+    @staticmethod
+    def _one(given: Any, quantity: Quantity) -> float:
+        value = units.parse(given, quantity.unit)
+        quantity.check(value)
+        return value
+
+    def needed(self, field: str) -> float:
+        """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""
+        value = getattr(self, field)
+        if value is None:
+            raise ParameterError(f"{self.section()}.{field} ({self.quantities()[field].doc}) is missing")
+        return float(value)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some parameters changed, validated again."""
+        given = {
+            name: getattr(self, name) for name in self.model_fields_set if name not in self.shared_fields()
+        }
+        return type(self)(**(given | changes))
+
+    def _repr_fields(self) -> Iterator[tuple[str, str]]:
+        quantities = self.quantities()
+        for name in self.keys():
+            value = getattr(self, name)
+            if value is None or value == () or value == "":
+                continue
+            if name in quantities and isinstance(value, float):
+                text = units.show(value, quantities[name].unit)
+                yield name, repr(text) if quantities[name].unit != "1" else text
+            else:
+                yield name, repr(value)
+
+    def __repr__(self) -> str:
+        """Show the parameters with units, as they would be typed."""
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._repr_fields())})"
+
+    __str__ = __repr__
+
+
+def sentence(error: pydantic.ValidationError, model: type[pydantic.BaseModel], root: str = "") -> str:
+    """Return one sentence for the first problem that validation found.
+
+    `root` is the path of the model itself; empty for a whole case.
+    """
+    found = [(_path(model, item["loc"]), item) for item in error.errors(include_url=False)]
+    start = found[0][0]
+    # a value that fits no member of a union has one error for each member: the one that got deepest is meant
+    steps, first = max((f for f in found if f[0][: len(start)] == start), key=lambda f: len(f[0]))
+    path = ".".join(part for part in (root, *steps) if part) or _title(model)
+    if first["type"] == "value_error":
+        inner = first["ctx"]["error"]
+        text = str(inner)
+        if isinstance(inner, UnitError) or text.startswith(("= ", "is ", "has ", "takes ")):
+            return f"{path} {text}"
+        return text if isinstance(inner, ParameterError) else f"{path}: {text}"
+    if first["type"] == "missing":
+        field = _field(model, steps)
+        meaning = f" ({field.description})" if field is not None and field.description else ""
+        return f"{path}{meaning} is missing"
+    return f"{path} {_words(first)}"
+
+
+def _words(problem: Any) -> str:
+    """Return what is wrong with a value, as the end of a sentence that starts with its path."""
+    kind, limits, given = problem["type"], problem.get("ctx", {}), shorten(problem.get("input"))
+    if isinstance(problem.get("input"), str):
+        given = f"'{given}'"
+    if kind in ("literal_error", "enum"):
+        hint = nearest(str(problem.get("input"))[:100], re.findall(r"'([^']*)'", limits["expected"]))
+        return f"= {given} is not one of {limits['expected']}{hint if 'did you' in hint else ''}"
+    said = {
+        "greater_than": "is not above {gt}",
+        "greater_than_equal": "is below {ge}",
+        "less_than": "is not below {lt}",
+        "less_than_equal": "is above {le}",
+        "int_type": "is not a whole number",
+        "int_from_float": "is not a whole number",
+        "int_parsing": "is not a whole number",
+        "int_parsing_size": "is not a whole number of a reasonable size",
+        "finite_number": "is not a finite number",
+        "float_type": "is not a number",
+        "float_parsing": "is not a number",
+        "bool_type": "is neither true nor false",
+        "bool_parsing": "is neither true nor false",
+        "string_type": "is not text",
+        "string_too_long": "is longer than {max_length} characters",
+        "tuple_type": "is not a list",
+        "model_type": "is not a table of parameters",
+        "recursion_loop": "contains itself",
+    }.get(kind)
+    if said is None:
+        return f"= {given}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
+    return f"= {given} {said.format(**limits)}"
+
+
+def _title(model: type[pydantic.BaseModel]) -> str:
+    return model.section() if issubclass(model, Parameters) else model.__name__.lower()
+
+
+def _models(annotation: Any) -> list[type[pydantic.BaseModel]]:
+    """Return the models that a field's annotation mentions."""
+    if isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in _models(part)]
+
+
+def _takes_bool(annotation: Any) -> bool:
+    return annotation in (bool, Any) or any(_takes_bool(part) for part in get_args(annotation))
+
+
+def _path(model: type[pydantic.BaseModel], loc: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Return the steps that a user typed; pydantic adds the tags of unions and the names of validators."""
+    steps: list[str] = []
+    known = [model]
+    for step in loc:
+        if isinstance(step, int):
+            steps.append(str(step + 1))  # people count modes, tones and forces from 1
+            continue
+        field = next((m.model_fields[step] for m in known if step in m.model_fields), None)
+        if field is not None:
+            steps.append(step)
+            known = _models(field.annotation)
+    return tuple(steps)
+
+
+def _field(model: type[pydantic.BaseModel], steps: tuple[str, ...]) -> Any:
+    field, known = None, [model]
+    for step in steps:
+        if step.isdigit():
+            continue
+        field = next((m.model_fields[step] for m in known if step in m.model_fields), None)
+        known = _models(field.annotation) if field is not None else []
+    return field

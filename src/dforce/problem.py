@@ -1,0 +1,213 @@
+"""The problem: what was asked, checked as a whole, frozen, in SI units; all that kernel and solvers read."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from dforce.errors import ForceError, ParameterError, nearest
+from dforce.forces import REGISTRY, Force
+from dforce.instrument import (
+    Cantilever,
+    Contact,
+    Drive,
+    Medium,
+    ModeNumbers,
+    Sample,
+    Tip,
+    ToneNumbers,
+    effective_modulus,
+)
+from dforce.parameters import Parameters
+
+SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
+
+
+@dataclass(frozen=True)
+class Problem:
+    r"""A cantilever of several modes, driven by several tones over a sum of forces.
+
+    .. math:: m_n \ddot z_n + \frac{m_n \omega_n}{Q_n} \dot z_n + k_n z_n
+              = \sum_j g_{nj} F_j \cos(\omega_j t + \theta_j) + F_\mathrm{ts}(d, \dot d), \qquad
+              d = z_c + \sum_n z_n, \qquad m_n = k_n / \omega_n^2
+
+    with :math:`g_{nj} = 1` when a tone acts on all modes, else 1 on its own mode and 0 on the others.
+
+    Attributes
+    ----------
+    modes, tones
+        The numbers of each mode and tone.
+    acts_on
+        ``"all_modes"`` or ``"own_mode"``.
+    forces
+        Force models, bound to the instrument.
+    a0
+        Intermolecular distance (m): contact is at d < a0.
+    """
+
+    modes: tuple[ModeNumbers, ...]
+    tones: tuple[ToneNumbers, ...]
+    acts_on: str
+    forces: tuple[Force, ...]
+    a0: float
+
+    @classmethod
+    def build(
+        cls,
+        cantilever: Cantilever,
+        drive: Drive,
+        tip: Tip | None = None,
+        sample: Sample | None = None,
+        contact: Contact | None = None,
+        medium: Medium | None = None,
+        forces: Iterable[Force] = (),
+    ) -> Self:
+        """Return the problem of an instrument, with every default filled in.
+
+        Raises
+        ------
+        ParameterError
+            When a force needs a value that is not given, two forces count one interaction, a tone drives a
+            mode that is not there, or a number is too small or large to compute with.
+        """
+        tip, sample = tip or Tip(), sample or Sample()
+        contact, medium = contact or Contact(), medium or Medium()
+        modes = cantilever.resolve(medium)
+        tones = drive.resolve(modes)
+        values = instrument_values(modes, tip, sample, contact, medium)
+        chosen = tuple(forces)
+        _refuse_double_counting(chosen)
+        _refuse_extremes(modes, tones, values)
+        return cls(
+            modes=modes,
+            tones=tones,
+            acts_on=drive.acts_on,
+            forces=tuple(_bound(force, values) for force in chosen),
+            a0=contact.a0,
+        )
+
+    @functools.cached_property
+    def drive(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Amplitude (N) of the force of each tone on each mode, shape (tones, modes)."""
+        force = np.array([[tone.force] * len(self.modes) for tone in self.tones])
+        if self.acts_on == "own_mode":
+            force *= [[float(n == tone.mode) for n in range(len(self.modes))] for tone in self.tones]
+        force.flags.writeable = False
+        return force
+
+    @functools.cached_property
+    def free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        r"""Steady motion without tip–sample forces, complex amplitudes (m) of shape (tones, modes).
+
+        Mode n moves as :math:`z_n = \mathrm{Re} \sum_j X_{jn} e^{i \omega_j t}` with
+
+        .. math:: X_{jn} = \frac{g_{nj} F_j e^{i \theta_j}}{k_n (1 - r^2 + i r / Q_n)},
+                  \qquad r = \omega_j / \omega_n
+        """
+        motion = np.empty((len(self.tones), len(self.modes)), dtype=complex)
+        for j, tone in enumerate(self.tones):
+            for n, mode in enumerate(self.modes):
+                r = tone.frequency / mode.f0
+                response = 1.0 / (mode.k * complex(1.0 - r * r, r / mode.Q))
+                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) * response
+        motion.flags.writeable = False
+        return motion
+
+
+def instrument_values(
+    modes: tuple[ModeNumbers, ...], tip: Tip, sample: Sample, contact: Contact, medium: Medium
+) -> dict[str, float | None]:
+    """Return the SI values that forces may share, by path; None where the user gave none.
+
+    The cantilever's are those of mode 1. A tip without a Young's modulus is rigid: its modulus is infinite.
+    """
+    sections: dict[str, Parameters] = {"tip": tip, "sample": sample, "contact": contact, "medium": medium}
+    values: dict[str, float | None] = {
+        f"{section}.{name}": getattr(given, name)
+        for section, given in sections.items()
+        for name in given.quantities()
+    }
+    values |= {f"cantilever.{name}": getattr(modes[0], name) for name in ("f0", "k", "Q")}
+    values["contact.E_eff"] = effective_modulus(tip, sample)
+    if tip.youngs_modulus is None:
+        values["tip.youngs_modulus"] = math.inf
+    return values
+
+
+def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
+    """Return the force with the instrument's values, or say what is missing and where it goes."""
+    paths = list(force.shared_fields().values())
+    for path in paths:
+        if path not in values:
+            hint = nearest(path, values)
+            raise ForceError(
+                f"{force.name} takes '{path}' from the instrument, which has no such value{hint}"
+            )
+    try:
+        return force.bind(values)
+    except ParameterError as error:
+        for path in paths:
+            if values[path] is None and f"{path}, which is not given" in str(error):
+                raise ParameterError(_missing(force.name, path)) from None
+        raise
+    except ArithmeticError:
+        raise ParameterError(
+            f"{force.name} cannot be computed with the values given: one is too small or too large"
+        ) from None
+
+
+def _missing(name: str, path: str) -> str:
+    wanted = "sample.youngs_modulus" if path == "contact.E_eff" else path
+    section, key = wanted.split(".")
+    if section == "medium":
+        return f'{name} needs {wanted}, which is not given; write medium = "water" or {key} under [medium]'
+    return f"{name} needs {wanted}, which is not given; write {key} under [{section}]"
+
+
+def _refuse_double_counting(forces: tuple[Force, ...]) -> None:
+    """Raise :class:`ParameterError` when two forces count the same interaction."""
+    for i, second in enumerate(forces):
+        for first in forces[:i]:
+            common = [interaction for interaction in first.contains if interaction in second.contains]
+            if common:
+                both = f"{first.name} and {second.name} both count the same interaction ({', '.join(common)})"
+                if first.name == second.name:
+                    both = f"{first.name} is given twice"
+                raise ParameterError(f"{both}; {_what_to_drop(first, second, common)}")
+
+
+def _what_to_drop(first: Force, second: Force, common: list[str]) -> str:
+    for whole, part in ((first, second), (second, first)):
+        if len(part.contains) == len(common):
+            return f"drop {'one of them' if len(whole.contains) == len(common) else part.name}"
+    for mixed, other in ((second, first), (first, second)):
+        rest = {interaction for interaction in mixed.contains if interaction not in common}
+        simpler = next(
+            (name for name, model in REGISTRY.items() if model.contains and set(model.contains) == rest), None
+        )
+        if simpler is not None:
+            return f"beside {other.name}, put {simpler} in the place of {mixed.name}"
+    return "drop one of them"
+
+
+def _refuse_extremes(
+    modes: tuple[ModeNumbers, ...], tones: tuple[ToneNumbers, ...], values: Mapping[str, float | None]
+) -> None:
+    """Raise :class:`ParameterError` for values too small or large to compute with."""
+    # a ratio, a density or a viscosity may be next to nothing; nothing is divided by it
+    harmless = ("poisson_ratio", "density", "viscosity")
+    named = {path: value for path, value in values.items() if not path.endswith(harmless)}
+    for n, mode in enumerate(modes, start=1):
+        named |= {f"cantilever mode {n}: {name}": getattr(mode, name) for name in ("f0", "k", "Q")}
+    for j, tone in enumerate(tones, start=1):
+        named |= {f"drive tone {j}: {name}": getattr(tone, name) for name in ("frequency", "A0", "force")}
+    for name, value in named.items():
+        if value and math.isfinite(value) and not SMALLEST < abs(value) < LARGEST:
+            raise ParameterError(
+                f"{name} = {value:g} is too {'small' if abs(value) <= SMALLEST else 'large'} to compute with"
+            )

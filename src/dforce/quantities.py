@@ -1,0 +1,92 @@
+"""The standard names of what a run gives: symbol, units and one sentence each.
+
+Datasets, pictures, tables and documentation take their words from here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A quantity in a result: its name in the Dataset, symbol, stored unit, unit shown and meaning."""
+
+    name: str
+    symbol: str
+    unit: str
+    shown: str
+    label: str
+    doc: str
+    dims: tuple[str, ...] = ()
+
+
+def _table(*rows: Observable) -> dict[str, Observable]:
+    return {row.name: row for row in rows}
+
+
+OBSERVABLES = _table(
+    Observable("amplitude", "A", "m", "nm", "amplitude",
+               "amplitude of the total deflection at each drive tone (lock-in)", ("tone",)),
+    Observable("phase", r"\phi", "degree", "°", "phase lag",
+               "lag of the total deflection behind each drive tone: 90° when free at resonance, above in net attraction",
+               ("tone",)),
+    Observable("mode_amplitude", "A_n", "m", "nm", "mode amplitude",
+               "amplitude of each mode at the tone that drives it (the first tone where none does)", ("mode",)),
+    Observable("mode_phase", r"\phi_n", "degree", "°", "mode phase lag",
+               "lag of each mode behind the tone that drives it (the first tone where none does)", ("mode",)),
+    Observable("harmonic_amplitude", "A_h", "m", "nm", "harmonic amplitude",
+               "amplitude of the total deflection at multiples of the drive frequency", ("harmonic",)),
+    Observable("harmonic_phase", r"\phi_h", "degree", "°", "harmonic phase lag",
+               "lag of each harmonic behind the same multiple of the drive's phase", ("harmonic",)),
+    Observable("mean_deflection", "z_0", "m", "nm", "mean deflection", "mean of the total deflection"),
+    Observable("min_deflection", r"z_\mathrm{min}", "m", "nm", "lowest deflection", "lowest total deflection"),
+    Observable("max_deflection", r"z_\mathrm{max}", "m", "nm", "highest deflection", "highest total deflection"),
+    Observable("half_peak_to_peak", r"A_\mathrm{pp}/2", "m", "nm", "half peak-to-peak",
+               "half the distance between highest and lowest deflection; differs from the amplitude by harmonics"),
+    Observable("peak_force", r"F_\mathrm{max}", "N", "nN", "peak force", "largest force on the tip (repulsive positive)"),
+    Observable("min_force", r"F_\mathrm{min}", "N", "nN", "lowest force",
+               "lowest force on the tip: the strongest attraction, where there is one"),
+    Observable("mean_force", r"\langle F \rangle", "N", "pN", "mean force", "mean force on the tip"),
+    Observable("min_distance", r"d_\mathrm{min}", "m", "nm", "closest distance",
+               "smallest tip–surface distance; below a0 in contact"),
+    Observable("max_indentation", r"\delta_\mathrm{max}", "m", "nm", "indentation",
+               "largest indentation a0 - d; zero without contact"),
+    Observable("contact_time", "t_c", "s", "µs", "contact time", "time in contact (d < a0) per period of the first tone"),
+    Observable("contact_fraction", "t_c/T", "1", "%", "contact fraction", "contact time as a share of the period"),
+    Observable("peak_velocity", r"v_\mathrm{max}", "m/s", "µm/s", "peak velocity", "largest speed of the tip"),
+    Observable("virial", "V_n", "J", "eV", "virial",
+               "mean of force times each mode's motion at its tone: positive in net attraction", ("mode",)),
+    Observable("dissipated_energy", "E_n", "J", "eV", "dissipated energy",
+               "energy that the sample takes from each mode's motion at its tone, per period of that tone", ("mode",)),
+    Observable("total_virial", "V", "J", "eV", "total virial", "mean of force times total deflection about its mean"),
+    Observable("total_dissipated_energy", "E", "J", "eV", "total dissipated energy",
+               "energy that the sample takes per period of the first tone, all motion included"),
+    Observable("power", "P", "W", "fW", "dissipated power", "mean power that the sample takes"),
+    Observable("settling_periods", "N", "1", "1", "settling periods",
+               "periods of the first tone until amplitudes and phases had stopped moving"),
+    Observable("drift", r"\Delta A/A_0", "1", "1", "remaining drift",
+               "change of the tones' complex amplitudes over the last settling span, relative to the free amplitude"),
+)  # fmt: skip
+
+TRACES = _table(
+    Observable("deflection", "z", "m", "nm", "deflection", "total tip deflection, up positive", ("time",)),
+    Observable("mode_deflection", "z_n", "m", "nm", "mode deflection", "deflection of each mode", ("mode", "time")),
+    Observable("velocity", r"\dot z", "m/s", "µm/s", "velocity", "tip velocity, up positive", ("time",)),
+    Observable("distance", "d", "m", "nm", "distance", "instantaneous tip–surface distance", ("time",)),
+    Observable("force", "F", "N", "nN", "force", "force on the tip, repulsive positive", ("time",)),
+    Observable("indentation", r"\delta", "m", "nm", "indentation", "indentation a0 - d in contact, else zero", ("time",)),
+    Observable("spectrum", "A(f)", "m", "nm", "spectrum",
+               "amplitude spectrum of the deflection", ("frequency",)),
+)  # fmt: skip
+
+AXES = _table(
+    Observable("zc", "z_c", "m", "nm", "average tip–surface distance",
+               "average tip–surface distance: rest position of the undeflected tip above the undeformed surface"),
+    Observable("time", "t", "s", "µs", "time", "time"),
+    Observable("frequency", "f", "Hz", "kHz", "frequency", "frequency"),
+    Observable("tone", "j", "1", "1", "tone", "drive tone, counted from 1"),
+    Observable("mode", "n", "1", "1", "mode", "cantilever mode, counted from 1"),
+    Observable("harmonic", "h", "1", "1", "harmonic", "multiple of the drive frequency"),
+    Observable("direction", "", "1", "1", "direction", "approach (far to near) or retract (near to far)"),
+)  # fmt: skip

@@ -1,0 +1,244 @@
+"""Pictures: units for the reader, every mark where it belongs, nothing left open."""
+
+from __future__ import annotations
+
+import sys
+import xml.etree.ElementTree
+
+import matplotlib
+import numpy as np
+import pytest
+import synthetic
+from matplotlib.figure import Figure
+
+from dforce import plot
+from dforce.errors import ParameterError, ResultError
+from dforce.plot._style import thin
+from dforce.results import Status
+
+
+def texts(axes):
+    return [axes.get_xlabel(), axes.get_ylabel()]
+
+
+def legend(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_amplitude_and_phase_are_drawn_in_nm_and_degrees():
+    dataset = synthetic.approach(spoiled=False)
+    upper, lower = plot.amplitude_phase(dataset)
+    assert upper.get_ylabel() == "amplitude $A$ (nm)"
+    assert texts(lower) == ["average distance $z_c$ (nm)", r"phase lag $\phi$ (°)"]
+    x, y = upper.lines[0].get_data()
+    np.testing.assert_allclose(np.sort(dataset.zc.values) * 1e9, x)
+    np.testing.assert_allclose(dataset.amplitude.values[0, ::-1, 0] * 1e9, y)
+    assert legend(upper) == ["← approach", "retract →"]
+    assert upper.get_title() == "Synthetic, in air"
+
+
+def test_directions_differ_in_color_and_in_dashes():
+    upper, _ = plot.amplitude_phase(synthetic.approach(spoiled=False))
+    approach, retract = upper.lines[:2]
+    assert approach.get_color() != retract.get_color()
+    assert approach.is_dashed() != retract.is_dashed()
+
+
+def test_the_line_between_attraction_and_repulsion_is_always_in_view():
+    dataset = synthetic.approach(spoiled=False)
+    for phases in (
+        np.full(dataset.phase.shape, 20.0),
+        np.full(dataset.phase.shape, 175.0),
+        np.full(dataset.phase.shape, np.nan),
+    ):
+        _, lower = plot.amplitude_phase(
+            dataset.assign(phase=(dataset.phase.dims, phases, dataset.phase.attrs))
+        )
+        low, high = lower.get_ylim()
+        assert low < 90.0 < high
+
+
+def test_points_that_failed_or_did_not_settle_are_marked():
+    upper, _ = plot.amplitude_phase(synthetic.approach())
+    assert legend(upper) == ["← approach", "retract →", "did not settle", "no result"]
+    marked = {line.get_label(): line.get_xdata() for line in upper.lines}
+    assert len(marked["did not settle"]) == 2
+    np.testing.assert_allclose(marked["no result"], [8.0])  # nm; point 40 of the synthetic curve
+
+
+def test_points_never_computed_have_no_mark():
+    dataset = synthetic.approach(spoiled=False)
+    dataset["status"][1, :] = Status.NOT_COMPUTED
+    upper, _ = plot.amplitude_phase(dataset)
+    assert legend(upper) == ["← approach", "retract →"]
+
+
+def test_a_curve_in_one_direction_needs_no_legend():
+    upper, _ = plot.amplitude_phase(synthetic.approach(directions=("approach",), spoiled=False))
+    assert upper.get_legend() is None
+
+
+def test_a_few_points_have_dots():
+    upper, _ = plot.amplitude_phase(synthetic.approach(points=5, spoiled=False))
+    assert upper.lines[0].get_marker() == "."
+
+
+def test_quantities_in_other_units_have_axes_of_their_own_color():
+    axes = plot.curve(synthetic.approach(), ["peak_force", "total_dissipated_energy", "max_indentation"])
+    assert [one.get_ylabel().split()[-1] for one in axes] == ["(pN)", "(eV)", "(nm)"]
+    colors = [one.yaxis.label.get_color() for one in axes]
+    assert len(set(colors)) == 3
+    assert [one.lines[0].get_color() for one in axes] == colors
+
+
+def test_quantities_in_the_same_unit_share_an_axis_and_every_tone_is_drawn():
+    axes = plot.curve(synthetic.approach(tones=2), ["amplitude", "peak_force", "min_force"])
+    assert [one.get_ylabel() for one in axes] == ["amplitude $A$ (nm)", "force (pN)"]
+    assert legend(axes[-1])[:4] == ["amplitude, tone 1", "amplitude, tone 2", "peak force", "lowest force"]
+
+
+def test_traces_show_deflection_velocity_and_force_in_one_picture():
+    dataset = synthetic.dwell()
+    axes = plot.traces(dataset)
+    assert [one.get_ylabel() for one in axes] == [
+        "deflection $z$ (nm)", r"velocity $\dot z$ (mm/s)", "force $F$ (pN)",
+    ]  # fmt: skip
+    assert axes[0].get_xlabel() == "time $t$ (µs)"
+    x, y = axes[2].lines[0].get_data()
+    # three periods, and the sample at each end
+    assert len(x) == pytest.approx(3 * 256, abs=1)
+    np.testing.assert_allclose(y, dataset.force.values[-len(y) :] * 1e12)
+
+
+def test_the_whole_record_can_be_shown_and_every_mode_is_drawn():
+    dataset = synthetic.dwell()
+    (axes,) = plot.traces(dataset, "mode_deflection", periods=None)
+    assert len(axes.lines) == 1 and len(axes.lines[0].get_xdata()) == dataset.sizes["time"]
+
+
+def test_a_long_line_is_thinned_but_keeps_its_extremes():
+    x = np.arange(1_000_000.0)
+    y = np.sin(x)
+    y[123_456], y[765_432] = 5.0, -7.0
+    few_x, few_y = thin(x, y)
+    assert len(few_x) <= 20_000 and np.all(np.diff(few_x) > 0)
+    assert few_y.max() == 5.0 and few_y.min() == -7.0
+
+
+def test_spectrum_marks_the_harmonics_of_the_drive():
+    axes = plot.spectrum(synthetic.dwell())
+    marks = [line.get_xdata()[0] for line in axes.lines if line.get_marker() == "o"]
+    np.testing.assert_allclose(marks, 48.9 * np.arange(1, 11), rtol=1e-6)
+    assert axes.get_yscale() == "log" and texts(axes) == ["frequency $f$ (kHz)", "spectrum $A(f)$ (nm)"]
+
+
+def test_spectrum_in_decibel_is_relative_to_the_largest_line():
+    axes = plot.spectrum(synthetic.dwell(), decibel=True)
+    assert axes.lines[0].get_ydata().max() == 0.0 and axes.get_yscale() == "linear"
+
+
+def test_spectrum_of_no_motion_can_be_drawn():
+    dataset = synthetic.dwell()
+    plot.spectrum(dataset.assign(spectrum=dataset.spectrum * 0.0))
+
+
+def test_force_against_distance_shows_where_the_force_is_felt():
+    dataset = synthetic.dwell()
+    axes = plot.force_distance(dataset)
+    assert texts(axes) == ["distance $d$ (nm)", "force $F$ (pN)"]
+    low, high = axes.get_xlim()
+    assert low < float(dataset.distance.min()) * 1e9 and 1.0 < high < 4.0
+    assert legend(axes) == ["← approach", "retract →"]
+
+
+def test_phase_portrait_is_velocity_against_deflection():
+    assert texts(plot.phase_portrait(synthetic.dwell())) == [
+        "deflection $z$ (nm)",
+        r"velocity $\dot z$ (mm/s)",
+    ]
+
+
+def test_force_curve_shades_hysteresis_only_where_there_is_some():
+    assert legend(plot.force_curve(synthetic.force_curve())) == ["hysteresis", "← approach", "retract →"]
+    assert legend(plot.force_curve(synthetic.force_curve(hysteresis=False))) == ["both directions"]
+
+
+@pytest.mark.parametrize(
+    ("make", "count"),
+    [
+        (synthetic.approach, 4),
+        (lambda: synthetic.approach(tones=2), 6),
+        (lambda: synthetic.approach(directions=("retract",)), 4),
+        (synthetic.dwell, 6),
+        (synthetic.force_curve, 1),
+    ],
+)
+def test_overview_is_drawn_for_every_kind_of_result(tmp_path, make, count):
+    axes = plot.overview(make())
+    assert len(axes) == count
+    plot.save(axes, tmp_path / "figure.png", dpi=50)
+
+
+def test_a_title_is_no_formula():
+    dataset = synthetic.approach().assign_attrs(
+        title=r"costs $5 or \frac{, 50 % off, " + "very " * 40 + "long"
+    )
+    upper, _ = plot.amplitude_phase(dataset)
+    upper.figure.canvas.draw()
+    assert upper.get_title().startswith("costs $5") and upper.get_title().count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["figure.png", "figure.pdf", "figure.svg"])
+def test_pictures_are_written_whole_in_each_format(tmp_path, name):
+    path = plot.save(plot.amplitude_phase(synthetic.approach()), tmp_path / name)
+    start = path.read_bytes()[:5]
+    assert start in (b"\x89PNG\r", b"%PDF-", b"<?xml")
+    if name.endswith("svg"):
+        xml.etree.ElementTree.parse(path)
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
+def test_a_picture_in_another_format_is_one_sentence(tmp_path):
+    with pytest.raises(ResultError, match=r"a file ending in .png, .pdf, .svg can be written"):
+        plot.save(plot.phase_portrait(synthetic.dwell()), tmp_path / "figure.bmp")
+
+
+def test_a_given_figure_is_drawn_on():
+    figure = Figure()
+    upper, _ = plot.amplitude_phase(synthetic.approach(), figure=figure)
+    assert upper.figure is figure
+
+
+def test_drawing_opens_no_window_and_keeps_no_figure():
+    plot.overview(synthetic.dwell())
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    assert pyplot is None or pyplot.get_fignums() == []
+
+
+@pytest.mark.parametrize(
+    ("draw", "sentence"),
+    [
+        (lambda: plot.traces(synthetic.approach()), "also has the dimension direction, zc"),
+        (lambda: plot.spectrum(synthetic.dwell().drop_vars("spectrum")), "this result has no 'spectrum'"),
+        (lambda: plot.traces(synthetic.dwell(), "forse"), "did you mean 'force'"),
+        (lambda: plot.traces(synthetic.dwell(), "amplitude"), "'amplitude' is no trace"),
+        (lambda: plot.curve(synthetic.approach(), "force"), "this result has no 'force'"),
+        (lambda: plot.curve(synthetic.dwell(), "peak_force"), "no values against zc"),
+        (lambda: plot.amplitude_phase(synthetic.approach(), tone=2), "has no tone 2; it has 1"),
+        (lambda: plot.amplitude_phase(synthetic.dwell()), "is not a curve against zc"),
+        (
+            lambda: plot.amplitude_phase(synthetic.approach().expand_dims(sweep=2)),
+            "also has the dimension sweep",
+        ),
+        (lambda: plot.overview(synthetic.approach().drop_vars("amplitude")), "there is no overview of it"),
+    ],
+)
+def test_what_cannot_be_drawn_is_one_sentence(draw, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        draw()
+
+
+def test_settings_of_matplotlib_are_left_as_they_were(tmp_path):
+    before = dict(matplotlib.rcParams)
+    plot.save(plot.overview(synthetic.approach()), tmp_path / "figure.svg")
+    assert dict(matplotlib.rcParams) == before

@@ -1,0 +1,134 @@
+"""Text with a unit to SI numbers and back."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dforce import units
+from dforce.errors import UnitError, shorten
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e100, max_value=1e100)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("48.9 kHz", "Hz", 48900.0),
+        ("0.165 nm", "m", 0.165e-9),
+        ("0.9 N/m", "N/m", 0.9),
+        ("2e-20 J", "J", 2e-20),
+        ("90 deg", "rad", math.pi / 2),
+        ("25 degC", "K", 298.15),
+        ("0.89 mPa s", "Pa s", 0.89e-3),
+        ("0.89 mPa·s", "Pa s", 0.89e-3),
+        ("1 GPa", "Pa", 1e9),
+        ("30 mJ/m^2", "J/m^2", 0.03),
+        ("2 µm", "m", 2e-6),
+        ("3 Å", "m", 3e-10),
+        ("50 %", "1", 0.5),
+        ("  5nm ", "m", 5e-9),
+        ("1e-9", "m", 1e-9),
+        (3, "m", 3.0),
+        (np.float64(2.5), "m", 2.5),
+        (np.int64(2), "m", 2.0),
+        (np.array(2.5), "m", 2.5),
+    ],
+)
+def test_what_a_user_writes_becomes_the_nearest_si_number(text, unit, value):
+    # one rounding of the product at most; decimal prefixes are exact
+    assert units.parse(text, unit) == pytest.approx(value, rel=1e-15)
+
+
+def test_decimal_prefixes_give_the_very_float_that_a_programmer_types():
+    assert units.parse("0.165 nm", "m") == 0.165e-9
+    assert units.parse("48.9 kHz", "Hz") == 48.9e3
+    assert units.parse("0.1 nm", "m") == 1e-10
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "words"),
+    [
+        ("48.9 nm", "Hz", "is '48.9 nm', which is a length, not a frequency"),
+        ("5 rad/s", "Hz", "divide an angular frequency by 2 pi"),
+        ("5 deg/s", "Hz", "divide an angular frequency by 2 pi"),
+        ("5 rpm", "Hz", "divide an angular frequency by 2 pi"),
+        ("5 1/s", "Hz", "divide an angular frequency by 2 pi"),
+        ("5 furlongss", "m", "'furlongss' is not a known unit"),
+        ("5 deg", "1", "is an angle, not a plain number"),
+        ("0.5", "1", None),
+        ("1", "rad", None),
+        ("5 m", "rad", "which is a length, not an angle"),
+        ("0,5 nm", "m", "',5 nm' is not a unit"),
+        ("nm", "m", "is 'nm', which is not a number with a unit"),
+        ("", "m", "which is not a number with a unit"),
+        ("nan", "m", "is 'nan', which is not a number"),
+        ("inf nm", "m", "which is not a number"),
+        ("1e999 nm", "m", "is 1e999 nm, which is not a finite number"),
+        ("1e400", "m", "not a finite number"),
+        (float("nan"), "m", "is nan, which is not a finite number"),
+        (float("-inf"), "m", "is -inf, which is not a finite number"),
+        (10**400, "m", "not a finite number"),
+        (True, "m", "is true, which is neither a number nor text"),
+        (None, "m", "is None, which is neither a number nor text"),
+        ([1.0], "m", "neither a number nor text"),
+        (1j, "m", "neither a number nor text"),
+        ("1" * 100_000, "m", "which is not a number with a unit"),
+        ("5 " + "m" * 100_000, "m", "which is not a number with a unit"),
+        ("5 m**99", "m", "is not a unit"),
+        ("5 __import__('os')", "m", "is not a unit"),
+        ("5 (((((", "m", "is not a known unit"),
+        ("5 m\n", "m", None),
+    ],
+    ids=shorten,
+)
+def test_anything_else_is_one_short_sentence(text, unit, words):
+    if words is None:
+        assert math.isfinite(units.parse(text, unit))
+        return
+    with pytest.raises(UnitError) as raised:
+        units.parse(text, unit)
+    message = str(raised.value)
+    assert words in message
+    assert "\n" not in message
+    assert len(message) < 250
+
+
+@given(FINITE, st.sampled_from(sorted([*units.SHOWN, "1", "kg/m^3", "1/m"])))
+def test_showing_a_value_loses_nothing(value, unit):
+    assert units.parse(units.show(value, unit), unit) == value
+
+
+@given(st.text(max_size=60), st.sampled_from(["m", "Hz", "1"]))
+def test_no_text_makes_anything_but_a_number_or_a_unit_error(text, unit):
+    try:
+        assert math.isfinite(units.parse(text, unit))
+    except UnitError as error:
+        assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (48900.0, "Hz", "48.9 kHz"),
+        (0.165e-9, "m", "0.165 nm"),
+        (0.9, "N/m", "0.9 N/m"),
+        (2e-20, "J", "2e-20 J"),
+        (1e9, "Pa", "1 GPa"),
+        (math.pi / 2, "rad", "90 deg"),
+        (298.15, "K", "298.15 K"),
+        (-2e-9, "m", "-2 nm"),
+        (0.0, "m", "0 m"),
+        (255.0, "1", "255"),
+        (0.0008900, "Pa s", "0.89 mPa s"),
+    ],
+)
+def test_units_are_chosen_for_the_reader(value, unit, text):
+    assert units.show(value, unit) == text
+
+
+def test_a_value_is_shown_with_as_many_digits_as_asked_for():
+    assert units.show(4.0553735e-9, "m", 5) == "4.0554 nm"
+    assert units.show(math.inf, "m", 3).startswith("inf")
