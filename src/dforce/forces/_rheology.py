@@ -1,0 +1,174 @@
+r"""Contact of a sphere with a viscoelastic sample of any number of relaxation times, memory between taps included.
+
+The method of dimensionality reduction: the sample is a row of independent elements along :math:`x \ge 0`,
+each a spring in parallel with arms of a spring and a dashpot in series, and the tip presses the element
+at x down to :math:`\delta - x^2/R`. It gives the exact contact of a half-space: Lee and Radok's while the
+contact grows, Ting's while it shrinks, and every contact after that on a surface which has not recovered.
+
+An element's states are the displacements :math:`w_k` of its dashpots, its stress-free surface is at
+:math:`u = \sum_k (E_k/E_0) w_k`, and its load per length :math:`f = E_0 \max(0, \delta - x^2/R - u)`: in
+contact where that is positive. So no event has to be found, and the surface goes on to recover by the
+same equation, :math:`\dot w_k = (\max(\delta - x^2/R, u) - w_k)/\tau_k`.
+
+The elements are at :math:`x_i = x_n (i/n)^2`. Between two of them :math:`\delta - x^2/R - u` is taken as
+linear in :math:`x^2` and integrated exactly, so that an elastic sample gives Hertz' law for any number of
+elements; the error of the viscous part falls with the inverse square of their number in contact.
+
+Sources: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845
+(1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction in Contact Mechanics and Friction,
+Springer (2015).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+
+class Viscoelastic(Force):
+    """What the viscoelastic contacts have in common: the tip, the elements, and the properties the law takes."""
+
+    contains = ("elastic contact",)
+    dissipative = True
+
+    radius: float = shared("tip.radius")
+    poisson: float = shared("sample.poisson_ratio")
+    a0: float = shared("contact.a0")
+    max_indentation: float | None = param(
+        None,
+        unit="m",
+        above="0 nm",
+        symbol=r"\delta_\mathrm{max}",
+        doc="indentation that the elements reach; beyond it the tip goes on as a cylinder; left out, the tip's radius",
+    )
+    elements: int = param(
+        48, unit="1", low=4.0, high=1000.0, doc="number of elements along the contact's radius"
+    )
+
+    def arms(self) -> tuple[tuple[float, float], ...]:
+        """Return modulus (Pa) and relaxation time (s) of each arm."""
+        raise NotImplementedError
+
+    def equilibrium(self) -> float:
+        """Return the modulus after an infinite time (Pa)."""
+        raise NotImplementedError
+
+    @property
+    def memory(self) -> int:  # type: ignore[override]
+        """Number of states: one for each arm of each element."""
+        return (self.elements + 1) * len(self.arms())
+
+    @property
+    def modulus(self) -> float:
+        """Modulus at once, plane strain (Pa)."""
+        return (self.equilibrium() + sum(modulus for modulus, _ in self.arms())) / (1.0 - self.poisson**2)
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Modulus of each arm over the modulus at once (1)."""
+        total = self.equilibrium() + sum(modulus for modulus, _ in self.arms())
+        return tuple(modulus / total for modulus, _ in self.arms())
+
+    @property
+    def rates(self) -> tuple[float, ...]:
+        """Inverse relaxation time of each arm (1/s)."""
+        return tuple(1.0 / time for _, time in self.arms())
+
+    @property
+    def reach(self) -> float:
+        """Radius of contact that the elements cover (m)."""
+        return sqrt(self.radius * (self.radius if self.max_indentation is None else self.max_indentation))
+
+    def kinks(self) -> tuple[float, ...]:
+        return (self.a0,)
+
+    @staticmethod
+    def law(
+        d: float,
+        rate: float,
+        t: float,
+        memory: Any,
+        modulus: float,
+        shares: tuple[float, ...],
+        rates: tuple[float, ...],
+        radius: float,
+        reach: float,
+        a0: float,
+    ) -> float:
+        return load(a0 - d, memory, modulus, shares, radius, reach)
+
+    @staticmethod
+    def evolve(
+        d: float,
+        rate: float,
+        t: float,
+        memory: Any,
+        change: Any,
+        modulus: float,
+        shares: tuple[float, ...],
+        rates: tuple[float, ...],
+        radius: float,
+        reach: float,
+        a0: float,
+    ) -> None:
+        relax(a0 - d, memory, change, shares, rates, radius, reach)
+
+
+def load(
+    depth: float, memory: Any, modulus: float, shares: tuple[float, ...], radius: float, reach: float
+) -> float:
+    """Return the force (N) of all elements at an indentation (m)."""
+    if depth <= 0.0:
+        return 0.0
+    arms = len(shares)
+    last = len(memory) // arms - 1
+    step = reach / (last * last)
+    total = 0.0
+    x = 0.0
+    push = depth
+    for k in range(arms):
+        push -= shares[k] * memory[k]
+    for i in range(1, last + 1):
+        if depth * radius <= x * x:
+            break  # the surface is nowhere above its height at rest, so nothing farther out touches
+        before, inner = push, x
+        x = step * (i * i)
+        push = depth - x * x / radius
+        for k in range(arms):
+            push -= shares[k] * memory[i * arms + k]
+        if before > 0.0 and push > 0.0:
+            total += (x - inner) * (before + (push - before) * (x + 2.0 * inner) / (3.0 * (x + inner)))
+        elif before > 0.0 or push > 0.0:
+            slope = (before - push) / (x * x - inner * inner)
+            square = inner * inner + before / slope
+            edge = sqrt(square)
+            near = inner if before > 0.0 else x
+            covered = square * (edge - near) - (edge * square - near * near * near) / 3.0
+            total += slope * covered if before > 0.0 else -slope * covered
+    return 2.0 * modulus * total
+
+
+def relax(
+    depth: float,
+    memory: Any,
+    change: Any,
+    shares: tuple[float, ...],
+    rates: tuple[float, ...],
+    radius: float,
+    reach: float,
+) -> None:
+    """Write the rates of change of the dashpots' displacements (m/s) at an indentation (m)."""
+    arms = len(shares)
+    last = len(memory) // arms - 1
+    step = reach / (last * last)
+    for i in range(last + 1):
+        x = step * (i * i)
+        height = 0.0
+        for k in range(arms):
+            height += shares[k] * memory[i * arms + k]
+        height = max(height, depth - x * x / radius)
+        for k in range(arms):
+            change[i * arms + k] = (height - memory[i * arms + k]) * rates[k]

@@ -1,0 +1,116 @@
+"""Adhesion that is stronger while the tip withdraws."""
+
+from __future__ import annotations
+
+from math import pi
+
+from dforce.errors import ParameterError
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+
+class AdhesionHysteresis(Force):
+    r"""Attraction with one surface energy while the tip comes and a larger one while it goes.
+
+    .. math:: F = \begin{cases} -4 \pi R \gamma & d \le a_0 \\ -4 \pi R \gamma\, a_0^2 / d^2 & d > a_0 \end{cases}
+        \qquad \gamma = \gamma_a \ (\dot d < 0), \quad \gamma_r \ (\dot d > 0)
+
+    so that the sample takes :math:`4\pi R (\gamma_r - \gamma_a)\,\delta_\mathrm{max}` in contact and
+    :math:`4\pi R (\gamma_r - \gamma_a)\, a_0^2 (1/a_0 - 1/d_\mathrm{max})` outside. With a Hamaker
+    constant given, the attraction outside is :math:`-H R/6 d^2` both ways, without loss, and the force
+    may jump at :math:`a_0`. Add an elastic contact (`hertz`). The force jumps where the motion turns:
+    valid as long as the turning points are those of the tap, not of the noise.
+    """
+
+    name = "adhesion_hysteresis"
+    contains = ("van der Waals",)
+    dissipative = True
+    source = "R. García, C. J. Gómez, N. F. Martínez, S. Patil, C. Dietz, R. Magerle, Phys. Rev. Lett. 97, 016103 (2006)"
+
+    radius: float = shared("tip.radius")
+    a0: float = shared("contact.a0")
+    approach_energy: float = param(
+        "20 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_a", doc="surface energy while the tip comes"
+    )
+    retract_energy: float = param(
+        "30 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_r", doc="surface energy while the tip goes"
+    )
+    hamaker: float | None = param(
+        None,
+        unit="J",
+        low="0 J",
+        symbol="H",
+        doc="Hamaker constant outside contact; left out, each way has its own",
+    )
+
+    def check_bound(self) -> None:
+        if self.retract_energy < self.approach_energy:
+            raise ParameterError(
+                f"adhesion_hysteresis.retract_energy = {self.retract_energy:g} J/m^2 is below approach_energy = "
+                f"{self.approach_energy:g} J/m^2, so the sample would give energy"
+            )
+
+    @property
+    def approach_adhesion(self) -> float:
+        """Adhesion in contact while the tip comes (N)."""
+        return 4.0 * pi * self.radius * self.approach_energy
+
+    @property
+    def retract_adhesion(self) -> float:
+        """Adhesion in contact while the tip goes (N)."""
+        return 4.0 * pi * self.radius * self.retract_energy
+
+    @property
+    def approach_attraction(self) -> float:
+        """Attraction outside times the distance squared while the tip comes (N m^2)."""
+        if self.hamaker is not None:
+            return self.hamaker * self.radius / 6.0
+        return self.approach_adhesion * self.a0**2
+
+    @property
+    def retract_attraction(self) -> float:
+        """Attraction outside times the distance squared while the tip goes (N m^2)."""
+        if self.hamaker is not None:
+            return self.hamaker * self.radius / 6.0
+        return self.retract_adhesion * self.a0**2
+
+    @staticmethod
+    def law(
+        d: float,
+        rate: float,
+        t: float,
+        latched: float,
+        approach_adhesion: float,
+        retract_adhesion: float,
+        approach_attraction: float,
+        retract_attraction: float,
+        a0: float,
+    ) -> float:
+        if d > a0:
+            return -(retract_attraction if latched > 0.5 else approach_attraction) / (d * d)
+        return -retract_adhesion if latched > 0.5 else -approach_adhesion
+
+    @staticmethod
+    def switch(
+        latched: float,
+        d: float,
+        rate: float,
+        t: float,
+        approach_adhesion: float,
+        retract_adhesion: float,
+        approach_attraction: float,
+        retract_attraction: float,
+        a0: float,
+    ) -> float:
+        return -rate if latched > 0.5 else rate
+
+    def kinks(self) -> tuple[float, ...]:
+        return (self.a0,)
+
+    def jumps(self) -> tuple[float, ...]:
+        pairs = (
+            (self.approach_attraction, self.approach_adhesion),
+            (self.retract_attraction, self.retract_adhesion),
+        )
+        matched = all(abs(far / self.a0**2 - near) <= 1e-12 * near for far, near in pairs)
+        return () if matched else (self.a0,)

@@ -1,0 +1,130 @@
+"""Water neck between tip and sample."""
+
+from __future__ import annotations
+
+from math import cos, log, pi, sqrt
+from typing import Literal
+
+from dforce.errors import ParameterError
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact
+
+
+class Capillary(Force):
+    r"""Attraction by a liquid neck that forms when the tip comes near and breaks when it has gone far enough.
+
+    .. math:: F = -4 \pi R \gamma_L \cos\theta \left[1 - \frac{d}{\sqrt{d^2 + V/\pi R}}\right]
+        \quad\text{(constant volume)}
+
+    while the neck is there, and its value at :math:`a_0` in contact. It forms at the distance given (two
+    films of water that touch, say) and breaks at :math:`(1 + \theta/2) V^{1/3}`; the sample takes
+    :math:`4 \pi R \gamma_L \cos\theta\, [d - \sqrt{d^2 + V/\pi R}]` between these two a cycle. At the
+    start there is no neck. With `kelvin` the neck stays in balance with the vapor, its radius of
+    curvature :math:`r_K = \gamma_L V_m / (R_g T \ln(1/h))` at the relative humidity :math:`h`:
+
+    .. math:: F = -4 \pi R \gamma_L \cos\theta \left[1 - \frac{d}{2 r_K \cos\theta}\right]
+
+    until it breaks at :math:`2 r_K \cos\theta`, where its force is zero. Valid for necks small against
+    the tip radius and liquids that wet both bodies alike.
+    """
+
+    name = "capillary"
+    contains = ("capillary neck",)
+    dissipative = True
+    source = (
+        "L. Zitzler, S. Herminghaus, F. Mugele, Phys. Rev. B 66, 155436 (2002); "
+        "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011) for kelvin"
+    )
+
+    radius: float = shared("tip.radius")
+    temperature: float | None = shared("medium.temperature")
+    a0: float = shared("contact.a0")
+    surface_tension: float = param(
+        "72 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_L", doc="surface tension of the liquid"
+    )
+    contact_angle: float = param(
+        "0 deg",
+        low="0 deg",
+        below="90 deg",
+        symbol=r"\theta",
+        doc="contact angle of the liquid on both bodies",
+    )
+    formation: float = param(
+        "0.5 nm",
+        low="0 nm",
+        symbol=r"d_\mathrm{on}",
+        doc="distance at which the neck forms while the tip comes",
+    )
+    meniscus: Literal["constant_volume", "kelvin"] = "constant_volume"
+    """what the neck keeps while it is stretched"""
+    volume: float = param("10 nm^3", above="0 nm^3", symbol="V", doc="volume of the neck (constant_volume)")
+    humidity: float = param("0.5", above="0", below="1", symbol="h", doc="relative humidity (kelvin)")
+    molar_volume: float = param(
+        "1.8e-5 m^3/mol", above="0 m^3/mol", symbol="V_m", doc="molar volume of the liquid (kelvin)"
+    )
+
+    def check_bound(self) -> None:
+        if self.formation >= self.rupture:
+            raise ParameterError(
+                f"capillary.formation = {self.formation:g} m is not below the distance at which the neck breaks, "
+                f"{self.rupture:g} m"
+            )
+        super().check_bound()
+
+    @property
+    def strength(self) -> float:
+        """Attraction at zero distance (N)."""
+        return 4.0 * pi * self.radius * self.surface_tension * cos(self.contact_angle)
+
+    @property
+    def spread(self) -> float:
+        """Volume over pi R of a neck of constant volume; 0 with kelvin (m^2)."""
+        return self.volume / (pi * self.radius) if self.meniscus == "constant_volume" else 0.0
+
+    @property
+    def rupture(self) -> float:
+        """Distance at which the neck breaks (m)."""
+        if self.meniscus == "constant_volume":
+            return float((1.0 + 0.5 * self.contact_angle) * self.volume ** (1.0 / 3.0))
+        thermal = GAS_CONSTANT * self.needed("temperature") * log(1.0 / self.humidity)
+        return 2.0 * self.surface_tension * self.molar_volume / thermal * cos(self.contact_angle)
+
+    @staticmethod
+    def law(
+        d: float,
+        rate: float,
+        t: float,
+        latched: float,
+        strength: float,
+        spread: float,
+        formation: float,
+        rupture: float,
+        a0: float,
+    ) -> float:
+        if latched < 0.5:
+            return 0.0
+        near = d if d > a0 else a0
+        if near > rupture:
+            near = rupture  # a solver may look a little beyond the place where it lets the neck break
+        if spread > 0.0:
+            return -strength * (1.0 - near / sqrt(near * near + spread))
+        return -strength * (1.0 - near / rupture)
+
+    @staticmethod
+    def switch(
+        latched: float,
+        d: float,
+        rate: float,
+        t: float,
+        strength: float,
+        spread: float,
+        formation: float,
+        rupture: float,
+        a0: float,
+    ) -> float:
+        return d - rupture if latched > 0.5 else formation - d
+
+    def kinks(self) -> tuple[float, ...]:
+        return (self.a0, self.rupture)

@@ -1,0 +1,127 @@
+"""A force that the user writes as an expression."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import pydantic
+
+from dforce.errors import ParameterError
+from dforce.forces import _expression
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+FIELDS = {"R": "radius", "H": "hamaker"}  # where the expression's name is not the field's
+PROBES = (-1e-9, 0.1e-9, 0.5e-9, 1e-9, 1e-8, 1e-7)  # m; a law that is finite at none of them is a mistake
+
+
+class _Of:
+    """What the class may be and each force is or is not: whether the law depends on a variable."""
+
+    def __init__(self, variable: str) -> None:
+        self.variable = variable
+
+    def __get__(self, force: Custom | None, owner: type[Custom]) -> bool:
+        return force is None or self.variable in force.expression.variables
+
+
+class Custom(Force):
+    r"""Force that you write yourself, as an expression in a case file.
+
+    .. math:: F = F(d, z, \delta, \dot d, t, R, H, a_0, E_\mathrm{eff}, k, Q, P_1, P_2, P_3, P_4)
+
+    For example ``law = "-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5"``. All in SI units, the
+    force in N, repulsive positive:
+
+    - `d` distance (m); `indentation`, a0 - d in contact, else 0 (m); `velocity` of the tip, away from the
+      sample positive (m/s); `z` deflection of the tip (m); `t` time (s)
+    - `R` tip radius (m); `a0` intermolecular distance (m); `E_eff` effective modulus (Pa); `k` (N/m) and
+      `Q` of mode 1; these come from the instrument
+    - `H` Hamaker constant (J), the parameter `hamaker`; `P1` to `P4`, numbers of your own, in SI units
+
+    Operators: ``+ - * / **``, comparisons, ``and or not``, ``x if condition else y``, ``where(condition, x,
+    y)``. Functions: abs, exp, log, log10, sqrt, sign, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
+    min, max; and pi. The expression is compiled and as fast as a built-in force.
+
+    Make it finite at every distance that the tip may reach: the force of contact starts at d = a0, and
+    ``max(d, a0)`` keeps an attraction from growing beyond. Places where d or the indentation is compared
+    with something are known to the solvers as kinks; a kink by min, max or abs at another place costs
+    accuracy. What the law counts nobody knows: beside other forces, see to it that nothing counts twice.
+    """
+
+    name = "custom"
+    source = "H. V. Guzman, P. D. Garcia, R. Garcia, Beilstein J. Nanotechnol. 6, 369 (2015), eq. 22"
+    example: ClassVar[Mapping[str, Any]] = {
+        "law": "-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 - P4*indentation*velocity",
+        "P1": 2e-10,
+        "P2": 5e-10,
+        "P3": 1.5e9,
+        "P4": 1.0,
+    }
+    dissipative = _Of("velocity")
+    timed = _Of("t")
+
+    law: str = pydantic.Field(  # type: ignore[assignment,misc]
+        max_length=_expression.LONGEST, description="the force (N), an expression in SI units"
+    )
+    hamaker: float | None = param(None, unit="J", symbol="H", doc="Hamaker constant, H in the law")
+    P1: float = param(0.0, symbol="P_1", doc="first number of your own, in SI units")
+    P2: float = param(0.0, symbol="P_2", doc="second number of your own, in SI units")
+    P3: float = param(0.0, symbol="P_3", doc="third number of your own, in SI units")
+    P4: float = param(0.0, symbol="P_4", doc="fourth number of your own, in SI units")
+    radius: float | None = shared("tip.radius")
+    a0: float | None = shared("contact.a0")
+    E_eff: float | None = shared("contact.E_eff")
+    k: float | None = shared("cantilever.k")
+    Q: float | None = shared("cantilever.Q")
+
+    @pydantic.field_validator("law", mode="after")
+    @classmethod
+    def _is_an_expression(cls, text: str) -> str:
+        _expression.read(text)
+        return text
+
+    @property
+    def expression(self) -> _expression.Expression:
+        """The law, checked and compiled to Python."""
+        return _expression.read(self.law)
+
+    def law_function(self) -> Callable[..., float]:
+        return self.expression.function
+
+    def values(self) -> tuple[float, ...]:
+        return self._prepared()[0]
+
+    def _prepared(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the constants of the law and the distances at which a comparison turns."""
+        names = self.expression.variables & set(_expression.PARAMETERS)
+        return self.expression.prepare({name: self.needed(FIELDS.get(name, name)) for name in names})
+
+    def check_bound(self) -> None:
+        for value, meaning in zip(self.values(), self.expression.meanings, strict=True):
+            if not math.isfinite(value):
+                raise ParameterError(f"custom.law has '{meaning}', which is {value} here")
+        if not any(math.isfinite(self._at(d, rate)) for d in PROBES for rate in (0.0, 1e-6)):
+            zeros = [name for name in sorted(self.expression.variables) if getattr(self, name, None) == 0.0]
+            hint = f", perhaps because of {' and '.join(zeros)} = 0" if zeros else ""
+            raise ParameterError(f"custom.law is a finite number at no distance{hint}")
+
+    def _at(self, d: float, rate: float = 0.0) -> float:
+        place = (d,) if "z" in self.expression.variables else ()  # no deflection
+        return self.law_function()(d, rate, 0.0, *place, *self.values())
+
+    def kinks(self) -> tuple[float, ...]:
+        places = {edge for edge in self._prepared()[1] if math.isfinite(edge)}
+        if "indentation" in self.expression.variables:
+            places.add(self.needed("a0"))
+        return tuple(sorted(places))
+
+    def jumps(self) -> tuple[float, ...]:
+        found = []
+        for kink in self.kinks():
+            below, above = self._at(kink - 1e-19), self._at(kink + 1e-19)
+            if not abs(above - below) <= 1e-6 * max(abs(above), abs(below)):
+                found.append(kink)
+        return tuple(found)

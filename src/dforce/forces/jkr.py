@@ -1,0 +1,120 @@
+"""Contact of a soft, strongly adhesive sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi, sqrt
+from typing import Any, ClassVar
+
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
+DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))
+BEND = 18.0 * Q_PULL_OFF**2  # half the second derivative of delta(q) there
+
+
+class JKR(Force):
+    r"""Johnson–Kendall–Roberts contact of a sphere with a soft, strongly adhesive, flat sample.
+
+    .. math:: \bar\delta = 3 q^4 - 4 q, \qquad \bar F = q^6 - 2 q^3, \qquad q \ge 3^{-1/3}
+
+    with :math:`\bar\delta = (a_0 - d)/u`, :math:`u = (3 \pi^2 \gamma^2 R / 16 E_\mathrm{eff}^2)^{1/3}`,
+    :math:`\bar F = F / 3\pi\gamma R`, contact radius :math:`(9\pi\gamma R^2 / 4 E_\mathrm{eff})^{1/3}
+    q^2` and surface energy :math:`\gamma` of one of two like bodies (work of adhesion :math:`W =
+    2\gamma`). The tip snaps into contact at :math:`d = a_0`, where the force falls to
+    :math:`-\tfrac{8}{3}\pi\gamma R`, and stays on the branch until :math:`\delta = -3^{2/3} u`, where it
+    comes off with :math:`-\tfrac{5}{3}\pi\gamma R`: the end at a prescribed distance, which a stiff or
+    moving lever reaches. Without attraction outside the sample takes :math:`22.516318693\, (\gamma^5 R^4
+    / E_\mathrm{eff}^2)^{1/3}` a cycle.
+
+    Outside contact there is no force, or with a Hamaker constant :math:`-H R/6 d^2`, never more than in
+    first contact. Valid for large Tabor numbers, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and
+    contact radii small against R.
+    """
+
+    name = "jkr"
+    contains = ("van der Waals", "elastic contact")
+    dissipative = True
+    source = "K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. London A 324, 301 (1971)"
+    example: ClassVar[Mapping[str, Any]] = {"surface_energy": "50 mJ/m^2"}
+
+    radius: float = shared("tip.radius")
+    E_eff: float = shared("contact.E_eff")
+    a0: float = shared("contact.a0")
+    surface_energy: float = param(
+        unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
+    )
+    hamaker: float = param(
+        "0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact"
+    )
+
+    @property
+    def length(self) -> float:
+        """Unit u of the indentation (m)."""
+        return float(
+            (3.0 * pi**2 * self.surface_energy**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0)
+        )
+
+    @property
+    def strength(self) -> float:
+        """Pull-off force under a dead load (N)."""
+        return 3.0 * pi * self.surface_energy * self.radius
+
+    @property
+    def attraction(self) -> float:
+        """Attraction outside contact times the distance squared, HR/6 (N m^2)."""
+        return self.hamaker * self.radius / 6.0
+
+    @staticmethod
+    def law(
+        d: float,
+        rate: float,
+        t: float,
+        latched: float,
+        length: float,
+        strength: float,
+        attraction: float,
+        a0: float,
+    ) -> float:
+        if latched < 0.5:
+            near = d if d > a0 else a0
+            pull = attraction / (near * near)
+            return -min(pull, 8.0 / 9.0 * strength)
+        cube = contact_size((a0 - d) / length) ** 3
+        return strength * cube * (cube - 2.0)
+
+    @staticmethod
+    def switch(
+        latched: float,
+        d: float,
+        rate: float,
+        t: float,
+        length: float,
+        strength: float,
+        attraction: float,
+        a0: float,
+    ) -> float:
+        return d - a0 + DEPTH_PULL_OFF * length if latched > 0.5 else a0 - d
+
+    def kinks(self) -> tuple[float, ...]:
+        capped = sqrt(self.attraction / (8.0 / 9.0 * self.strength))
+        pull_off = self.a0 - DEPTH_PULL_OFF * self.length
+        return (self.a0, pull_off, capped) if capped > self.a0 else (self.a0, pull_off)
+
+
+def contact_size(depth: float) -> float:
+    """Return q of the indentation in units u; beyond pull-off its value there.
+
+    Newton's method on a convex function comes down to the root from above: it starts on the parabola that
+    touches at pull-off, or far inside on the leading power.
+    """
+    if depth <= DEPTH_PULL_OFF:
+        return Q_PULL_OFF
+    q = Q_PULL_OFF + sqrt((depth - DEPTH_PULL_OFF) / BEND)
+    if depth > 4.0:
+        q = sqrt(sqrt((depth + 4.0) / 3.0))
+    for _ in range(5):
+        cube = q * q * q
+        q -= (3.0 * cube * q - 4.0 * q - depth) / (12.0 * cube - 4.0)
+    return q

@@ -1,0 +1,63 @@
+"""Force between two magnetic dipoles on one axis."""
+
+from __future__ import annotations
+
+from math import pi
+
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+MU_0 = 1.25663706212e-6  # N/A^2, CODATA 2018
+
+
+class MagneticDipole(Force):
+    r"""Two magnetic dipoles along the axis of the tip: one in the middle of the tip's sphere, one in the sample.
+
+    .. math:: F = -\frac{3 \mu_0 m_t m_s}{2 \pi (d + R + s)^4} \quad (d > a_0)
+
+    and its value at :math:`a_0` in contact; :math:`s` is the depth of the sample's dipole. Moments of the
+    same sign point the same way and attract. The slope of the dipole–dipole energy :math:`-\mu_0 m_t m_s
+    / 2\pi r^3`, checked numerically against it. Valid for magnets small against their distance; the
+    moments do not turn.
+    """
+
+    name = "magnetic_dipole"
+    contains = ("magnetic",)
+    source = "J. D. Jackson, Classical Electrodynamics, Wiley (1999), section 5.7; derived again here"
+
+    radius: float = shared("tip.radius")
+    a0: float = shared("contact.a0")
+    tip_moment: float = param(
+        "1e-17 A m^2", symbol="m_t", doc="magnetic moment of the tip, positive when it points up"
+    )
+    sample_moment: float = param(
+        "1e-17 A m^2", symbol="m_s", doc="magnetic moment in the sample, positive when it points up"
+    )
+    depth: float = param(
+        "10 nm", low="0 nm", symbol="s", doc="depth of the sample's dipole below the surface"
+    )
+
+    @property
+    def strength(self) -> float:
+        """Force times the fourth power of the dipoles' distance (N m^4)."""
+        return -1.5 * MU_0 / pi * self.tip_moment * self.sample_moment
+
+    @property
+    def offset(self) -> float:
+        """Distance of the dipoles when tip and surface touch at d = 0 (m)."""
+        return self.radius + self.depth
+
+    @staticmethod
+    def law(d: float, rate: float, t: float, strength: float, offset: float, a0: float) -> float:
+        square = (d if d > a0 else a0) + offset
+        square *= square
+        return strength / (square * square)
+
+    @staticmethod
+    def potential(d: float, strength: float, offset: float, a0: float) -> float:
+        place = d if d > a0 else a0
+        distance = place + offset
+        return strength / distance**3 * (1.0 / 3.0 - (d - place) / distance)
+
+    def kinks(self) -> tuple[float, ...]:
+        return (self.a0,)

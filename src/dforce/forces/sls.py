@@ -1,0 +1,57 @@
+"""Viscoelastic contact with one relaxation time, memory between taps included."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import pydantic
+
+from dforce.errors import ParameterError
+from dforce.forces._rheology import Viscoelastic
+from dforce.parameters import param
+
+
+class SLS(Viscoelastic):
+    r"""Standard linear solid under a sphere: a spring in parallel with a spring and a dashpot in series.
+
+    .. math:: F = \frac{4\sqrt{R}}{3} \int_0^{t_1(t)} \psi(t - s)\, d[\delta^{3/2}], \qquad
+        \psi(t) = \frac{E_\infty + (E_0 - E_\infty) e^{-t/\tau}}{1 - \nu^2}
+
+    with :math:`t_1 = t` while the contact grows (Lee and Radok) and, while it shrinks, the time at which
+    it was as large as now: :math:`\int_{t_1}^{t} \psi(t - s)\, \dot\delta\, ds = 0` (Ting). The force
+    never pulls. Later taps meet the surface as it has recovered so far: the contact is that of a row of
+    elements (method of dimensionality reduction), which is exact for one tap and for all that follow. A
+    circuit of a spring :math:`E_s` in series with a spring :math:`E_p` and a dashpot :math:`\eta` in
+    parallel is the same solid with :math:`E_0 = E_s`, :math:`E_\infty = E_s E_p/(E_s + E_p)` and
+    :math:`\tau = \eta/(E_s + E_p)`.
+
+    A rigid tip; give Young's moduli. Valid for indentations small against the radius and a relaxation
+    time longer than the solver's step. The contact radius ends at :math:`\sqrt{R \delta_\mathrm{max}}`: a
+    tip pressed in farther is a cylinder there.
+    """
+
+    name = "sls"
+    source = (
+        "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845 (1966); "
+        "V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"
+    )
+
+    instant_modulus: float = param("1 GPa", above="0 Pa", symbol="E_0", doc="Young's modulus at once")
+    relaxed_modulus: float = param(
+        "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
+    )
+    relaxation_time: float = param(
+        "10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain"
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _relaxes(self) -> Self:
+        if self.relaxed_modulus > self.instant_modulus:
+            raise ParameterError("sls.relaxed_modulus is above instant_modulus, but a solid can only relax")
+        return self
+
+    def arms(self) -> tuple[tuple[float, float], ...]:
+        return ((self.instant_modulus - self.relaxed_modulus, self.relaxation_time),)
+
+    def equilibrium(self) -> float:
+        return self.relaxed_modulus

@@ -1,0 +1,101 @@
+"""Viscoelastic contact with one relaxation time and one state."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any, Self
+
+import pydantic
+
+from dforce.errors import ParameterError
+from dforce.forces._force import Force
+from dforce.parameters import param, shared
+
+
+class SLSSimple(Force):
+    r"""Standard linear solid under a sphere, with Lee and Radok's equation of growing contacts used throughout.
+
+    .. math:: \dot F + \frac{F}{\tau} = \frac{4\sqrt{R}}{3(1 - \nu^2)}
+        \left[E_0 \frac{d}{dt}\delta^{3/2} + \frac{E_\infty}{\tau} \delta^{3/2}\right], \qquad F \ge 0
+
+    Contact ends where the force reaches zero. From there the surface is free of stress and recovers by
+    the same equation with :math:`F = 0`, its height :math:`u` by :math:`\dot u = -\tfrac{2}{3}
+    (E_\infty/E_0)\, u/\tau`, and contact begins again where :math:`\delta = u`. The state is the
+    dashpot's displacement in powers 3/2.
+
+    This is the model of many simulators. It is exact while the contact grows; while it shrinks it loses a
+    little more energy than `sls`, which is exact. A rigid tip; give Young's moduli. Valid for
+    indentations small against the radius and a relaxation time longer than the solver's step.
+    """
+
+    name = "sls_simple"
+    contains = ("elastic contact",)
+    dissipative = True
+    source = "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960)"
+    memory = 1
+    memory_scale = 3e-14  # m^1.5: an indentation of 1 nm
+
+    radius: float = shared("tip.radius")
+    poisson: float = shared("sample.poisson_ratio")
+    a0: float = shared("contact.a0")
+    instant_modulus: float = param("1 GPa", above="0 Pa", symbol="E_0", doc="Young's modulus at once")
+    relaxed_modulus: float = param(
+        "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
+    )
+    relaxation_time: float = param(
+        "10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain"
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _relaxes(self) -> Self:
+        if self.relaxed_modulus > self.instant_modulus:
+            raise ParameterError(
+                "sls_simple.relaxed_modulus is above instant_modulus, but a solid can only relax"
+            )
+        return self
+
+    @property
+    def stiffness(self) -> float:
+        """Force at once per indentation to the power 3/2 (N/m^1.5)."""
+        return 4.0 / 3.0 * self.instant_modulus / (1.0 - self.poisson**2) * sqrt(self.radius)
+
+    @property
+    def share(self) -> float:
+        """Modulus of the arm over the modulus at once (1)."""
+        return 1.0 - self.relaxed_modulus / self.instant_modulus
+
+    @property
+    def speed(self) -> float:
+        """Inverse relaxation time (1/s)."""
+        return 1.0 / self.relaxation_time
+
+    @staticmethod
+    def law(
+        d: float, rate: float, t: float, memory: Any, stiffness: float, share: float, speed: float, a0: float
+    ) -> float:
+        depth = a0 - d
+        if depth <= 0.0:
+            return 0.0
+        push = depth * sqrt(depth) - share * memory[0]
+        return stiffness * push if push > 0.0 else 0.0
+
+    @staticmethod
+    def evolve(
+        d: float,
+        rate: float,
+        t: float,
+        memory: Any,
+        change: Any,
+        stiffness: float,
+        share: float,
+        speed: float,
+        a0: float,
+    ) -> None:
+        depth = a0 - d
+        height = share * memory[0]
+        if depth > 0.0:
+            height = max(height, depth * sqrt(depth))
+        change[0] = (height - memory[0]) * speed
+
+    def kinks(self) -> tuple[float, ...]:
+        return (self.a0,)
