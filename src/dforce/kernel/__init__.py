@@ -1,0 +1,115 @@
+"""The compiled tip equation: the chosen forces composed into one module, kept on disk."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from dforce.forces import Force
+from dforce.kernel import store
+from dforce.kernel.compose import compose
+from dforce.problem import Problem
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+TWO_PI = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Scales:
+    """The units that a problem is solved in: length (m), angular frequency (rad/s)."""
+
+    length: float
+    omega: float
+
+    @property
+    def speed(self) -> float:
+        """Unit of velocity (m/s)."""
+        return self.length * self.omega
+
+
+def scales(problem: Problem) -> Scales:
+    """Return the scales of a problem: the first tone's free amplitude and angular frequency."""
+    first = problem.tones[0]
+    return Scales(first.A0, TWO_PI * first.frequency)
+
+
+def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
+    """Return the kernel's parameter tuple for one average distance (m)."""
+    scale = scales(problem)
+    numbers = [zc, scale.length, scale.speed, scale.omega, problem.a0]
+    for mode in problem.modes:
+        ratio = TWO_PI * mode.f0 / scale.omega
+        numbers += [ratio**2, ratio / mode.Q, ratio**2 / (mode.k * scale.length)]
+    for force in problem.forces:
+        numbers += force.numbers()
+    return tuple(map(float, numbers))
+
+
+def tone_table(problem: Problem) -> Array:
+    """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode."""
+    scale = scales(problem)
+    table = np.empty((len(problem.tones), 2 + len(problem.modes)))
+    for j, tone in enumerate(problem.tones):
+        table[j, :2] = TWO_PI * tone.frequency / scale.omega, tone.phase
+        for n, mode in enumerate(problem.modes):
+            ratio = TWO_PI * mode.f0 / scale.omega
+            table[j, 2 + n] = ratio**2 * problem.drive[j, n] / (mode.k * scale.length)
+    return table
+
+
+def kink_distances(problem: Problem) -> Array:
+    """Return the distances (m) where a force of the problem is not smooth."""
+    return np.array(sorted({kink for force in problem.forces for kink in force.kinks()}), dtype=float)
+
+
+def announce(text: str) -> None:
+    """Say on the error stream that something takes a moment; replace it to say so elsewhere."""
+    print(text, file=sys.stderr, flush=True)
+
+
+class Kernel:
+    """The composed module of one combination of modes and forces; see ``solvers`` for its entry functions."""
+
+    def __init__(self, module: ModuleType, what: str) -> None:
+        self.module = module
+        self.what = what
+        self.name = module.__name__
+        self._announced = False
+
+    def entry(self, name: str) -> Callable[..., Any]:
+        """Return an entry function; the first compilation of a kernel announces itself."""
+        if not self._announced and not store.is_compiled(self.module, name):
+            announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
+            self._announced = True
+        function: Callable[..., Any] = getattr(self.module, name)
+        return function
+
+
+def signature(force: Force) -> tuple[Any, ...]:
+    """Return what of a force decides its compiled form: its law, its numbers of states and arguments, no parameter."""
+    return type(force), force.law_function(), force.memory, force.layout()
+
+
+def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
+    """Return the kernel of a problem's combination of modes and forces.
+
+    Parameters
+    ----------
+    problem
+        What is to be solved; parameters do not matter, only the number of modes and the forces' classes.
+    entries
+        Entry functions by name, written over :mod:`dforce.kernel.slots`.
+    """
+    key = (len(problem.modes), tuple(signature(force) for force in problem.forces), tuple(entries.items()))
+    if key not in _KERNELS:
+        module = store.load(compose(len(problem.modes), problem.forces, entries))
+        _KERNELS[key] = Kernel(module, " + ".join(force.name for force in problem.forces) or "a free tip")
+    return _KERNELS[key]
+
+
+_KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

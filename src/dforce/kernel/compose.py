@@ -1,0 +1,159 @@
+"""Writes the module that holds one combination of modes and forces, and the loops over it, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from dforce.forces import Force
+from dforce.kernel.link import Linker
+
+HEADER = '''"""Composed by dForce from {what}; never edited, named by the hash of its content."""
+import math
+import numpy as np
+from numba import njit
+
+# contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
+OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}})
+# functions that Python never calls need no wrapper for it: that saves a third of the compile time
+INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
+compiled = njit(**INNER)
+inlined = njit(forceinline=True, **INNER)
+entry = njit(cache=True, **OPTIONS)
+'''
+
+# Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.
+ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
+
+
+def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
+    """Return the text of a module with the composed tip equation and the given entry functions.
+
+    Parameters
+    ----------
+    modes
+        Number of cantilever modes.
+    forces
+        Bound forces; only their laws, layouts and numbers of states matter, not their parameters' values.
+    entries
+        The functions to be called from Python, by name, written over :mod:`dforce.kernel.slots`.
+    """
+    linker = Linker()
+    what = " + ".join(force.name for force in forces) or "no force"
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and {what}"))
+    count = parameter_count(modes) + sum(len(force.arguments()) for force in forces)
+    for text in (*_sizes(modes, forces), *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, count)):
+        linker.emit(text, "inlined")
+    for text in _forces(linker, modes, forces):
+        linker.emit(text, "inlined")
+    for name, function in entries.items():
+        inner = linker.add(function)
+        arguments = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
+        linker.emit(f"@entry\ndef {name}({arguments}):\n    return {inner}({arguments})")
+    return "\n\n".join(linker.text) + "\n"
+
+
+def parameter_count(modes: int) -> int:
+    """Return the place in `p` of the first force's first argument."""
+    return FIRST_MODE + PER_MODE * modes
+
+
+def _sizes(modes: int, forces: Sequence[Force]) -> list[str]:
+    memory = sum(force.memory for force in forces)
+    latches = sum(force.switch is not None for force in forces)
+    sizes = {"mode_count": modes, "memory_size": memory, "latch_count": latches}
+    return [f"def {name}():\n    return {value}" for name, value in sizes.items()]
+
+
+def _tuple(parts: Sequence[str]) -> str:
+    return f"({', '.join(parts)},)"
+
+
+def _kinematics(modes: int) -> list[str]:
+    n = range(modes)
+    x = " + ".join(f"y[{2 * i}]" for i in n)
+    v = " + ".join(f"y[{2 * i + 1}]" for i in n)
+    place = [FIRST_MODE + PER_MODE * i for i in n]
+    slopes = [
+        part
+        for i in n
+        for part in (
+            f"y[{2 * i + 1}]",
+            f"u[{i}] - p[{place[i]}] * y[{2 * i}] - p[{place[i] + 1}] * y[{2 * i + 1}] + p[{place[i] + 2}] * f",
+        )
+    ]
+    sums = "\n".join(f"    u{i} = 0.0" for i in n)
+    adds = "\n".join(f"        u{i} += tones[j, {2 + i}] * c" for i in n)
+    return [
+        f"def distance(y, p):\n    return p[{ZC}] + p[{LENGTH}] * ({x})",
+        f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
+        f"def motion(u, f, y, p):\n    return {_tuple(slopes)}",
+        f"def row(table, i):\n    return {_tuple([f'table[i, {k}]' for k in n])}",
+        f"def drive_at(tones, bases, tau):\n{sums}\n    for j in range(tones.shape[0]):\n"
+        f"        c = math.cos(tones[j, 0] * tau + bases[j])\n{adds}\n    return {_tuple([f'u{i}' for i in n])}",
+    ]
+
+
+def _arithmetic(size: int) -> list[str]:
+    places = range(size)
+    blended = [f"y[{i}] + h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))})" for i in places]
+    slopes = "k1, k2, k3, k4, k5, k6, k7"
+    errors = "\n".join(
+        f"    worst = max(worst, abs(h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))}))"
+        f" / (absolute + max(abs(y[{i}]), abs(end[{i}]))))"
+        for i in places
+    )
+    return [
+        f"def moved(y, h, k):\n    return {_tuple([f'y[{i}] + h * k[{i}]' for i in places])}",
+        "def moved4(y, h, k1, k2, k3, k4):\n    s = h / 6.0\n    return "
+        + _tuple([f"y[{i}] + s * (k1[{i}] + 2.0 * (k2[{i}] + k3[{i}]) + k4[{i}])" for i in places]),
+        f"def blend(y, h, weights, {slopes}):\n    return {_tuple(blended)}",
+        f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
+        f"def motion_of(block, i):\n    return {_tuple([f'block[i, {k}]' for k in places])}",
+        "def keep(block, i, y):\n" + "\n".join(f"    block[i, {k}] = y[{k}]" for k in places),
+    ]
+
+
+def _lanes(modes: int, parameters: int) -> list[str]:
+    places = range(2 * modes)
+    return [
+        f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
+        "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
+        f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
+        f"def lane_drive(amplitudes, j, c):\n    return {_tuple([f'amplitudes[{n}, j] * c' for n in range(modes)])}",
+        f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
+        f"def from_vector(vector):\n    return {_tuple([f'vector[{k}]' for k in places])}",
+    ]
+
+
+def _forces(linker: Linker, modes: int, forces: Sequence[Force]) -> list[str]:
+    place, state, latch = parameter_count(modes), 0, 0
+    terms, evolutions, switches = [], [], []
+    for force in forces:
+        law = linker.add(force.law_function())
+        given = []
+        for several in force.layout():
+            given.append(f"p[{place}]" if several is None else f"p[{place}:{place + several}]")
+            place += 1 if several is None else several
+        memory = [f"memory[{state}:{state + force.memory}]"] if force.evolve is not None else []
+        latched = [f"latched[{latch}]"] if force.switch is not None else []
+        located = [f"p[{ZC}]"] if "zc" in force.leading() else []
+        terms.append(f"{law}({', '.join(['d', 'rate', 't', *memory, *latched, *located, *given])})")
+        if force.evolve is not None:
+            change = f"change[{state}:{state + force.memory}]"
+            evolutions.append(
+                f"    {linker.add(force.evolve)}({', '.join(['d', 'rate', 't', memory[0], change, *given])})"
+            )
+            state += force.memory
+        if force.switch is not None:
+            switches.append(
+                f"    if which == {latch}:\n"
+                f"        return {linker.add(force.switch)}({', '.join([latched[0], 'd', 'rate', 't', *given])})"
+            )
+            latch += 1
+    scale = f"    for i in range({state}):\n        change[i] /= p[{OMEGA}]" if evolutions else "    pass"
+    return [
+        f"def force(d, rate, t, memory, latched, p):\n    return {' + '.join(terms) or '0.0'}",
+        "def evolve(d, rate, t, memory, latched, change, p):\n" + "\n".join([*evolutions, scale]),
+        "def switch(which, latched, d, rate, t, p):\n" + "\n".join([*switches, "    return -1.0"]),
+    ]

@@ -1,0 +1,155 @@
+"""Links plain Python functions, as source text, into one self-contained module.
+
+numba keeps compiled code on disk only for functions whose source is in a file, and does not notice when a function
+in another file changes. So everything that goes into a kernel is copied into one text, and the text's hash is its name.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import inspect
+import math
+import textwrap
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from dforce.errors import ForceError
+from dforce.kernel import slots
+
+RESERVED = {"math", "np", "njit", "compiled", "entry", "OPTIONS"}  # names of the composed module's own
+
+
+class Linker:
+    """Collects functions and what they call; each is emitted once, callees first."""
+
+    def __init__(self) -> None:
+        self._names: dict[Callable[..., Any], str] = {}
+        self._taken: set[str] = set(vars(slots)) | RESERVED
+        self.text: list[str] = []
+
+    def add(self, function: Callable[..., Any], name: str | None = None) -> str:
+        """Add a function and all that it calls; return the name under which the text knows it.
+
+        Raises :class:`ForceError` when it uses something that cannot be copied: only numbers, tuples of numbers,
+        functions of `math` and functions with Python source may be used.
+        """
+        if function in self._names:
+            return self._names[function]
+        node = parse_function(function)
+        wanted = name or f"{function.__module__.rsplit('.', 1)[-1]}_{function.__qualname__}".replace(".", "_")
+        chosen = wanted if wanted not in self._taken else f"{wanted}_{len(self._taken)}"
+        self._taken.add(chosen)
+        self._names[function] = chosen
+        replacements = {
+            used: self._resolve(function, used) for used in sorted(global_names(node)) if used not in vars(builtins)
+        }
+        node = _Renamer(replacements).visit(node)
+        node.name = chosen
+        self.emit(ast.unparse(ast.fix_missing_locations(node)), "inlined" if is_inlined(function) else "compiled")
+        return chosen
+
+    def emit(self, text: str, decorator: str = "") -> None:
+        """Add text to the module, as a function with this decorator where one is given."""
+        self.text.append(f"@{decorator}\n{text}" if decorator else text)
+
+    def _resolve(self, function: Callable[..., Any], used: str) -> ast.expr:
+        where = getattr(inspect.unwrap(function), "__globals__", {})
+        if used not in where:
+            raise ForceError(f"'{function.__qualname__}' uses '{used}', which is not defined")
+        value = where[used]
+        literal = _literal(value)
+        if literal is not None:
+            return literal
+        if value is math or value is np:
+            return ast.Name("math" if value is math else "np", ast.Load())
+        if getattr(value, "__module__", None) == slots.__name__:
+            return ast.Name(value.__name__, ast.Load())
+        if inspect.isbuiltin(value) and value.__module__ == "math":
+            return ast.Attribute(ast.Name("math", ast.Load()), value.__name__, ast.Load())
+        if isinstance(value, FunctionType):
+            return ast.Name(self.add(value), ast.Load())
+        raise ForceError(
+            f"'{function.__qualname__}' uses '{used}', a {type(value).__name__}; a law may use only numbers, "
+            "functions of math and functions of its own file"
+        )
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that must not stay a call: only a loop without calls is turned into vector instructions."""
+    function.inlined = True  # type: ignore[attr-defined]
+    return function
+
+
+def is_inlined(function: Callable[..., Any]) -> bool:
+    """Say whether calls of a function are to be replaced by its body: laws, and what is marked so."""
+    return getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces")
+
+
+def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:
+    """Return the function's syntax tree without decorators, annotations and docstring."""
+    try:
+        source = textwrap.dedent(inspect.getsource(function))
+    except (OSError, TypeError):
+        raise ForceError(f"the source of '{function.__qualname__}' cannot be read; define it in a file") from None
+    tree = ast.parse(source)
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    if not found or any(isinstance(node, ast.Lambda | ast.Nonlocal | ast.Global) for node in ast.walk(tree)):
+        raise ForceError(f"'{function.__qualname__}' must be a plain function without lambda, global or nonlocal")
+    node = found[0]
+    if len(found) > 1:
+        raise ForceError(f"'{function.__qualname__}' must not define functions inside")
+    node.decorator_list = []
+    node.returns = None
+    for argument in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
+        argument.annotation = None
+    for inner in ast.walk(node):
+        for name, value in ast.iter_fields(inner):
+            if isinstance(value, list):
+                setattr(inner, name, [_without_annotation(item) for item in value])
+    if ast.get_docstring(node) is not None:
+        node.body = node.body[1:] or [ast.Pass()]
+    return node
+
+
+def _without_annotation(item: Any) -> Any:
+    if isinstance(item, ast.AnnAssign) and item.value is not None:
+        return ast.copy_location(ast.Assign([item.target], item.value), item)
+    return item
+
+
+def global_names(node: ast.FunctionDef) -> set[str]:
+    """Return the names that a function reads from outside itself."""
+    local = {argument.arg for argument in ast.walk(node) if isinstance(argument, ast.arg)}
+    names = [inner for inner in ast.walk(node) if isinstance(inner, ast.Name)]
+    local |= {name.id for name in names if isinstance(name.ctx, ast.Store)}
+    return {name.id for name in names if isinstance(name.ctx, ast.Load)} - local
+
+
+class _Renamer(ast.NodeTransformer):
+    def __init__(self, replacements: dict[str, ast.expr]) -> None:
+        self.replacements = replacements
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if isinstance(node.ctx, ast.Load) and node.id in self.replacements:
+            return self.replacements[node.id]
+        return node
+
+
+def _literal(value: Any) -> ast.expr | None:
+    """Return a number, or a tuple of numbers, as source text; None for anything else."""
+    if isinstance(value, bool):
+        return ast.Constant(value)
+    if isinstance(value, int | np.integer):
+        return ast.parse(repr(int(value)), mode="eval").body
+    if isinstance(value, float | np.floating):
+        number = float(value)
+        return ast.parse(repr(number) if math.isfinite(number) else f"float('{number}')", mode="eval").body
+    if isinstance(value, tuple) and value:
+        items = [_literal(item) for item in value]
+        found = [item for item in items if item is not None]
+        return ast.Tuple(found, ast.Load()) if len(found) == len(items) else None
+    return None

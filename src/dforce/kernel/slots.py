@@ -1,0 +1,128 @@
+"""The vocabulary in which solvers and observables are written.
+
+Each name here is a place that the kernel fills for one combination of modes and forces (see ``compose.py``): the solvers'
+loops import these names, and the linker puts the composed functions in their place. They are never called as they stand.
+
+Scaled quantities: length in the first tone's free amplitude, time in 1/omega of the first tone. The motion is a tuple
+``y = (x1, v1, x2, v2, ...)`` of scaled deflections and velocities; `p` is the tuple of all parameters. Distances `d`,
+their `rate` and the time `t`, forces, and the forces' memory are in SI units.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def memory_size() -> int:
+    """Return the number of the forces' state variables."""
+    raise NotImplementedError
+
+
+def latch_count() -> int:
+    """Return the number of forces with two branches."""
+    raise NotImplementedError
+
+
+def mode_count() -> int:
+    """Return the number of modes."""
+    raise NotImplementedError
+
+
+def distance(y: Any, p: Any) -> float:
+    """Return the tip–surface distance d (m)."""
+    raise NotImplementedError
+
+
+def rate_of(y: Any, p: Any) -> float:
+    """Return the tip's velocity (m/s)."""
+    raise NotImplementedError
+
+
+def force(d: float, rate: float, t: float, memory: Any, latched: Any, p: Any) -> float:
+    """Return the sum of all forces on the tip (N)."""
+    raise NotImplementedError
+
+
+def motion(u: Any, f: float, y: Any, p: Any) -> Any:
+    """Return dy/dtau under the drive `u` (one value per mode) and the force `f` (N)."""
+    raise NotImplementedError
+
+
+def evolve(d: float, rate: float, t: float, memory: Any, latched: Any, change: Any, p: Any) -> None:
+    """Write the rates of change of the forces' states (per scaled time) into `change`."""
+    raise NotImplementedError
+
+
+def switch(which: int, latched: Any, d: float, rate: float, t: float, p: Any) -> float:
+    """Return the function of one latch that rises through zero where its branch changes."""
+    raise NotImplementedError
+
+
+def moved(y: Any, h: float, k: Any) -> Any:
+    """Return y + h k."""
+    raise NotImplementedError
+
+
+def moved4(y: Any, h: float, k1: Any, k2: Any, k3: Any, k4: Any) -> Any:
+    """Return y + h/6 (k1 + 2 k2 + 2 k3 + k4)."""
+    raise NotImplementedError
+
+
+def blend(y: Any, h: float, weights: Any, k1: Any, k2: Any, k3: Any, k4: Any, k5: Any, k6: Any, k7: Any) -> Any:
+    """Return y + h times the weighted sum of seven slopes."""
+    raise NotImplementedError
+
+
+def column(lanes: Any, j: int) -> Any:
+    """Return the motion y of lane j."""
+    raise NotImplementedError
+
+
+def put_column(lanes: Any, j: int, y: Any) -> None:
+    """Write the motion y of lane j."""
+    raise NotImplementedError
+
+
+def parameters_of(table: Any, j: int) -> Any:
+    """Return the parameter tuple p of lane j."""
+    raise NotImplementedError
+
+
+def lane_drive(amplitudes: Any, j: int, c: float) -> Any:
+    """Return the drive on each mode of lane j, its amplitudes times c."""
+    raise NotImplementedError
+
+
+def at_distance(p: Any, zc: float) -> Any:
+    """Return the parameter tuple with another average distance (m)."""
+    raise NotImplementedError
+
+
+def from_vector(vector: Any) -> Any:
+    """Return the motion y that an array holds."""
+    raise NotImplementedError
+
+
+def row(table: Any, i: int) -> Any:
+    """Return row i of a table with one column per mode, as a tuple."""
+    raise NotImplementedError
+
+
+def motion_of(block: Any, i: int) -> Any:
+    """Return the motion y at sample i of a recorded period."""
+    raise NotImplementedError
+
+
+def keep(block: Any, i: int, y: Any) -> None:
+    """Write the motion y as sample i of a recorded period."""
+    raise NotImplementedError
+
+
+def drive_at(tones: Any, bases: Any, tau: float) -> Any:
+    """Return the drive on each mode at the scaled time `tau` within the period."""
+    raise NotImplementedError
+
+
+def error_norm(h: float, weights: Any, y: Any, end: Any, absolute: float, k1: Any, k2: Any, k3: Any, k4: Any, k5: Any, k6: Any, k7: Any) -> float:
+    """Return the largest weighted difference of the two embedded solutions, relative to `absolute` plus the motion."""
+    raise NotImplementedError

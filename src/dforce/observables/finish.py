@@ -1,0 +1,92 @@
+"""Turns what was measured over each period into the quantities that a result holds, in SI units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array, Scales
+from dforce.observables import measure as m
+from dforce.problem import Problem
+
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+
+
+def phase_lag(c: Complex) -> Array:
+    """Return the phase lag (degrees) of complex amplitudes, in (-90°, 270°].
+
+    Never folded, and without a jump near 0° (far below resonance) and 180° (strong attraction).
+    """
+    return 270.0 - (270.0 + np.degrees(np.angle(c))) % 360.0
+
+
+def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Any]:
+    """Return every scalar observable of a settled motion.
+
+    Parameters
+    ----------
+    problem, scales
+        What was solved, and the units it was solved in.
+    harmonics
+        Number of harmonics that were measured.
+    rows
+        One row a period, as ``measure`` writes them, shape (periods, columns).
+    weights
+        Weight of each period, shape (periods,).
+
+    Returns
+    -------
+    dict
+        SI values by the names of :data:`dforce.quantities.OBSERVABLES`: floats, and arrays over tones, modes or
+        harmonics.
+    """
+    modes, tones = len(problem.modes), len(problem.tones)
+    mean = weights @ rows
+    pairs = mean[m.FIRST :: 2] + 1j * mean[m.FIRST + 1 :: 2]
+    by_tone = pairs[: tones * (modes + 1)].reshape(tones, modes + 1)
+    total = by_tone[:, -1]
+    of_harmonics = pairs[tones * (modes + 1) :][:harmonics]
+    of_force = pairs[tones * (modes + 1) + harmonics :]
+    driver = [driving_tone(problem, n) for n in range(modes)]
+    of_modes = by_tone[driver, range(modes)]
+    work = of_force[driver] * of_modes.conj() * scales.length
+    period = 1.0 / problem.tones[0].frequency
+    z_mean = mean[m.Z] * scales.length
+    z_min, z_max = rows[:, m.Z_MIN].min() * scales.length, rows[:, m.Z_MAX].max() * scales.length
+    d_min = rows[:, m.D_MIN].min()
+    values: dict[str, Any] = {
+        "amplitude": np.abs(total) * scales.length,
+        "phase": phase_lag(total),
+        "mode_amplitude": np.abs(of_modes) * scales.length,
+        "mode_phase": phase_lag(of_modes),
+    }
+    if tones == 1:
+        values |= {
+            "harmonic_amplitude": np.abs(of_harmonics) * scales.length,
+            "harmonic_phase": phase_lag(of_harmonics),
+        }
+    return values | {
+        "mean_deflection": z_mean,
+        "min_deflection": z_min,
+        "max_deflection": z_max,
+        "half_peak_to_peak": 0.5 * (z_max - z_min),
+        "peak_force": rows[:, m.F_MAX].max(),
+        "min_force": rows[:, m.F_MIN].min(),
+        "mean_force": mean[m.F],
+        "min_distance": d_min,
+        "max_indentation": max(0.0, problem.a0 - d_min),
+        "contact_time": mean[m.CONTACT] * period,
+        "contact_fraction": mean[m.CONTACT],
+        "peak_velocity": rows[:, m.V_MAX].max(),
+        "virial": 0.5 * work.real,
+        "dissipated_energy": -np.pi * work.imag,
+        "total_virial": mean[m.F_Z] - mean[m.F] * z_mean,
+        "total_dissipated_energy": -mean[m.F_V] * period,
+        "power": -mean[m.F_V],
+    }
+
+
+def driving_tone(problem: Problem, mode: int) -> int:
+    """Return which tone drives a mode; the first one where none does."""
+    return next((j for j, tone in enumerate(problem.tones) if tone.mode == mode), 0)

@@ -1,0 +1,224 @@
+"""Everything that is measured over one period of the first tone, from its samples.
+
+Deflections are summed over the samples. Forces are not smooth, so their averages are taken piece by piece: each step
+between samples is cut where the motion turns, where the force has a kink and where a branch switches, and each piece
+is integrated by Gauss–Legendre quadrature on the cubic Hermite interpolant of the motion. The same pieces give the
+contact time and the extremes between samples. Next to a kink a force may start like the root of the distance to it,
+which the substitution s = u^2 (3 - 2u) makes smooth.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel.slots import distance, force, latch_count, memory_size, mode_count, motion_of, rate_of, switch
+from dforce.observables.lockin import TAU, deflection, lock_in_column
+from dforce.observables.pieces import MOST_CUTS, cubic, cubic_rate, cut_at_kinks, fastest, insert, turning
+
+# columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
+Z, F, F_Z, F_V, CONTACT, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST = range(12)
+
+# Gauss–Legendre on (0, 1) with three nodes; behind them with six, after the substitution for pieces of a cut step
+PLAIN, CUT = 3, 9
+NODES = (
+    0.1127016653792583, 0.5, 0.8872983346207417,
+    0.003343283942477668, 0.0763627911457814, 0.3244323018146883, 0.6755676981853117, 0.9236372088542186, 0.9966567160575223,
+)  # fmt: skip
+WEIGHTS = (
+    0.2777777777777778, 0.4444444444444444, 0.2777777777777778,
+    0.01676846244060248, 0.1522780409672892, 0.3309534965921084, 0.3309534965921084, 0.1522780409672892, 0.01676846244060248,
+)  # fmt: skip
+GOLDEN = 0.6180339887498949
+
+
+def force_within(s: float, h: float, block: Any, i: int, t: float, stage: Any, late: bool, p: Any) -> float:
+    """Return the force at the share s of step i; `late` takes the branches from the step's end."""
+    a, b = motion_of(block, i), motion_of(block, i + 1)
+    d = cubic(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
+    rate = cubic_rate(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
+    place = 2 * mode_count()
+    for k in range(memory_size()):
+        stage[k] = (1.0 - s) * block[i, place + k] + s * block[i + 1, place + k]
+    place += memory_size()
+    if latch_count():
+        which = i + 1 if late else i
+        return force(d, rate, t + s * h, stage, block[which, place : place + latch_count()], p)
+    return force(d, rate, t + s * h, stage, stage, p)
+
+
+def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
+    """Return where in step i a branch switched, or 1 when none did."""
+    place = 2 * mode_count() + memory_size()
+    a, b = motion_of(block, i), motion_of(block, i + 1)
+    d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
+    first = 1.0
+    for which in range(latch_count()):
+        if block[i, place + which] == block[i + 1, place + which]:
+            continue
+        low, high = 0.0, 1.0
+        for _ in range(40):
+            s = 0.5 * (low + high)
+            d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
+            if switch(which, block[i, place : place + latch_count()], d, rate, t + s * h, p) > 0.0:
+                high = s
+            else:
+                low = s
+        first = min(first, high)
+    return first
+
+
+def refine(h: float, block: Any, i: int, t: float, stage: Any, sign: float, best: float, p: Any) -> float:
+    """Return the extreme of sign times the force within step i, by golden section, no worse than `best`."""
+    low, high = 0.0, 1.0
+    for _ in range(8):  # to a hundredth of the step, where the force is flat to a millionth
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        at_left = sign * force_within(left, h, block, i, t, stage, False, p)
+        at_right = sign * force_within(right, h, block, i, t, stage, False, p)
+        best = max(best, at_left, at_right)
+        if at_left > at_right:
+            high = right
+        else:
+            low = left
+    return best
+
+
+def measure(
+    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, harmonics: int, stage: Any, out: Any
+) -> None:
+    """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
+    for k in range(out.shape[0]):
+        out[k] = 0.0
+    forces = measure_motion(block, points, tones, bases, harmonics, out)
+    measure_force(block, period, points, tones, bases, p, kinks, stage, forces, out)
+
+
+def measure_motion(block: Any, points: int, tones: Any, bases: Any, harmonics: int, out: Any) -> int:
+    """Measure the deflection at the samples; return the first column of the force's lock-ins."""
+    modes = mode_count()
+    place = FIRST
+    for j in range(tones.shape[0]):
+        for n in range(modes + 1):
+            lock_in_column(block, n, points, tones[j, 0], bases[j], out, place + 2 * n)
+        place += 2 * (modes + 1)
+    z = np.empty(points)
+    cosine, sine = np.empty(points), np.empty(points)
+    turn_c, turn_s = math.cos(TAU / points), math.sin(TAU / points)
+    c, s = 1.0, 0.0
+    total = 0.0
+    for i in range(points):
+        z[i] = deflection(block, i)
+        cosine[i], sine[i] = c, s
+        c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
+    z[0] = 0.5 * (z[0] + deflection(block, points))
+    for i in range(points):
+        total += z[i]
+    out[Z] = total / points
+    for k in range(1, harmonics + 1):
+        real, imaginary, angle = 0.0, 0.0, 0
+        for i in range(points):
+            real += z[i] * cosine[angle]
+            imaginary -= z[i] * sine[angle]
+            angle += k
+            if angle >= points:
+                angle -= points
+        c, s = math.cos(k * bases[0]), math.sin(k * bases[0])
+        out[place] = 2.0 * (real * c + imaginary * s) / points
+        out[place + 1] = 2.0 * (imaginary * c - real * s) / points
+        place += 2
+    return place
+
+
+def measure_force(
+    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, stage: Any, forces: int, out: Any
+) -> None:
+    """Measure the force and the extremes of the motion, step by step between the samples."""
+    h = TAU / points / p[3]
+    last = block.shape[1] - 1
+    start = period * TAU / p[3]
+    cuts = np.empty(MOST_CUTS + 1)
+    phasors = np.empty((4, tones.shape[0]))  # of each tone: cosine and sine now, and the turn of half a step
+    near = p[4]
+    for kink in kinks:
+        near = max(near, kink)
+    for j in range(tones.shape[0]):
+        half = 0.5 * tones[j, 0] * TAU / points
+        phasors[0, j], phasors[1, j] = math.cos(bases[j]), math.sin(bases[j])
+        phasors[2, j], phasors[3, j] = math.cos(half), math.sin(half)
+    d_min, d_max, fast = np.inf, -np.inf, 0.0
+    f_min, f_max, lowest, highest = np.inf, -np.inf, 0, 0
+    f_sum, fz_sum, fv_sum = 0.0, 0.0, 0.0
+    b = motion_of(block, 0)
+    d1, v1 = distance(b, p), rate_of(b, p)
+    for i in range(points):
+        t = start + i * h
+        d0, v0 = d1, v1
+        b = motion_of(block, i + 1)
+        d1, v1 = distance(b, p), rate_of(b, p)
+        f0, f1 = block[i, last], block[i + 1, last]
+        d_min, d_max = min(d_min, d0), max(d_max, d0)
+        fast = max(fast, fastest(h, d0, v0, d1, v1))
+        if f0 > f_max:
+            f_max, highest = f0, i
+        if f0 < f_min:
+            f_min, lowest = f0, i
+        if v0 * v1 > 0.0 and d0 > near and d1 > near and not latch_count():
+            fm = force_within(0.5, h, block, i, t, stage, False, p)
+            dm, vm = cubic(0.5, h, d0, v0, d1, v1), cubic_rate(0.5, h, d0, v0, d1, v1)
+            f_sum += f0 + 4.0 * fm + f1
+            fz_sum += f0 * (d0 - p[0]) + 4.0 * fm * (dm - p[0]) + f1 * (d1 - p[0])
+            fv_sum += f0 * v0 + 4.0 * fm * vm + f1 * v1
+            add_smooth(phasors, f0, 4.0 * fm, f1, 1.0 / (3.0 * points), forces, out)
+            continue
+        turn = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
+        count = cut_at_kinks(cuts, turn, kinks, h, d0, v0, d1, v1)
+        switched = 1.0
+        if latch_count():
+            switched = switching_share(block, i, h, t, p)
+            count = insert(cuts, count, switched)
+        cuts[count] = 1.0
+        d = cubic(turn, h, d0, v0, d1, v1)
+        d_min, d_max = min(d_min, d), max(d_max, d)
+        low = 0.0
+        for k in range(count + 1):
+            high = cuts[k]
+            middle = 0.5 * (low + high)
+            if cubic(middle, h, d0, v0, d1, v1) < p[4]:
+                out[CONTACT] += (high - low) / points
+            for q in range(3):
+                s = low + NODES[q] * (high - low)
+                f = force_within(s, h, block, i, t, stage, middle > switched, p)
+                weight = WEIGHTS[q] * (high - low)
+                if f > f_max:
+                    f_max, highest = f, i
+                if f < f_min:
+                    f_min, lowest = f, i
+                f_sum += 6.0 * weight * f
+                fz_sum += 6.0 * weight * f * (cubic(s, h, d0, v0, d1, v1) - p[0])
+                fv_sum += 6.0 * weight * f * cubic_rate(s, h, d0, v0, d1, v1)
+                for j in range(tones.shape[0]):
+                    angle = tones[j, 0] * (TAU / points * (i + s)) + bases[j]
+                    out[forces + 2 * j] += 2.0 * weight * f * math.cos(angle) / points
+                    out[forces + 2 * j + 1] -= 2.0 * weight * f * math.sin(angle) / points
+            low = high
+        add_smooth(phasors, 0.0, 0.0, 0.0, 0.0, forces, out)
+    for i in (max(highest - 1, 0), highest):
+        f_max = refine(h, block, i, start + i * h, stage, 1.0, f_max, p)
+    for i in (max(lowest - 1, 0), lowest):
+        f_min = -refine(h, block, i, start + i * h, stage, -1.0, -f_min, p)
+    out[F], out[F_Z], out[F_V] = f_sum / (6.0 * points), fz_sum / (6.0 * points), fv_sum / (6.0 * points)
+    out[F_MIN], out[F_MAX], out[D_MIN], out[V_MAX] = f_min, f_max, d_min, fast
+    out[Z_MIN], out[Z_MAX] = (d_min - p[0]) / p[1], (d_max - p[0]) / p[1]
+
+
+def add_smooth(phasors: Any, f0: float, fm: float, f1: float, weight: float, place: int, out: Any) -> None:
+    """Add a step to the force's lock-ins from its start, middle and end, and turn the tones' phasors to its end."""
+    for j in range(phasors.shape[1]):
+        c0, s0, turn_c, turn_s = phasors[0, j], phasors[1, j], phasors[2, j], phasors[3, j]
+        cm, sm = c0 * turn_c - s0 * turn_s, s0 * turn_c + c0 * turn_s
+        c1, s1 = cm * turn_c - sm * turn_s, sm * turn_c + cm * turn_s
+        out[place + 2 * j] += weight * (f0 * c0 + fm * cm + f1 * c1)
+        out[place + 2 * j + 1] -= weight * (f0 * s0 + fm * sm + f1 * s1)
+        phasors[0, j], phasors[1, j] = c1, s1

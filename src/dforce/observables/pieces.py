@@ -1,0 +1,98 @@
+"""The cubic Hermite interpolant of the motion within a step, and the pieces that a step is cut into."""
+
+from __future__ import annotations
+
+from typing import Any
+
+MOST_CUTS = 16  # within one step
+
+
+def cubic(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -> float:
+    """Return the Hermite interpolant at the share s of a step."""
+    r = 1.0 - s
+    return r * r * ((1.0 + 2.0 * s) * x0 + s * h * v0) + s * s * ((1.0 + 2.0 * r) * x1 - r * h * v1)
+
+
+def cubic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -> float:
+    """Return the slope of the Hermite interpolant at the share s of a step."""
+    r = 1.0 - s
+    return 6.0 * s * r * (x1 - x0) / h + r * (r - 2.0 * s) * v0 + s * (s - 2.0 * r) * v1
+
+
+def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float) -> float:
+    """Return where the interpolant passes a level that lies between its ends, by secants kept in a bracket."""
+    low, high, s = 0.0, 1.0, (level - d0) / (d1 - d0)
+    for _ in range(12):
+        miss = cubic(s, h, d0, v0, d1, v1) - level
+        if (miss > 0.0) == (d0 > level):
+            low = s
+        else:
+            high = s
+        slope = h * cubic_rate(s, h, d0, v0, d1, v1)
+        s = s - miss / slope if slope != 0.0 else 0.5 * (low + high)
+        if not low < s < high:
+            s = 0.5 * (low + high)
+        if abs(miss) < 1e-14 * abs(d1 - d0):
+            break
+    return s
+
+
+def crossing_between(
+    level: float, low: float, high: float, h: float, d0: float, v0: float, d1: float, v1: float
+) -> float:
+    """Return where the interpolant passes a level between two shares of a step that bracket it, by bisection."""
+    above = cubic(low, h, d0, v0, d1, v1) > level
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if (cubic(middle, h, d0, v0, d1, v1) > level) == above:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def turning(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
+    """Return where the interpolant turns between two ends with opposite velocities."""
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if (cubic_rate(middle, h, d0, v0, d1, v1) > 0.0) == (v0 > 0.0):
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def insert(cuts: Any, count: int, s: float) -> int:
+    """Put a cut in its place in the ordered list; return the new count."""
+    if s <= 0.0 or s >= 1.0 or count >= MOST_CUTS:
+        return count
+    k = count
+    while k > 0 and cuts[k - 1] > s:
+        cuts[k] = cuts[k - 1]
+        k -= 1
+    cuts[k] = s
+    return count + 1
+
+
+def cut_at_kinks(cuts: Any, turn: float, kinks: Any, h: float, d0: float, v0: float, d1: float, v1: float) -> int:
+    """List where a step must be cut: at its turn, and where it passes a kink; return how many cuts there are."""
+    count = insert(cuts, 0, turn)
+    d_turn = cubic(turn, h, d0, v0, d1, v1) if turn > 0.0 else d0
+    for kink in kinks:
+        if turn > 0.0 and (d0 - kink) * (d_turn - kink) < 0.0:
+            count = insert(cuts, count, crossing_between(kink, 0.0, turn, h, d0, v0, d1, v1))
+        if (d_turn - kink) * (d1 - kink) < 0.0:
+            count = insert(cuts, count, crossing_between(kink, max(turn, 0.0), 1.0, h, d0, v0, d1, v1))
+    return count
+
+
+def fastest(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
+    """Return the largest speed on the interpolant, whose slope is a parabola."""
+    bend = 6.0 * (v0 + v1) / h - 12.0 * (d1 - d0) / (h * h)  # change of the acceleration over the step
+    speed = max(abs(v0), abs(v1))
+    if bend != 0.0:
+        s = -((6.0 * (d1 - d0) / h - 4.0 * v0 - 2.0 * v1) / h) / bend
+        if 0.0 < s < 1.0:
+            speed = max(speed, abs(cubic_rate(s, h, d0, v0, d1, v1)))
+    return speed

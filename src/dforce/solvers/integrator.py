@@ -1,0 +1,225 @@
+"""The integrators as objects: each advances a motion by whole periods and measures it on the way."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from dforce import kernel
+from dforce.kernel import Array
+from dforce.observables import lockin, measure
+from dforce.problem import Problem
+from dforce.solvers import _loops, adaptive, lsoda, rk4, shooting
+from dforce.solvers._settings import SolverSettings
+
+ENTRIES: dict[str, Callable[..., Any]] = {
+    "march_rk4": rk4.march,
+    "march_adaptive": adaptive.march,
+    "follow": shooting.follow,
+    "derivative": lsoda.derivative,
+    "sample": lsoda.sample,
+    "lock_in": lockin.lock_in,
+    "measure": measure.measure,
+    "phases": _loops.phases,
+}
+PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
+ROUND = 16  # sample counts are multiples of this
+STEPS_PER_PERIOD = 60  # of the fastest mode, that LSODA takes at least: so that it cannot step over a contact
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The state of cantilever and sample at the start of a period of the first tone, scaled (see ``kernel``)."""
+
+    y: tuple[float, ...]
+    memory: Array
+    latched: Array
+    period: int
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all numbers are finite."""
+        return all(map(math.isfinite, self.y)) and bool(np.isfinite(self.memory).all())
+
+
+def sample_count(problem: Problem, settings: SolverSettings) -> int:
+    """Return the samples per period of the first tone: as asked, or more where a mode or tone needs it.
+
+    RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term; the step h is made small
+    enough for :data:`PHASE_ERROR`. Every tone and mode gets at least 32 samples per period.
+    """
+    first = problem.tones[0].frequency
+    needs = [32.0 * tone.frequency / first for tone in problem.tones]
+    for mode in problem.modes:
+        least = 32.0
+        if settings.integrator == "rk4":
+            least = max(least, 2.0 * math.pi * (2.0 * mode.Q / (120.0 * PHASE_ERROR)) ** 0.25)
+        needs.append(least * mode.f0 / first)
+    if max(needs) <= settings.points_per_period:
+        return settings.points_per_period
+    return ROUND * math.ceil(max(needs) / ROUND)
+
+
+class Integrator(ABC):
+    """A problem made ready to be integrated by one method, at one distance after another."""
+
+    name: ClassVar[str]
+    order: ClassVar[str]
+    source: ClassVar[str]
+
+    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int) -> None:
+        self.problem, self.settings, self.harmonics = problem, settings, harmonics
+        self.kernel = kernel.load(problem, ENTRIES)
+        self.scales = kernel.scales(problem)
+        self.tones = kernel.tone_table(problem)
+        self.kinks = kernel.kink_distances(problem)
+        self.points = sample_count(problem, settings)
+        modes, count = len(problem.modes), len(problem.tones)
+        self.memory_size = sum(force.memory for force in problem.forces)
+        self.latch_count = sum(force.switch is not None for force in problem.forces)
+        self.columns = measure.FIRST + 2 * count * (modes + 1) + 2 * harmonics + 2 * count
+        self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
+        width = 2 * modes + self.memory_size + self.latch_count + 1
+        self.block = np.zeros((self.points + 1, width))
+        self.work = np.zeros((9, max(self.memory_size, 1)))
+        self.p: tuple[float, ...] = ()
+
+    def place(self, zc: float) -> None:
+        """Go to an average distance (m)."""
+        self.p = kernel.parameters(self.problem, zc)
+
+    def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, np.ndarray[Any, np.dtype[np.complex128]]]:
+        """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
+        out = np.empty((periods, 2 * len(self.problem.tones)))
+        motion = self._march(motion, periods, False, out)
+        return motion, out[:, ::2] + 1j * out[:, 1::2]
+
+    def observe(self, motion: Motion, periods: int) -> tuple[Motion, Array]:
+        """Advance; return the motion and all that is measured over each period, see ``observables``."""
+        out = np.empty((periods, self.columns))
+        return self._march(motion, periods, True, out), out
+
+    def record(self, motion: Motion) -> tuple[Motion, Array]:
+        """Advance one period; return the motion and its samples, both ends included."""
+        motion = self._march(motion, 1, False, np.empty((1, 2 * len(self.problem.tones))))
+        return motion, self.block.copy()
+
+    @abstractmethod
+    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion: ...
+
+
+def free_amplitudes(integrator: Integrator, period: int = 0) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    """Return the complex amplitudes (m) of the motion without forces at the start of a period, (tones, modes)."""
+    problem = integrator.problem
+    turns = np.array([tone.frequency / problem.tones[0].frequency * period for tone in problem.tones])
+    return np.asarray(problem.free * np.exp(1j * kernel.TWO_PI * (turns - np.floor(turns)))[:, None])
+
+
+def with_amplitudes(integrator: Integrator, amplitudes: np.ndarray[Any, Any], period: int = 0) -> Motion:
+    """Return the state at the start of a period that moves with these amplitudes; forces' memories are at rest."""
+    omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
+    x = amplitudes.sum(0).real / integrator.scales.length
+    v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed
+    y = tuple(float(value) for pair in zip(x, v, strict=True) for value in pair)
+    return Motion(y, np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
+
+
+class RK4(Integrator):
+    """Runge–Kutta with fixed steps, locked to the first tone."""
+
+    name = "rk4"
+    order = "4"
+    source = "M. W. Kutta, Z. Math. Phys. 46, 435 (1901)"
+
+    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
+        memory, latched = motion.memory.copy(), motion.latched.copy()
+        table = np.empty((2 * self.points + 1, len(self.problem.modes)))
+        y = self.kernel.entry("march_rk4")(
+            motion.y, memory, latched, motion.period, periods, self.points, self.tones, self.p, self.kinks, self.work,
+            self.block, table, self.harmonics, every, out,
+        )  # fmt: skip
+        return Motion(y, memory, latched, motion.period + periods)
+
+
+class Adaptive(Integrator):
+    """Dormand–Prince with step control that lands on kinks: the reference."""
+
+    name = "adaptive"
+    order = "5(4)"
+    source = "J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6, 19 (1980)"
+
+    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
+        memory, latched = motion.memory.copy(), motion.latched.copy()
+        y = self.kernel.entry("march_adaptive")(
+            motion.y, memory, latched, motion.period, periods, self.points, self.tones, self.p, self.kinks, self.work,
+            self.block, self.settings.relative_tolerance, self.sizes, self.harmonics, every, out,
+        )  # fmt: skip
+        return Motion(y, memory, latched, motion.period + periods)
+
+
+class LSODA(Integrator):
+    """SciPy's LSODA over the compiled right-hand side."""
+
+    name = "lsoda"
+    order = "1 to 12 (Adams), 1 to 5 (BDF)"
+    source = "L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)"
+
+    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int) -> None:
+        super().__init__(problem, settings, harmonics)
+        self._flow: lsoda.Flow | None = None
+        self._left: Motion | None = None  # the motion where the flow stands
+        self._first = 0  # the period in which it started
+
+    def place(self, zc: float) -> None:
+        super().place(zc)
+        self._left = None
+
+    def _flow_from(self, motion: Motion) -> lsoda.Flow:
+        """Return a flow that stands at a motion: the last one if it does, so that results depend on no chunk size."""
+        if self._flow is not None and motion is self._left:
+            return self._flow
+        latched, bases = motion.latched.copy(), np.empty(len(self.tones))
+        self.kernel.entry("phases")(self.tones, motion.period, bases)
+        fastest = max(1.0, *(mode.f0 / self.problem.tones[0].frequency for mode in self.problem.modes))
+        self._first = motion.period
+        return lsoda.Flow(
+            self.kernel.entry("derivative"), self.kernel.entry("sample"), np.concatenate([motion.y, motion.memory]),
+            motion.period * _loops.TAU, latched, self.tones, bases, self.p, self.settings.relative_tolerance,
+            _loops.TAU / STEPS_PER_PERIOD / fastest,
+        )  # fmt: skip
+
+    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
+        lock_in, measured, phases = (self.kernel.entry(name) for name in ("lock_in", "measure", "phases"))
+        flow, bases = self._flow_from(motion), np.empty(len(self.tones))
+        out.fill(np.nan)
+        for row in range(periods):
+            period = motion.period + row
+            start = (period - self._first) * _loops.TAU
+            flow.sample(self.block, 0)
+            with warnings.catch_warnings(action="ignore"):  # SciPy's, of steps that fail: they end as NaN
+                for i in range(1, self.points + 1):
+                    flow.advance(start + i * _loops.TAU / self.points, self.block, i)
+            if not np.isfinite(flow.state).all():
+                break
+            phases(self.tones, period, bases)
+            if every:
+                measured(
+                    self.block, period, self.points, self.tones, bases, self.p, self.kinks, self.harmonics, self.work[0],
+                    out[row],
+                )  # fmt: skip
+            else:
+                lock_in(self.block, self.points, self.tones, bases, out[row])
+        size = len(motion.y)
+        y = tuple(map(float, flow.state[:size]))
+        left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)
+        self._flow, self._left = flow, left
+        return left
+
+
+INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, LSODA, Adaptive)}

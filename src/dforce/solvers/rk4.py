@@ -1,0 +1,215 @@
+"""The classical Runge–Kutta method with fixed steps locked to the drive.
+
+Order 4 (M. W. Kutta, Z. Math. Phys. 46, 435 (1901)). A step that passes a kink of the force, or the switch of a force with
+two branches, is cut there in two: without the cut the order is lost, and a force that jumps never settles.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel.link import inlined
+from dforce.kernel.slots import (
+    distance,
+    drive_at,
+    evolve,
+    force,
+    keep,
+    memory_size,
+    motion,
+    moved,
+    moved4,
+    rate_of,
+    row,
+)
+from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed, phases, risen, seconds, tabulate
+from dforce.observables.lockin import lock_in
+from dforce.observables.measure import measure
+from dforce.observables.pieces import crossing
+
+MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
+NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
+LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
+
+
+@inlined
+def step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
+    work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later; the memory then is in `stage`. Forces are evaluated within the limits."""
+    half = seconds(0.5 * h, p)
+    full = seconds(h, p)
+    size = memory_size()
+    d = distance(y, p)
+    rate = rate_of(y, p)
+    k1 = motion(u0, f, y, p)
+    ya = moved(y, 0.5 * h, k1)
+    da, ra = held(distance(ya, p), limits), rate_of(ya, p)
+    if size:
+        evolve(d, rate, t, memory, latched, work[1], p)
+        for i in range(size):
+            stage[i] = memory[i] + 0.5 * h * work[1, i]
+        evolve(da, ra, t + half, stage, latched, work[2], p)
+    k2 = motion(u1, force(da, ra, t + half, stage, latched, p), ya, p)
+    yb = moved(y, 0.5 * h, k2)
+    db, rb = held(distance(yb, p), limits), rate_of(yb, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + 0.5 * h * work[2, i]
+        evolve(db, rb, t + half, stage, latched, work[3], p)
+    k3 = motion(u1, force(db, rb, t + half, stage, latched, p), yb, p)
+    yc = moved(y, h, k3)
+    dc, rc = held(distance(yc, p), limits), rate_of(yc, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + h * work[3, i]
+        evolve(dc, rc, t + full, stage, latched, work[4], p)
+    k4 = motion(u2, force(dc, rc, t + full, stage, latched, p), yc, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
+    return moved4(y, h, k1, k2, k3, k4)
+
+
+def cut_step(
+    y: Any, end: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
+
+    `end` is where the uncut step would lead.
+    """
+    left, known = h, True
+    for _ in range(MOST_CUTS):
+        start = tau + h - left
+        t = seconds(period * TAU + start, p)
+        which = risen(y, t, latched, p)
+        if which >= 0:
+            latched[which] = 1.0 - latched[which]
+            known = False
+            continue
+        done = left
+        if not known:
+            end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
+        which = passed(y, end, t + seconds(done, p), latched, kinks, p)
+        if which >= 0:
+            done, end = first_event(
+                y, end, which, start, done, period, memory, latched, tones, bases, kinks, stage, work, p
+            )
+        y, known = end, False
+        for i in range(memory_size()):
+            memory[i] = stage[i]
+        left -= done
+        if left <= LANDED * h:
+            return y
+    end = driven_step(y, tau + h - left, left, period, memory, latched, tones, bases, kinks, stage, work, p)
+    for i in range(memory_size()):
+        memory[i] = stage[i]
+    return end
+
+
+def first_event(
+    y: Any, end: Any, which: int, start: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any,
+    kinks: Any, stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return a time within the step just after the first event in it, and the motion then; its memory is in `stage`.
+
+    The first guess comes from the cubic through both ends, the next ones from secants aimed at either side.
+    """
+    t = seconds(period * TAU + start, p)
+    low, high = 0.0, h
+    below = margin(which, y, y, t, latched, kinks, p)
+    above = margin(which, y, end, t + seconds(h, p), latched, kinks, p)
+    guess = low + (high - low) * below / (below - above)
+    if which < kinks.shape[0]:
+        dt = seconds(h, p)
+        share = crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
+        guess = (share + 0.5 * NEAR) * h
+    side = 1.0
+    for attempt in range(60):
+        if high - low <= 3.0 * LANDED * h:
+            break
+        if attempt > 0:
+            guess = low + (high - low) * below / (below - above) + side * LANDED * h
+        if attempt % 4 == 3 or not low < guess < high:
+            guess = 0.5 * (low + high)
+        middle = driven_step(y, start, guess, period, memory, latched, tones, bases, kinks, stage, work, p)
+        now = t + seconds(guess, p)
+        found = passed(y, middle, now, latched, kinks, p)
+        if found < 0:
+            low, below, side = guess, margin(which, y, middle, now, latched, kinks, p), 1.0
+        elif found == which:
+            high, above, side = guess, margin(which, y, middle, now, latched, kinks, p), -1.0
+            rate = abs(rate_of(middle, p)) / p[3]
+            if which < kinks.shape[0] and above < NEAR * h * rate:
+                return high, middle
+        else:  # another event comes before it
+            which, high, side, low = found, guess, -1.0, 0.0
+            below = margin(which, y, y, t, latched, kinks, p)
+            above = margin(which, y, middle, now, latched, kinks, p)
+    return high, driven_step(y, start, high, period, memory, latched, tones, bases, kinks, stage, work, p)
+
+
+def driven_step(
+    y: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Take a step of any length from any time within the period, with the drive evaluated anew, on one side of all kinks."""
+    t = seconds(period * TAU + tau, p)
+    limits = interval(y, kinks, p)
+    f = force(held(distance(y, p), limits), rate_of(y, p), t, memory, latched, p)
+    u0 = drive_at(tones, bases, tau)
+    u1 = drive_at(tones, bases, tau + 0.5 * h)
+    u2 = drive_at(tones, bases, tau + h)
+    return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+
+
+def advance(
+    y: Any, memory: Any, latched: Any, period: int, points: int, tones: Any, bases: Any, table: Any, kinks: Any,
+    stage: Any, work: Any, block: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one period later; block[i] holds sample i of the period, both ends included."""
+    h = TAU / points
+    start = seconds(period * TAU, p)
+    dt = seconds(h, p)
+    for i in range(points):
+        t = start + i * dt
+        f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
+        keep(block, i, y)
+        keep_rest(block, i, memory, latched, f)
+        u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+        end = step(y, f, u0, u1, u2, h, t, memory, latched, None, stage, work, p)
+        if passed(y, end, t + dt, latched, kinks, p) >= 0:
+            end = cut_step(y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+        else:
+            for k in range(memory_size()):
+                memory[k] = stage[k]
+        y = end
+    f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
+    keep(block, points, y)
+    keep_rest(block, points, memory, latched, f)
+    return y
+
+
+def march(
+    y: Any, memory: Any, latched: Any, first: int, periods: int, points: int, tones: Any, p: Any, kinks: Any,
+    work: Any, block: Any, table: Any, harmonics: int, every: bool, out: Any,
+) -> Any:  # fmt: skip
+    """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
+    bases = np.empty(tones.shape[0])
+    stage = work[0]
+    phases(tones, first, bases)
+    tabulate(tones, bases, points, table)
+    for i in range(periods):
+        if i > 0 and tones.shape[0] > 1:  # the first tone alone repeats every period
+            phases(tones, first + i, bases)
+            tabulate(tones, bases, points, table)
+        y = advance(y, memory, latched, first + i, points, tones, bases, table, kinks, stage, work, block, p)
+        if every:
+            measure(block, first + i, points, tones, bases, p, kinks, harmonics, stage, out[i])
+        else:
+            lock_in(block, points, tones, bases, out[i])
+    return y

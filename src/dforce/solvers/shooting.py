@@ -1,0 +1,253 @@
+"""Periodic orbits by shooting: Newton's method on the map over one common period of all tones.
+
+The map is that of ``rk4``, cut at kinks. Its tangent comes from neighboring motions: side by side in lanes where the
+force is a continuous function of the motion, one after the other where it has memory, branches or jumps. (R. Seydel, Practical
+Bifurcation and Stability Analysis, Springer (2010), chapter 7.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
+from dforce.observables.measure import measure
+from dforce.solvers._loops import TAU, phases, seconds, tabulate
+from dforce.solvers.lanes import advance_copies
+from dforce.solvers.rk4 import advance
+
+NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
+CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by this at least
+LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
+LANES = 4  # neighbors are filled up to a multiple of this: the width of a vector register
+CONVERGED, LOST, UNSTABLE = 0, 1, 2  # what became of an orbit
+
+
+def over_common_period(
+    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any, bases: Any, table: Any,
+    kinks: Any, stage: Any, work: Any, block: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one common period later."""
+    for k in range(common):
+        if common > 1:
+            phases(tones, first + k, bases)
+            tabulate(tones, bases, points, table)
+        y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, p)
+    return y
+
+
+def tangent(
+    y: Any, end: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any,
+    bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any, jacobian: Any,
+) -> None:  # fmt: skip
+    """Write the derivative of the map at y, which leads to `end`, into `jacobian`; memory and branches start as given."""
+    size = 2 * mode_count()
+    if smooth and memory_size() == 0 and latch_count() == 0:
+        width = LANES * ((size + LANES) // LANES)
+        lanes = np.empty((size, width))
+        for i in range(size):
+            for j in range(width):
+                lanes[i, j] = y[i] + (NUDGE if j == i + 1 else 0.0)
+        for k in range(common):
+            if common > 1:
+                phases(tones, first + k, bases)
+                tabulate(tones, bases, points, table)
+            advance_copies(lanes, points, table, seconds((first + k) * TAU, p), p)
+        for i in range(size):
+            for j in range(size):
+                jacobian[i, j] = (lanes[i, j + 1] - lanes[i, 0]) / NUDGE
+        return
+    vector = np.empty(size)
+    for j in range(size):
+        for i in range(size):
+            vector[i] = y[i] + (NUDGE if i == j else 0.0)
+        there = over_common_period(
+            from_vector(vector), memory.copy(), latched.copy(), first, common, points, tones, bases, table, kinks,
+            stage, work, block, p,
+        )  # fmt: skip
+        for i in range(size):
+            jacobian[i, j] = (there[i] - end[i]) / NUDGE
+
+
+def correction(jacobian: Any, miss: Any, matrix: Any, step: Any) -> None:
+    """Solve (J - 1) step = -miss by elimination with pivots; `matrix` is scratch."""
+    size = miss.shape[0]
+    for i in range(size):
+        for j in range(size):
+            matrix[i, j] = jacobian[i, j] - (1.0 if i == j else 0.0)
+        step[i] = -miss[i]
+    for k in range(size):
+        pivot = k
+        for i in range(k + 1, size):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        if matrix[pivot, k] == 0.0:
+            step[:] = np.nan
+            return
+        if pivot != k:
+            for j in range(size):
+                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+            step[k], step[pivot] = step[pivot], step[k]
+        for i in range(k + 1, size):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k, size):
+                matrix[i, j] -= factor * matrix[k, j]
+            step[i] -= factor * step[k]
+    for k in range(size - 1, -1, -1):
+        for j in range(k + 1, size):
+            step[k] -= matrix[k, j] * step[j]
+        step[k] /= matrix[k, k]
+
+
+def is_stable(jacobian: Any) -> bool:
+    """Say whether all multipliers lie within the unit circle: whether powers of the tangent die out."""
+    size = jacobian.shape[0]
+    power, product = jacobian.copy(), np.empty((size, size))
+    growth, weight = 0.0, 1.0
+    for _ in range(30):  # the power 2^30: decides a multiplier of 1 - 1e-8
+        largest = 0.0
+        for i in range(size):
+            for j in range(size):
+                largest = max(largest, abs(power[i, j]))
+        if not largest < np.inf:
+            return False
+        if largest == 0.0:
+            return True
+        growth += weight * np.log(largest)
+        weight *= 0.5
+        for i in range(size):
+            for j in range(size):
+                total = 0.0
+                for k in range(size):
+                    total += power[i, k] / largest * power[k, j] / largest
+                product[i, j] = total
+        power[:, :] = product
+    return growth < 0.0
+
+
+def shoot(
+    y: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any, bases: Any,
+    table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any, sizes: Any, tolerance: float, most: int,
+    jacobian: Any, known: bool, info: Any,
+) -> Any:  # fmt: skip
+    """Return the orbit's motion at the start of a common period, found from a guess.
+
+    `jacobian` holds a tangent to start with where `known`, and the last one used in the end. `info` gets the miss (how far
+    from its start the orbit ends, relative to the free amplitude), the number of corrections, and whether it converged.
+    The block holds the samples of the orbit's last period.
+    """
+    size = 2 * mode_count()
+    miss, step, matrix, vector = np.empty(size), np.empty(size), np.empty((size, size)), np.empty(size)
+    memory_before, latched_before = memory.copy(), latched.copy()
+    before = np.inf
+    info[2] = LOST
+    for attempt in range(most + 1):
+        for k in range(memory_size()):
+            memory_before[k] = memory[k]
+        for k in range(latch_count()):
+            latched_before[k] = latched[k]
+        end = over_common_period(
+            y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
+        )
+        worst = 0.0
+        for i in range(size):
+            miss[i] = end[i] - y[i]
+            worst = max(worst, abs(miss[i]))
+            vector[i] = y[i]
+        for k in range(memory_size()):
+            worst = max(worst, abs(memory[k] - memory_before[k]) / sizes[k])
+        info[0], info[1] = worst, attempt
+        if not worst < np.inf:
+            return y
+        if worst < tolerance:
+            info[2] = CONVERGED
+            return y
+        if attempt == most:
+            return y
+        if not known or worst > CONTRACTS * before:
+            tangent(
+                y, end, memory_before, latched_before, smooth, first, common, points, tones, bases, table, kinks,
+                stage, work, block, p, jacobian,
+            )  # fmt: skip
+            known = True
+        before = worst
+        correction(jacobian, miss, matrix, step)
+        longest = 0.0
+        for i in range(size):
+            longest = max(longest, abs(step[i]))
+        if not longest < np.inf:
+            return y
+        shorter = min(1.0, LARGEST / longest) if longest > 0.0 else 1.0
+        for i in range(size):
+            vector[i] = y[i] + shorter * step[i]
+        y = from_vector(vector)
+    return y
+
+
+def predict(orbits: Any, zc: Any, i: int, first: int, order: int, vector: Any) -> None:
+    """Write a guess for orbit i by extrapolation through up to order + 1 orbits before it, none before `first`."""
+    start = max(first, i - 1 - order)
+    for k in range(vector.shape[0]):
+        vector[k] = 0.0
+    for a in range(start, i):
+        weight = 1.0
+        for b in range(start, i):
+            if b != a:
+                weight *= (zc[i] - zc[b]) / (zc[a] - zc[b])
+        for k in range(vector.shape[0]):
+            vector[k] += weight * orbits[a, k]
+
+
+def follow(
+    y: Any, memory: Any, latched: Any, smooth: bool, zc: Any, first: int, common: int, points: int, tones: Any, kinks: Any,
+    work: Any, block: Any, p: Any, sizes: Any, tolerance: float, most: int, order: int, harmonics: int,
+    orbits: Any, jacobians: Any, infos: Any, rows: Any,
+) -> int:  # fmt: skip
+    """Follow a stable orbit through the distances `zc`, and measure it at each; return how many were done.
+
+    It starts from the motion y, and stops before the first distance at which no stable orbit is found. rows[i, k] is what
+    was measured over period k of the orbit at distance i.
+    """
+    bases, stage = np.empty(tones.shape[0]), work[0]
+    table = np.empty((2 * points + 1, mode_count()))
+    jacobian, vector = np.empty((2 * mode_count(), 2 * mode_count())), np.empty(2 * mode_count())
+    phases(tones, first, bases)
+    tabulate(tones, bases, points, table)
+    guess = y
+    for i in range(zc.shape[0]):
+        here = at_distance(p, zc[i])
+        if i > 0:
+            predict(orbits, zc, i, 0, order, vector)
+            guess = from_vector(vector)
+        memory_before, latched_before = memory.copy(), latched.copy()
+        y = shoot(
+            guess, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
+            sizes, tolerance, most, jacobian, False, infos[i],
+        )  # fmt: skip
+        if infos[i, 2] == CONVERGED and infos[i, 1] == 0:
+            tangent(
+                y, y, memory_before, latched_before, smooth, first, common, points, tones, bases, table, kinks, stage,
+                work, block, here, jacobian,
+            )  # fmt: skip
+            over_common_period(
+                y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
+            )
+        if infos[i, 2] == CONVERGED and not is_stable(jacobian):
+            infos[i, 2] = UNSTABLE
+        if infos[i, 2] != CONVERGED:
+            memory[:] = memory_before
+            latched[:] = latched_before
+            return i
+        for k in range(2 * mode_count()):
+            orbits[i, k] = y[k]
+        jacobians[i] = jacobian
+        if common == 1:
+            measure(block, first, points, tones, bases, here, kinks, harmonics, stage, rows[i, 0])
+            continue
+        for k in range(common):
+            phases(tones, first + k, bases)
+            tabulate(tones, bases, points, table)
+            y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, here)
+            measure(block, first + k, points, tones, bases, here, kinks, harmonics, stage, rows[i, k])
+    return zc.shape[0]

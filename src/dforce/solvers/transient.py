@@ -1,0 +1,158 @@
+"""The steady motion as an experiment finds it: integrate in time until it has settled, then measure."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.observables import measure
+from dforce.observables.finish import finish
+from dforce.observables.window import weights, window_length
+from dforce.problem import Problem
+from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
+from dforce.solvers._settings import SolverSettings
+
+DECAY_TIMES = 40  # of the slowest mode before giving up, unless max_periods says otherwise
+LEAST_MOST = 400  # periods allowed at least
+CHUNK_SECONDS = 0.1  # between looks at the watch, so that Ctrl-C and Stop answer at once
+REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
+
+Watch = Callable[[], None]  # called now and then; stops the run by raising
+
+
+@dataclass(frozen=True)
+class Steady:
+    """The settled motion at one distance.
+
+    Attributes
+    ----------
+    values
+        Observables in SI units by name, see :mod:`dforce.quantities`.
+    motion
+        The state to go on from.
+    settled, repeats
+        Whether amplitudes and phases stopped moving, and whether they are the same in all windows measured.
+    """
+
+    values: dict[str, Any]
+    motion: Motion
+    settled: bool
+    repeats: bool
+
+
+def make_integrator(problem: Problem, settings: SolverSettings, harmonics: int) -> Integrator:
+    """Return the integrator that the settings name, made ready for a problem."""
+    return INTEGRATORS[settings.integrator](problem, settings, harmonics)
+
+
+def decay_periods(problem: Problem) -> int:
+    """Return the decay time of the slowest free mode, Q T / pi, in periods of the first tone."""
+    first = problem.tones[0].frequency
+    return max(1, math.ceil(max(mode.Q * first / (math.pi * mode.f0) for mode in problem.modes)))
+
+
+def march(
+    integrator: Integrator, motion: Motion, periods: int, watch: Watch, kept: int = 1
+) -> tuple[Motion, np.ndarray[Any, Any]]:
+    """Advance with looks at the watch; return the motion and the complex amplitudes of the last periods `kept`."""
+    last = np.empty((0, len(integrator.tones)), dtype=complex)
+    for count in _chunks(periods, watch):
+        motion, c = integrator.lock_in(motion, count)
+        last = np.concatenate([last, c])[-kept:]
+        if not motion.is_finite:
+            break
+    return motion, last
+
+
+def observe(integrator: Integrator, motion: Motion, periods: int, watch: Watch) -> tuple[Motion, Array]:
+    """Advance with looks at the watch; return the motion and what was measured over each period."""
+    parts = []
+    for count in _chunks(periods, watch):
+        motion, rows = integrator.observe(motion, count)
+        parts.append(rows)
+    return motion, np.concatenate(parts)
+
+
+def _chunks(periods: int, watch: Watch) -> Iterator[int]:
+    """Give how many periods to compute next, so that the watch is looked at in time."""
+    done, chunk = 0, 16
+    while done < periods:
+        count = min(chunk, periods - done)
+        start = time.perf_counter()
+        yield count
+        took = time.perf_counter() - start
+        done += count
+        watch()
+        chunk = max(1, min(4 * chunk, int(count * CHUNK_SECONDS / max(took, 1e-9))))
+
+
+def settle(integrator: Integrator, motion: Motion, watch: Watch) -> tuple[Motion, bool, float]:
+    """Integrate until the tones' complex amplitudes stop moving.
+
+    Each is compared over a span of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
+    still to come is taken as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+
+    Returns
+    -------
+    motion, settled, drift
+        The state; whether what is to come is within the tolerance; the estimate, relative to the free amplitude.
+    """
+    problem, settings = integrator.problem, integrator.settings
+    frequencies = [tone.frequency for tone in problem.tones]
+    window = window_length(frequencies)
+    span = window * math.ceil(max(4, decay_periods(problem)) / window)
+    most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * span)
+    size = np.array([tone.A0 for tone in problem.tones]) / integrator.scales.length
+    mean = weights(frequencies, window)
+    before, change_before, drift = None, math.inf, math.inf
+    start = motion.period
+    while motion.period - start < most:
+        motion, c = march(integrator, motion, min(span, most - (motion.period - start)), watch, window)
+        if not motion.is_finite:
+            return motion, False, math.nan
+        if len(c) < window:
+            break
+        now = mean @ c
+        if before is not None:
+            change = float(np.max(np.abs(now - before) / size))
+            ratio = min(change / change_before, 0.999) if change_before > 0.0 else 0.0
+            drift = change * max(1.0, ratio / (1.0 - ratio)) if math.isfinite(change_before) else math.inf
+            if min(drift, 100.0 * change) < settings.settle_tolerance and math.isfinite(change_before):
+                return motion, True, drift
+            change_before = change
+        before = now
+    return motion, False, drift
+
+
+def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
+    """Settle at the integrator's distance, then measure over whole windows."""
+    problem, settings = integrator.problem, integrator.settings
+    start = motion.period
+    if settings.settle == "fixed":
+        motion, _ = march(integrator, motion, settings.periods, watch)
+        settled, drift = True, math.nan
+    else:
+        motion, settled, drift = settle(integrator, motion, watch)
+    periods = motion.period - start
+    frequencies = [tone.frequency for tone in problem.tones]
+    window = window_length(frequencies)
+    count = window * math.ceil(settings.measured_periods / window)
+    motion, rows = observe(integrator, motion, count, watch)
+    values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, count))
+    values |= {"settling_periods": float(periods), "drift": drift}
+    return Steady(values, motion, settled, _repeats(integrator, rows, window))
+
+
+def _repeats(integrator: Integrator, rows: Any, window: int) -> bool:
+    """Say whether the amplitude at the first tone is the same in all windows measured."""
+    place = measure.FIRST + 2 * len(integrator.problem.modes)
+    c = rows[:, place] + 1j * rows[:, place + 1]
+    means = c.reshape(-1, window).mean(1)
+    spread = float(np.max(np.abs(means - means[0])))
+    return not spread > REPEATS * integrator.settings.settle_tolerance
