@@ -1,0 +1,5 @@
+"""The command line: one file, one command."""
+
+from dforce.cli._app import app, main
+
+__all__ = ["app", "main"]

@@ -1,0 +1,62 @@
+"""Names that a user may type: what the shell completes, and the case that a name stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import dforce as df
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def complete_examples(incomplete: str) -> list[str]:
+    """Return the examples that a half-typed name may become."""
+    return [name for name in df.examples() if name.startswith(incomplete)]
+
+
+def complete_models(incomplete: str) -> list[str]:
+    """Return the force models that a half-typed name may become."""
+    return [name for name in sorted(df.forces.REGISTRY) if name.startswith(incomplete)]
+
+
+def complete_cases(incomplete: str) -> list[str]:
+    """Return examples and the case and result files that a half-typed name may become."""
+    start = Path(incomplete)
+    folder = start if incomplete.endswith(("/", "\\")) else start.parent
+    known = [path for ending in ("*.toml", "*.nc") for path in sorted(folder.glob(ending))]
+    files = [str(path) for path in known if str(path).startswith(incomplete)]
+    return complete_examples(incomplete) + files
+
+
+CaseName = Annotated[
+    str,
+    typer.Argument(
+        metavar="CASE", autocompletion=complete_cases, show_default=False,
+        help="A case file (.toml), a result (.nc), or the name of an example.",
+    ),
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Source:
+    """A case as it was named: where it comes from, and an earlier result of it."""
+
+    case: df.Case
+    stem: str
+    path: Path | None = None
+    result: xr.Dataset | None = None
+
+
+def open_source(name: str, settings: list[str]) -> Source:
+    """Return the case of a file or an example, changed by settings such as ``"drive.A0=5 nm"``."""
+    path = Path(name)
+    if not path.exists() and path.suffix == "" and path.name == name:
+        return Source(df.example(name).set(*settings), name)
+    case = df.load_case(path).set(*settings)
+    result = df.read(path) if path.suffix.lower() == ".nc" and not settings else None
+    return Source(case, path.stem, path, result)

@@ -1,0 +1,73 @@
+"""`dforce curve`: the force of a case against distance, without a cantilever."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._names import CaseName, open_source
+from dforce.cli._report import as_json, print_findings
+from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json
+
+MOST_POINTS = 1_000_000
+
+
+def curve(
+    case: CaseName,
+    settings: Settings,
+    start: Annotated[str, typer.Option("--from", metavar="DISTANCE", help="Farthest distance.")] = "2 nm",
+    stop: Annotated[
+        str, typer.Option("--to", metavar="DISTANCE", help="Closest; below a0 in contact.")
+    ] = "-1 nm",
+    points: Annotated[
+        int, typer.Option("--points", min=2, max=MOST_POINTS, help="Number of distances.")
+    ] = 501,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve."),
+    ] = None,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """Compute the force against distance, both directions of motion."""
+    import numpy as np
+
+    source = open_source(case, settings)
+    if output is not None:
+        df.check_target(output)
+    if plot is not None:
+        df.check_target(plot, df.plot.FORMATS)
+    ends = _distance("--from", start), _distance("--to", stop)
+    if ends[0] == ends[1]:
+        raise df.ParameterError(
+            f"--from and --to are both {df.show(ends[0], 'm')}; give two different distances"
+        )
+    result = df.force_curve(source.case, distance=np.linspace(*ends, points))
+    if output is not None:
+        df.write(result, output)
+    if plot is not None:
+        df.plot.save(df.plot.force_curve(result), plot)
+    files = [str(path) for path in (output, plot) if path is not None]
+    if json:
+        print_json({"title": source.case.title, "files": files, **as_json(result)})
+        return DONE
+    print_findings(result)
+    if files:
+        typer.echo(f"written: {', '.join(files)}")
+    return DONE
+
+
+def _distance(option: str, text: str) -> float:
+    try:
+        return df.parse(text, "m")
+    except df.UnitError as error:
+        raise df.ParameterError(f"{option} {error}") from None

@@ -1,0 +1,73 @@
+"""`dforce examples`: the cases that are shipped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._names import complete_examples
+from dforce.cli._terminal import DONE, Json, Traceback, console, print_json
+
+
+def examples(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            autocompletion=complete_examples, show_default=False, help="Show this example's case file."
+        ),
+    ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            "--write", metavar="FILE.toml", show_default=False, help="Write it to a new file, to change it."
+        ),
+    ] = None,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """List the examples, or show or write one."""
+    known = df.examples()
+    if name is None:
+        if write is not None:
+            raise df.ParameterError("--write needs the name of an example")
+        return _list(json)
+    df.example(name)  # an unknown name is answered with the nearest
+    example = known[name]
+    if write is not None:
+        _write(example.text, write)
+    elif json:
+        print_json(vars(example))
+    else:
+        typer.echo(example.text, nl=not example.text.endswith("\n"))
+    return DONE
+
+
+def _list(json: bool) -> int:
+    known = df.examples().values()
+    if json:
+        print_json([vars(example) for example in known])
+        return DONE
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=False)
+    table.add_column(no_wrap=True, style="bold")
+    table.add_column()
+    for example in known:
+        table.add_row(example.name, f"{example.title}. {example.shows}")
+    terminal = console()
+    terminal.print(table, soft_wrap=False)
+    terminal.print("\nrun one: dforce run NAME or change one: dforce examples NAME --write my-case.toml")
+    return DONE
+
+
+def _write(text: str, path: Path) -> None:
+    target = df.check_target(path, (".toml",))
+    try:
+        with df.whole_file(target, overwrite=False) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+    except FileExistsError:
+        raise df.ResultError(f"'{path}' is there already; choose another name") from None
+    typer.echo(f"written: {path}")

@@ -1,0 +1,133 @@
+"""`dforce models`: the force models, from the same declarations as everything else."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from typing import Annotated, Any, get_args
+
+import typer
+
+import dforce as df
+from dforce.cli._names import complete_models
+from dforce.cli._page import first_sentence, math, readable, width
+from dforce.cli._terminal import DONE, Json, Traceback, console, print_json
+
+
+def models(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            autocompletion=complete_models, show_default=False, help="Show this model's whole page."
+        ),
+    ] = None,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """List the force models, or show one: equation, domain, parameters, source."""
+    registry = df.forces.REGISTRY
+    if name is None:
+        if json:
+            print_json([_described(model) for model in registry.values()])
+        else:
+            _list(list(registry.values()))
+        return DONE
+    if name not in registry:
+        raise df.ParameterError(
+            f"there is no force model '{df.shorten(name)}'{df.nearest(name[:100], registry)}"
+        )
+    if json:
+        print_json(_described(registry[name]))
+    else:
+        _page(registry[name])
+    return DONE
+
+
+def _described(model: type[df.Force]) -> dict[str, Any]:
+    """Return everything declared about a model."""
+    keys = model.keys()
+    return {
+        "name": model.name,
+        "summary": first_sentence(model.__doc__ or ""),
+        "description": inspect.cleandoc(model.__doc__ or ""),
+        "parameters": [_parameter(model, key) for key in keys],
+        "from_the_instrument": list(model.shared_fields().values()),
+        "contains": list(model.contains),
+        "dissipative": model.dissipative,
+        "source": model.source,
+    }
+
+
+def _parameter(model: type[df.Force], key: str) -> dict[str, Any]:
+    field, quantity = model.model_fields[key], model.quantities().get(key)
+    about: dict[str, Any] = {"name": key, "meaning": field.description or "", "required": field.is_required()}
+    if not field.is_required():
+        about["default"] = field.default
+    choices = [choice for choice in get_args(field.annotation) if isinstance(choice, str | int)]
+    if choices:
+        about["choices"] = choices
+    if quantity is not None:
+        about |= {"unit": quantity.unit, "symbol": quantity.symbol}
+        about |= {
+            bound: value
+            for bound in ("low", "above", "high", "below")
+            if (value := getattr(quantity, bound)) is not None
+        }
+    return about
+
+
+def _list(registry: list[type[df.Force]]) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), show_header=False)
+    table.add_column(no_wrap=True, style="bold")
+    table.add_column()
+    for model in registry:
+        lines = [first_sentence(model.__doc__ or "")]
+        keys = model.keys()
+        lines += [f"  {_line(_parameter(model, key))}" for key in keys]
+        table.add_row(model.name, Text("\n".join(lines)))
+    terminal = console()
+    terminal.print(table, soft_wrap=False)
+    terminal.print("\none model's equation, domain and source: dforce models NAME")
+
+
+def _line(about: dict[str, Any]) -> str:
+    """Return a parameter in a line: name, unit, default, bounds."""
+    text = about["name"]
+    if about.get("unit", "1") != "1":
+        text += f" ({about['unit']})"
+    if about.get("choices"):
+        text += f": {' | '.join(str(choice) for choice in about['choices'])}"
+    words = ["required"] if about["required"] else []
+    if about.get("default") not in (None, ""):
+        words.append(f"default {_shown(about['default'])}")
+    signs = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
+    words += [f"{sign} {_shown(about[bound])}" for bound, sign in signs.items() if bound in about]
+    return f"{text}: {', '.join(words)}" if words else text
+
+
+def _shown(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _page(model: type[df.Force]) -> None:
+    terminal = console()
+    terminal.print(model.name, style="bold")
+    terminal.print(readable(model.__doc__ or "") + "\n")
+    terminal.print("parameters", style="bold")
+    keys = model.keys()
+    for key in keys:
+        about = _parameter(model, key)
+        symbol = f"{math(about['symbol'])}: " if about.get("symbol") else ""
+        terminal.print(f"  {_line(about)}")
+        terminal.print(textwrap.indent(textwrap.fill(symbol + about["meaning"], width() - 6), "      "))
+    if not keys:
+        terminal.print("  none of its own")
+    if model.shared_fields():
+        given = f"from the instrument: {', '.join(model.shared_fields().values())}"
+        terminal.print("\n" + textwrap.fill(given, width()))
+    terminal.print(f"counts: {', '.join(model.contains) or 'nothing named'}")
+    terminal.print(f"takes energy: {'yes' if model.dissipative else 'no'}")
+    terminal.print(textwrap.fill(f"source: {model.source}", width()))

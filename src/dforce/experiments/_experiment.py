@@ -1,0 +1,113 @@
+"""What every experiment shares: the grid of distances, the start of the motion, and the base class."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+import numpy as np
+import pydantic
+
+from dforce import units
+from dforce.errors import ParameterError, shorten
+from dforce.parameters import Parameters, param
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.integrator import Integrator, Motion
+
+Progress = Callable[[int, int, str], None]  # points done, points in all, what is being done
+
+MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
+
+
+class Grid(Parameters):
+    """Evenly spaced distances from `start` to `stop`, both included."""
+
+    title_of: ClassVar[str] = "zc"
+
+    start: float = param(unit="m", symbol="z_c", doc="first average distance")
+    stop: float = param(unit="m", symbol="z_c", doc="last average distance")
+    points: int = pydantic.Field(201, ge=1, le=MOST_POINTS, description="number of distances")
+
+    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the distances (m)."""
+        return np.linspace(self.start, self.stop, self.points)
+
+
+def _distances(given: Any) -> Any:
+    """Turn a pair ("12 nm", "1 nm") or a list of distances into what pydantic validates; leave tables alone."""
+    if isinstance(given, Grid | dict):
+        return given
+    if isinstance(given, str | int | float):
+        given = [given]
+    try:
+        items = list(given)
+    except TypeError:
+        raise ParameterError(f"is {shorten(given)}, which is not a list of distances or a grid") from None
+    if not items:
+        raise ParameterError("is an empty list; give at least one distance")
+    if len(items) > MOST_POINTS:
+        raise ParameterError(f"has {len(items)} distances; at most {MOST_POINTS} are allowed")
+    return tuple(units.parse(item, "m") for item in items)
+
+
+Distances = Annotated[Grid | tuple[float, ...], pydantic.BeforeValidator(_distances)]
+
+
+class InitialMotion(Parameters):
+    """A start of the motion at the first drive tone: z = A cos(wt - phase)."""
+
+    title_of: ClassVar[str] = "start"
+
+    amplitude: float = param(unit="m", symbol="A", low="0 m", doc="initial amplitude")
+    phase: float = param("90 deg", symbol=r"\phi", doc="initial phase lag behind the first tone")
+
+
+Start = Literal["free", "rest"] | InitialMotion
+
+
+class Experiment(Parameters):
+    """What is done with a case; one subclass, in one file, for each kind."""
+
+    title_of: ClassVar[str] = "experiment"
+
+    kind: str
+    harmonics: int = pydantic.Field(
+        10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
+    )
+
+    @abstractmethod
+    def run(
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
+    ) -> xr.Dataset:
+        """Do the experiment.
+
+        Parameters
+        ----------
+        problem, settings
+            What is solved, and how.
+        progress
+            Called with the points done, the points in all and a note; it stops the run by raising
+            KeyboardInterrupt, and what was computed is returned.
+        earlier
+            An interrupted result of the same experiment, to be continued.
+        """
+
+
+def initial_motion(integrator: Integrator, start: Start, period: int = 0) -> Motion:
+    """Return the motion that `start` asks for, at the start of a period of the first tone."""
+    from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+
+    amplitudes = free_amplitudes(integrator, period)
+    if isinstance(start, InitialMotion):
+        first = integrator.problem.tones[0]
+        amplitudes[0] = 0.0
+        amplitudes[0, first.mode] = start.amplitude * np.exp(1j * (first.phase - start.phase))
+    elif start == "rest":
+        amplitudes[:] = 0.0
+    return with_amplitudes(integrator, amplitudes, period)

@@ -1,0 +1,112 @@
+"""Approach: amplitude, phase and every other quantity against the average distance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import pydantic
+
+from dforce import units
+from dforce.experiments._experiment import Distances, Experiment, Grid, Progress, Start, initial_motion
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.integrator import Integrator, Motion
+
+RESTART = "restart"  # variable that holds the state after the last point of an interrupted run
+
+
+class Approach(Experiment):
+    """The tip goes through a list of average distances and settles at each of them."""
+
+    kind: Literal["approach"] = "approach"
+    zc: Distances = pydantic.Field(description="average distances: a grid {start, stop, points} or a list")
+    direction: Literal["approach", "retract", "both"] = pydantic.Field(
+        "approach", description="approach (far to near), retract (near to far), or both one after the other"
+    )
+    carry_state: bool = pydantic.Field(
+        True, description="start each distance from the motion at the one before; otherwise each from `start`"
+    )
+    start: Start = pydantic.Field("free", description="motion at the start: free, rest, or an amplitude and a phase")
+
+    def distances(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the average distances (m), as given."""
+        return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
+
+    def visits(self) -> list[tuple[int, ...]]:
+        """Return the places of the result in the order in which the tip comes to them."""
+        far_to_near = [int(i) for i in np.argsort(-self.distances(), kind="stable")]
+        if self.direction == "approach":
+            return [(i,) for i in far_to_near]
+        if self.direction == "retract":
+            return [(i,) for i in reversed(far_to_near)]
+        return [(i, 0) for i in far_to_near] + [(i, 1) for i in reversed(far_to_near)]
+
+    def run(
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
+    ) -> xr.Dataset:
+        """Return the curve; see :class:`Experiment`."""
+        from dforce.experiments._table import Table
+        from dforce.results import Status
+        from dforce.solvers.transient import make_integrator, steady
+
+        integrator = make_integrator(problem, settings, self.harmonics)
+        zc, visits = self.distances(), self.visits()
+        coords: dict[str, Any] = {"zc": zc}
+        if self.direction == "both":
+            coords["direction"] = ["approach", "retract"]
+        table = Table(tuple(coords), coords, integrator)
+        motion = initial_motion(integrator, self.start)
+        done = 0
+        if earlier is not None:
+            done, motion = self._restore(table, earlier, visits, motion)
+        try:
+            for place in visits[done:]:
+                note = f"zc = {units.show(float(zc[place[0]]), 'm', 4)}"
+                progress(done, len(visits), note)
+                integrator.place(float(zc[place[0]]))
+                if not self.carry_state:
+                    motion = initial_motion(integrator, self.start, motion.period)
+                count = done
+
+                def watch(count: int = count, note: str = note) -> None:
+                    progress(count, len(visits), note)
+
+                found = steady(integrator, motion, watch)
+                status = table.put(place, found)
+                # a motion that is no number cannot be carried on
+                lost = status is Status.FAILED
+                after = initial_motion(integrator, self.start, found.motion.period) if lost else found.motion
+                motion, done = after, done + 1
+            progress(done, len(visits), "")
+        except KeyboardInterrupt:
+            pass
+        for place in visits[done:]:
+            table.status[place] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
+        data = table.dataset()
+        data.attrs["samples_per_period"] = integrator.points
+        if done < len(visits):
+            data.attrs["interrupted"] = 1
+            data[RESTART] = ("state", [motion.period, *motion.y, *motion.memory, *motion.latched])
+        return data
+
+    def _restore(
+        self, table: Any, earlier: xr.Dataset, visits: list[tuple[int, ...]], fresh: Motion
+    ) -> tuple[int, Motion]:
+        """Take over the points of an interrupted result; return how many there are and the state after the last."""
+        from dforce.results import Status
+        from dforce.solvers.integrator import Motion
+
+        table.status[...] = earlier["status"].values
+        for name in earlier.data_vars:
+            if name not in ("status", RESTART):
+                table.arrays[str(name)] = np.array(earlier[name].values)
+        done = sum(table.status[place] != Status.NOT_COMPUTED for place in visits)
+        state = [float(value) for value in earlier[RESTART].values]
+        y_end, memory_end = 1 + len(fresh.y), 1 + len(fresh.y) + len(fresh.memory)
+        memory, latched = np.array(state[y_end:memory_end]), np.array(state[memory_end:])
+        return done, Motion(tuple(state[1:y_end]), memory, latched, int(state[0]))

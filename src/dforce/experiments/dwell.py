@@ -1,0 +1,109 @@
+"""Dwell: the motion at one distance, as traces over time and a spectrum."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import pydantic
+
+from dforce.errors import ParameterError
+from dforce.experiments._experiment import Experiment, Progress, Start, initial_motion
+from dforce.parameters import param
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.integrator import Integrator
+
+MOST_SAMPLES = 20_000_000  # of a trace: beyond this it does not fit into a picture, nor soon into memory
+
+
+class Dwell(Experiment):
+    """The tip stays at one average distance; its motion is recorded once it has settled."""
+
+    kind: Literal["dwell"] = "dwell"
+    zc: float = param(unit="m", symbol="z_c", doc="average tip–surface distance")
+    start: Start = pydantic.Field("free", description="motion at the start: free, rest, or an amplitude and a phase")
+    record: Literal["settled", "all"] = pydantic.Field(
+        "settled", description="record the settled motion only, or everything from the start as well"
+    )
+    recorded_periods: int = pydantic.Field(
+        8, ge=1, le=100_000, description="periods of the first tone that are recorded once settled"
+    )
+
+    def run(
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
+    ) -> xr.Dataset:
+        """Return traces, spectrum and scalars; see :class:`Experiment`."""
+        from dforce.experiments._table import Table
+        from dforce.results import Status
+        from dforce.solvers.transient import make_integrator, steady
+
+        integrator = make_integrator(problem, settings, self.harmonics)
+        integrator.place(self.zc)
+        table = Table((), {}, integrator)
+        first = motion = initial_motion(integrator, self.start)
+        try:
+            progress(0, 1, "settling")
+            found = steady(integrator, motion, lambda: progress(0, 1, "settling"))
+        except KeyboardInterrupt:
+            data = table.dataset().assign_coords(zc=self.zc)
+            data.attrs["interrupted"] = 1
+            return data
+        status = table.put((), found)
+        data = table.dataset().assign_coords(zc=self.zc)
+        data.attrs["samples_per_period"] = integrator.points
+        if status is not Status.FAILED:
+            settling = int(found.values["settling_periods"])
+            motion, count = found.motion, self.recorded_periods
+            if self.record == "all":
+                motion, count = first, settling + self.recorded_periods
+            self._record(data, integrator, motion, count)
+        progress(1, 1, "")
+        return data
+
+    def _record(self, data: xr.Dataset, integrator: Integrator, motion: Any, count: int) -> None:
+        """Add traces over `count` periods from a motion on, and the spectrum of the last ones."""
+        problem, scales = integrator.problem, integrator.scales
+        if count * integrator.points > MOST_SAMPLES:
+            raise ParameterError(
+                f"a record of {count} periods with {integrator.points} samples each is too long; "
+                "lower experiment.recorded_periods, or record = \"settled\""
+            )
+        modes = len(problem.modes)
+        start, blocks = motion.period, []
+        for _ in range(count):
+            motion, block = integrator.record(motion)
+            blocks.append(block[:-1, [*range(2 * modes), -1]])  # the last sample is the next period's first
+        samples = np.concatenate(blocks)
+        z_n, v_n = samples[:, 0 : 2 * modes : 2].T * scales.length, samples[:, 1 : 2 * modes : 2].T * scales.speed
+        z = z_n.sum(0)
+        d = self.zc + z
+        period = 1.0 / problem.tones[0].frequency
+        # whole periods from the first drive's phase zero: time counts from the start of the record
+        data["time"] = ("time", np.arange(len(z)) * period / integrator.points)
+        data["deflection"] = ("time", z)
+        data["mode_deflection"] = (("mode", "time"), z_n)
+        data["velocity"] = ("time", v_n.sum(0))
+        data["distance"] = ("time", d)
+        data["force"] = ("time", samples[:, -1])
+        data["indentation"] = ("time", np.maximum(problem.a0 - d, 0.0))
+        data.attrs["record_start_period"] = start
+        tail = z[-min(self.recorded_periods, count) * integrator.points :]
+        data["frequency"] = ("frequency", np.fft.rfftfreq(len(tail), period / integrator.points))
+        data["spectrum"] = ("frequency", amplitude_spectrum(tail))
+        from dforce.results import describe
+
+        describe(data)
+
+
+def amplitude_spectrum(z: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return the amplitude (m) of each frequency in a record of whole periods; the mean at frequency zero."""
+    c = np.fft.rfft(z) / len(z)
+    c[1:] *= 2.0
+    if len(z) % 2 == 0:
+        c[-1] *= 0.5
+    return np.abs(c)

@@ -1,0 +1,232 @@
+"""Pictures against the average distance: amplitude and phase, or any other quantity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from dforce.errors import ParameterError
+from dforce.plot._style import (
+    DIRECTIONS,
+    GRAY,
+    VERMILLION,
+    Floats,
+    axis_text,
+    color_cycle,
+    colored_axes,
+    head,
+    new_figure,
+    only,
+    take,
+    tidy,
+)
+from dforce.results import COLUMN_DIMS, Status, reader_unit
+
+WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
+FEW_POINTS = 40  # so few that each is worth a dot
+
+
+def amplitude_phase(
+    dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None
+) -> tuple[Axes, Axes]:
+    """Draw amplitude and phase of a drive tone against the average distance, one above the other.
+
+    Approach and retract have their own colors and dashes; points that did not settle have a ring, points
+    without a result a cross. Above the line at 90° the net force is attractive, below it repulsive.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no amplitudes against zc, or no such tone.
+    """
+    only(dataset, ("zc", "direction"))
+    figure = new_figure(figure, 6.0, 6.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    _lines(upper, _column(take(dataset, "amplitude"), tone), dataset)
+    _lines(lower, _column(take(dataset, "phase"), tone), dataset)
+    upper.set_xlabel("")
+    upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
+    phase_axis(lower)
+    _legend(upper)
+    extra = f"tone {tone}" if dataset.sizes.get("tone", 1) > 1 else ""
+    head(upper, dataset, extra)
+    return upper, lower
+
+
+def phase_axis(axes: Axes) -> None:
+    """Give a phase its axis: ticks at parts of a turn, and a line at 90° between attraction and repulsion."""
+    low, high = axes.dataLim.intervaly
+    low, high = (low, high) if np.isfinite([low, high]).all() else (90.0, 90.0)
+    low, high = min(low, 75.0), max(high, 105.0)
+    margin = 0.05 * (high - low)
+    bottom = max(low - margin, 0.0) if low >= 0.0 else low - margin
+    top = min(high + margin, 180.0) if high <= 180.0 else high + margin
+    axes.set_ylim(bottom, top)
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10]))
+    axes.axhline(90.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
+    for text, side, place in (("net attraction", 3.0, "bottom"), ("net repulsion", -3.0, "top")):
+        axes.annotate(
+            text, (0.01, 90.0), (0.0, side), xycoords=axes.get_yaxis_transform(), textcoords="offset points",
+            va=place, ha="left", color=GRAY, fontsize="x-small",
+        )  # fmt: skip
+
+
+def curve(dataset: xr.Dataset, names: str | Sequence[str], figure: FigureBase | None = None) -> list[Axes]:
+    """Draw any quantities against the average distance, each with its own colored axis.
+
+    Parameters
+    ----------
+    dataset
+        Result of an approach.
+    names
+        One name or several, such as ``["peak_force", "total_dissipated_energy"]``. Quantities in the same
+        unit share an axis. Of a quantity for each tone, mode or harmonic, all are drawn.
+
+    Raises
+    ------
+    ParameterError
+        For a quantity that the result lacks or that does not depend on zc.
+    """
+    only(dataset, ("zc", "direction"))
+    chosen = [names] if isinstance(names, str) else list(names)
+    variables = [take(dataset, name) for name in chosen]
+    for variable in variables:
+        if "zc" not in variable.dims:
+            raise ParameterError(f"'{variable.name}' has no values against zc; it cannot be drawn as a curve")
+    figure = new_figure(figure, 6.0 + 0.8 * max(len(chosen) - 2, 0), 4.0)
+    axes = curves(figure.subplots(), variables, dataset)
+    head(axes[0], dataset)
+    return axes
+
+
+def curves(host: Axes, variables: Sequence[xr.DataArray], dataset: xr.Dataset) -> list[Axes]:
+    """Draw variables on axes, with an axis for each unit."""
+    units = list(dict.fromkeys(str(variable.attrs.get("units", "1")) for variable in variables))
+    axes = colored_axes(host, len(units))
+    groups = [[v for v in variables if str(v.attrs.get("units", "1")) == unit] for unit in units]
+    every = [label for variable in variables for _, label in _parts(variable)]
+    colors = dict(zip(every, color_cycle(len(every)), strict=True)) if len(every) > 1 else {}
+    for one, group in zip(axes, groups, strict=True):
+        scale, unit = reader_unit(max(group, key=lambda variable: float(np.abs(variable).max())))
+        lines = [(part, label) for variable in group for part, label in _parts(variable)]
+        for part, label in lines:
+            _lines(one, part, dataset, color=colors.get(label), scale=scale)
+        text = axis_text(group[0], "1") if len(group) == 1 else _common(group)
+        one.set_ylabel(f"{text} ({unit})" if unit != "1" else text)
+        if len(units) > 1:  # the axis has the color of its line, or of none where it has several
+            color = colors[lines[0][1]] if len(lines) == 1 else "black"
+            one.yaxis.label.set_color(color)
+            one.tick_params(axis="y", colors=color)
+            one.spines["left" if one is host else "right"].set_color(color)
+        if one is not host:
+            one.grid(False)
+    named = colors if len(every) > len(units) else {}
+    _legend(host, axes, named)
+    return axes
+
+
+def _common(group: Sequence[xr.DataArray]) -> str:
+    """Return the text of an axis that quantities in the same unit share."""
+    word = WORDS.get(str(group[0].attrs.get("units")))
+    return word or ", ".join(str(variable.attrs.get("long_name", variable.name)) for variable in group)
+
+
+def _parts(variable: xr.DataArray) -> Iterator[tuple[xr.DataArray, str]]:
+    """Give each tone, mode or harmonic of a variable, and the name of its line."""
+    name = str(variable.attrs.get("long_name", variable.name))
+    for dim in COLUMN_DIMS:
+        if dim in variable.dims:
+            for label in variable[dim].values:
+                part = variable.sel({dim: label}, drop=True)
+                yield part, f"{name}, {dim} {label}" if variable.sizes[dim] > 1 else name
+            return
+    yield variable, name
+
+
+def _column(variable: xr.DataArray, tone: int) -> xr.DataArray:
+    if tone not in variable["tone"].values:
+        raise ParameterError(
+            f"this result has no tone {tone}; it has {variable.sizes['tone']}, counted from 1"
+        )
+    if "zc" not in variable.dims:
+        raise ParameterError("this result is not a curve against zc")
+    return variable.sel(tone=tone, drop=True)
+
+
+def sweeps(variable: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
+    """Give each direction of a variable and its values; one without a name where there is no direction."""
+    if "direction" not in variable.dims:
+        yield "", variable
+        return
+    for direction in variable["direction"].values:
+        yield str(direction), variable.sel(direction=direction, drop=True)
+
+
+def _lines(
+    axes: Axes,
+    variable: xr.DataArray,
+    dataset: xr.Dataset,
+    *,
+    color: str | None = None,
+    scale: float | None = None,
+) -> None:
+    """Draw a line for each direction, and mark the points that have no result or did not settle."""
+    across, x_unit = reader_unit(dataset["zc"])
+    own, unit = reader_unit(variable)
+    scale = own if scale is None else scale
+    x = np.asarray(dataset["zc"].values, dtype=float) / across
+    order = np.argsort(x, kind="stable")
+    status = dict(sweeps(dataset["status"])) if "status" in dataset else {}
+    for direction, sweep in sweeps(variable):
+        look = DIRECTIONS.get(direction, DIRECTIONS["approach"]) | ({"color": color} if color else {})
+        look["label"] = look["label"] if direction else ""
+        y = np.asarray(sweep.values, dtype=float) / scale
+        dot = "." if len(x) < FEW_POINTS else ""
+        axes.plot(x[order], y[order], linewidth=1.4, marker=dot, markersize=4.0, **look)
+        if direction in status:
+            _mark(axes, x, y, np.asarray(status[direction].values), look["color"])
+    axes.set_xlabel(axis_text(dataset["zc"], x_unit))
+    axes.set_ylabel(axis_text(variable, unit))
+    tidy(axes)
+
+
+def _mark(axes: Axes, x: Floats, y: Floats, status: np.ndarray[Any, Any], color: str) -> None:
+    restless = (status == Status.NOT_SETTLED) & np.isfinite(y)
+    if restless.any():
+        axes.plot(
+            x[restless], y[restless], "o", markersize=6.0, markerfacecolor="none", markeredgecolor=color,
+            label="did not settle",
+        )  # fmt: skip
+    lost = status == Status.FAILED
+    if lost.any():
+        axes.plot(
+            x[lost], np.zeros(lost.sum()), "x", color=VERMILLION, markersize=6.0, clip_on=False, zorder=5,
+            transform=axes.get_xaxis_transform(), label="no result",
+        )  # fmt: skip
+
+
+def _legend(host: Axes, axes: Sequence[Axes] = (), named: Mapping[str, str] | None = None) -> None:
+    """Put one legend on the picture: colors that tell lines apart, dashes for directions, then marks."""
+    every = list(axes) or [host]
+    found: dict[Any, Artist] = {}
+    for one in every:
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    entries: dict[Any, Artist] = {name: Line2D([], [], color=color) for name, color in (named or {}).items()}
+    for look in DIRECTIONS.values():
+        if look["label"] in found:
+            # of several colors none is the direction's
+            gray = {"color": GRAY} if named or len(every) > 1 else {}
+            entries[look["label"]] = Line2D([], [], **(look | gray))
+    entries |= {label: handle for label, handle in found.items() if label not in entries}
+    if entries:
+        # on the axes drawn last, so that no line covers it
+        every[-1].legend(list(entries.values()), list(entries), framealpha=0.85, fontsize="small", loc="best")

@@ -1,0 +1,99 @@
+"""Pictures of the force against distance: over a cycle of the motion, and of the model itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+
+from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, only, shown, take, tidy
+from dforce.plot.distances import sweeps
+from dforce.plot.motion import at_distance
+from dforce.results import reader_unit
+
+FELT = 0.01  # of the largest force: further out there is nothing to see
+
+
+def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
+    """Draw the force on the tip against the instantaneous distance over a cycle, both halves of the motion.
+
+    A loop between the halves is energy that the sample takes. Only where the force is felt is shown.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no traces.
+    """
+    only(dataset, ())
+    figure = new_figure(figure, 5.2, 4.0)
+    axes = figure.subplots()
+    x, across = shown(take(dataset, "distance"))
+    y, up = shown(take(dataset, "force"))
+    velocity = take(dataset, "velocity").values
+    for direction, half in (("approach", velocity <= 0.0), ("retract", velocity >= 0.0)):
+        look = dict(DIRECTIONS[direction])
+        # a gap where the tip goes the other way, so that a line never joins two cycles
+        axes.plot(np.where(half, x, np.nan), np.where(half, y, np.nan), linewidth=1.3, **look)
+    felt = np.abs(y) > FELT * np.abs(y).max() if np.abs(y).max() > 0.0 else np.full(len(y), True)
+    low, high = float(x.min()), float(x[felt].max())
+    room = 0.08 * (high - low) or 1.0
+    axes.set_xlim(low - room, min(high + 6.0 * room, float(x.max()) + room))
+    axes.axhline(0.0, color=GRAY, linewidth=0.6)
+    indentation = dataset.get("indentation")
+    if indentation is not None and float(indentation.max()) > 0.0:
+        scale = reader_unit(dataset["distance"])[0]
+        deepest = int(np.argmax(indentation.values))
+        contact = (float(dataset["distance"][deepest]) + float(indentation[deepest])) / scale
+        axes.axvline(contact, color=GRAY, linewidth=0.8, linestyle=":")
+        low_side = y.max() < -y.min()  # away from the line of no force
+        axes.annotate(
+            "$a_0$", (contact, 0.02 if low_side else 0.98), (3, 0), xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points", va="bottom" if low_side else "top", color=GRAY, fontsize="small",
+        )  # fmt: skip
+    _finish(axes, across, up)
+    head(axes, dataset, at_distance(dataset))
+    return axes
+
+
+def force_curve(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
+    """Draw the force of the model against distance, moved slowly in both directions; hysteresis is shaded.
+
+    Parameters
+    ----------
+    dataset
+        `force` over `distance` and, where both were asked for, `direction`.
+
+    Raises
+    ------
+    ParameterError
+        When the dataset has no force.
+    """
+    only(dataset, ("distance", "direction"))
+    figure = new_figure(figure, 5.6, 4.0)
+    axes = figure.subplots()
+    x, across = shown(take(dataset, "distance"))
+    force = take(dataset, "force")
+    scale = reader_unit(force)[0]
+    halves = {direction: np.asarray(half.values, dtype=float) / scale for direction, half in sweeps(force)}
+    first, last = next(iter(halves.values())), list(halves.values())[-1]
+    same = np.array_equal(first, last, equal_nan=True)
+    if not same:
+        axes.fill_between(x, first, last, color=LIGHT, linewidth=0.0, label="hysteresis")
+    for direction, y in halves.items():
+        look = dict(DIRECTIONS.get(direction, DIRECTIONS["approach"]))
+        axes.plot(x, y, linewidth=1.4, **({**look, "label": "both directions"} if same else look))
+        if same:
+            break
+    axes.axhline(0.0, color=GRAY, linewidth=0.6)
+    axes.margins(x=0.0)
+    _finish(axes, across, shown(force)[1])
+    head(axes, dataset)
+    return axes
+
+
+def _finish(axes: Axes, across: str, up: str) -> None:
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+    axes.legend(fontsize="small", framealpha=0.85, loc="best")
+    tidy(axes)

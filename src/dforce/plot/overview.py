@@ -1,0 +1,68 @@
+"""The picture that says most about a result, chosen by its kind."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+
+from dforce.errors import ParameterError
+from dforce.plot._style import head, new_figure
+from dforce.plot.distances import amplitude_phase, curves
+from dforce.plot.forces import force_curve, force_distance
+from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
+
+LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
+FORCES = ("peak_force", "min_force")
+ENERGIES = ("total_dissipated_energy", "virial")
+
+
+def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw a whole result and return all its axes.
+
+    An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
+    gives traces, spectrum, force against distance and phase portrait; a force curve gives itself.
+
+    Raises
+    ------
+    ParameterError
+        For a dataset that is none of these.
+    """
+    if "time" in dataset.dims:
+        return _dwell(dataset, figure)
+    if "distance" in dataset.dims and "force" in dataset:
+        return [force_curve(dataset, figure)]
+    if "zc" in dataset.dims and "amplitude" in dataset:
+        return _approach(dataset, figure)
+    raise ParameterError(
+        "this dataset is neither an approach, a dwell nor a force curve; there is no overview of it"
+    )
+
+
+def _approach(dataset: xr.Dataset, figure: FigureBase | None) -> list[Axes]:
+    tones = [int(tone) for tone in dataset["tone"].values]
+    figure = new_figure(figure, 4.4 * (len(tones) + 1), 6.0)
+    columns = figure.subfigures(1, len(tones) + 1, squeeze=False)[0]
+    axes: list[Axes] = []
+    for tone, column in zip(tones, columns, strict=False):
+        axes += amplitude_phase(dataset, tone, column)
+        axes[-2].set_title(f"tone {tone}" if len(tones) > 1 else "", fontsize="medium")
+    upper, lower = columns[-1].subplots(2, 1, sharex=True)
+    for host, names in ((upper, FORCES), (lower, ENERGIES)):
+        axes += curves(host, [dataset[name] for name in names if name in dataset], dataset)
+    upper.set_xlabel("")
+    head(figure, dataset)
+    return axes
+
+
+def _dwell(dataset: xr.Dataset, figure: FigureBase | None) -> list[Axes]:
+    figure = new_figure(figure, 11.0, 7.0)
+    upper, lower = figure.subfigures(2, 1, squeeze=False)[:, 0]
+    length = float(dataset["time"][-1] - dataset["time"][0]) * main_frequency(dataset)
+    axes = traces(dataset, periods=None if length > LONG_RECORD else 3, figure=upper)
+    left, middle, right = lower.subfigures(1, 3, squeeze=False)[0]
+    axes += [spectrum(dataset, figure=left), force_distance(dataset, middle), phase_portrait(dataset, right)]
+    for one in axes:
+        one.set_title("")
+    head(figure, dataset, at_distance(dataset))
+    return axes

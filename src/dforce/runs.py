@@ -1,0 +1,111 @@
+"""Runs a case: experiment, provenance, and what happens when a run is stopped."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from dforce.case import Case
+from dforce.errors import ParameterError
+from dforce.experiments import Approach, Dwell
+from dforce.experiments._experiment import Progress
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOOKS_A_SECOND = 20.0  # at most, so that showing progress costs nothing
+
+
+def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None = None) -> xr.Dataset:
+    """Do what a case's experiment says and return the result.
+
+    Parameters
+    ----------
+    case
+        The case; ``case.experiment`` must be given.
+    progress
+        Called as ``progress(done, total, note)`` at most 20 times a second, and at the end.
+    resume
+        An interrupted result of the same case, to be continued.
+
+    Returns
+    -------
+    xarray.Dataset
+        SI units in ``attrs["units"]``, phases in degrees, a status for each point; the case, the versions and the
+        date in its attributes. After Ctrl-C it holds what was computed, and ``attrs["interrupted"]`` is 1.
+
+    Raises
+    ------
+    ParameterError
+        When the case has no experiment, or `resume` is the result of another case.
+    """
+    from dforce.results import provenance
+
+    if case.experiment is None:
+        raise ParameterError("the case says nothing under [experiment]; give kind = \"approach\" or \"dwell\"")
+    text = case.to_toml()
+    if resume is not None and not resume.attrs.get("interrupted"):
+        raise ParameterError("this result is complete; there is nothing to continue")
+    if resume is not None and resume.attrs.get("case") != text:
+        raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
+    usable = resume if resume is not None and "restart" in resume else None
+    data = case.experiment.run(case.problem, case.solver, _throttled(progress), usable)
+    data.attrs = provenance(text, case.title) | data.attrs
+    return data
+
+
+def approach(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+    """Return amplitude, phase and every other quantity against the average distance.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces; its experiment is not used, except that an approach there gives the defaults.
+    zc
+        Average distances: an array (m), a list of texts with units, or a grid ``{"start": ..., "stop": ..., "points": ...}``.
+    progress
+        See :func:`run`.
+    settings
+        Other keys of the experiment: `direction`, `carry_state`, `start`, `harmonics`.
+    """
+    return run(_with_experiment(case, Approach, zc, settings), progress)
+
+
+def dwell(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+    """Return the motion at one average distance: traces over time, spectrum and every scalar quantity.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces; its experiment is not used, except that a dwell there gives the defaults.
+    zc
+        Average distance (m), or text with a unit.
+    progress
+        See :func:`run`.
+    settings
+        Other keys of the experiment: `start`, `record`, `recorded_periods`, `harmonics`.
+    """
+    return run(_with_experiment(case, Dwell, zc, settings), progress)
+
+
+def _with_experiment(case: Case, kind: type[Approach] | type[Dwell], zc: Any, settings: dict[str, Any]) -> Case:
+    given = {} if zc is None else {"zc": zc}
+    if isinstance(case.experiment, kind):
+        return case.replace(experiment=case.experiment.replace(**given, **settings))
+    return case.replace(experiment=kind(**given, **settings))
+
+
+def _throttled(progress: Progress | None) -> Progress:
+    """Return a progress function that passes on few enough calls."""
+    if progress is None:
+        return lambda done, total, note: None
+    tell, last = progress, -1.0
+
+    def passed_on(done: int, total: int, note: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= 1.0 / LOOKS_A_SECOND or done == total:
+            last = now
+            tell(done, total, note)
+
+    return passed_on

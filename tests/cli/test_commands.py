@@ -1,0 +1,396 @@
+"""The commands: what they print, write and return, with runs made by formulas."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import synthetic
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce.cli import app
+from dforce.cli._terminal import plain
+
+CASE = (
+    synthetic.CASE
+    + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'
+)
+
+
+def invoke(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder of its own with a case file in it."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    """Replace the computation; remember what was asked for."""
+    calls = []
+
+    def give(make):
+        def run(case, progress=None, resume=None):
+            calls.append({"case": case, "resume": resume})
+            progress(1, 2, "zc = 5 nm")
+            return make().assign_attrs(title=case.title, case=case.to_toml())
+
+        monkeypatch.setattr(df, "run", run)
+        return calls
+
+    return give
+
+
+def interrupted(done=40):
+    dataset = synthetic.approach(directions=("approach",), spoiled=False)
+    dataset["status"][done:] = df.Status.NOT_COMPUTED
+    return dataset.assign_attrs(interrupted=1)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_run_writes_a_result_and_a_picture_and_says_what_was_found(here, ran):
+    ran(lambda: synthetic.approach(spoiled=False))
+    done = invoke("run", "case.toml", "-o", "out.nc", "--plot", "figure.png")
+    assert done.exit_code == 0 and done.stderr == ""
+    assert names(here) == ["case.toml", "figure.png", "out.nc"]
+    lines = done.stdout.splitlines()
+    assert lines[0] == "Synthetic, in air" and lines[1].split() == ["approach", "retract"]
+    assert re.search(r"^phase lag +5\.8544° to ", done.stdout, re.MULTILINE)
+    assert re.search(r"^jumps +7\.2 nm .* 9\.7 nm ", done.stdout, re.MULTILINE)
+    assert lines[-1] == "written: out.nc, figure.png"
+
+
+def test_without_a_name_no_file_is_ever_replaced(here, ran):
+    ran(synthetic.dwell)
+    for _ in range(3):
+        assert invoke("run", "case.toml").exit_code == 0
+    assert names(here) == ["case-2.nc", "case-3.nc", "case.nc", "case.toml"]
+
+
+def test_a_name_taken_while_the_result_is_written_is_not_replaced(here, ran, monkeypatch):
+    ran(synthetic.dwell)
+    write = df.write
+
+    def late(dataset, path, **how):
+        if path.name == "case.nc":
+            path.write_text("of another process")
+        return write(dataset, path, **how)
+
+    monkeypatch.setattr(df, "write", late)
+    assert invoke("run", "case.toml").exit_code == 0
+    assert (here / "case.nc").read_text() == "of another process" and (here / "case-2.nc").exists()
+
+
+def test_a_name_given_is_replaced(here, ran):
+    ran(synthetic.dwell)
+    (here / "out.csv").write_text("old")
+    assert invoke("run", "case.toml", "-o", "out.csv", "--quiet").stdout == ""
+    assert (here / "out.csv").read_text(encoding="utf-8").startswith("# Synthetic, in air")
+
+
+def test_settings_change_the_case(here, ran):
+    calls = ran(synthetic.dwell)
+    invoke("run", "case.toml", "--set", "drive.A0=5 nm", "--set", "solver.points_per_period=512")
+    assert pytest.approx(5e-9) == calls[0]["case"].problem.tones[0].A0
+    assert calls[0]["case"].solver.points_per_period == 512
+
+
+def test_an_example_runs_by_its_name(here, ran):
+    calls = ran(synthetic.dwell)
+    assert invoke("run", "figure-3-air").exit_code == 0
+    assert calls[0]["case"] == df.example("figure-3-air") and (here / "figure-3-air.nc").exists()
+
+
+def test_a_result_is_run_again_beside_the_old_one(here, ran):
+    calls = ran(synthetic.dwell)
+    invoke("run", "case.toml", "-o", "out.nc")
+    assert invoke("run", "out.nc").exit_code == 0
+    assert calls[1]["case"] == calls[0]["case"] and calls[1]["resume"] is None
+    assert names(here) == ["case.toml", "out-2.nc", "out.nc"]
+
+
+def test_ctrl_c_keeps_the_points_and_says_how_to_continue(here, ran):
+    ran(interrupted)
+    done = invoke("run", "case.toml", "-o", "out.nc")
+    assert done.exit_code == 130
+    assert done.stderr == (
+        "dforce: stopped; 40 of 111 points are done and kept; continue with: dforce run out.nc\n"
+    )
+    assert df.read(here / "out.nc").attrs["interrupted"] == 1
+
+
+def test_an_interrupted_result_is_continued_in_place(here, ran):
+    ran(interrupted)
+    invoke("run", "case.toml", "-o", "out.nc")
+    calls = ran(lambda: synthetic.approach(spoiled=False))
+    assert invoke("run", "out.nc").exit_code == 0
+    assert calls[-1]["resume"].attrs["interrupted"] == 1
+    assert names(here) == ["case.toml", "out.nc"]
+    assert not df.read(here / "out.nc").attrs["interrupted"]
+
+
+def test_an_interrupted_result_with_other_settings_is_a_new_run(here, ran):
+    ran(interrupted)
+    invoke("run", "case.toml", "-o", "out.nc")
+    calls = ran(synthetic.dwell)
+    invoke("run", "out.nc", "--set", "drive.A0=5 nm")
+    assert calls[-1]["resume"] is None and names(here) == ["case.toml", "out-2.nc", "out.nc"]
+
+
+def test_ctrl_c_before_the_first_point_writes_nothing(here, ran):
+    ran(lambda: interrupted(done=0))
+    done = invoke("run", "case.toml", "-o", "out.nc")
+    assert done.exit_code == 130 and "nothing was written" in done.stderr and names(here) == ["case.toml"]
+
+
+def test_an_interrupted_table_says_that_it_cannot_be_continued(here, ran):
+    ran(interrupted)
+    assert "only a .nc file can be continued" in invoke("run", "case.toml", "-o", "out.csv").stderr
+
+
+def test_points_that_failed_are_told_and_make_the_exit_code_1(here, ran):
+    ran(synthetic.approach)
+    done = invoke("run", "case.toml")
+    assert done.exit_code == 1
+    assert f"2 of 222 points: {df.Status.NOT_SETTLED.sentence}" in done.stderr
+    assert f"1 of 222 points: {df.Status.FAILED.sentence}" in done.stderr
+
+
+def test_advice_is_told(here, ran):
+    ran(lambda: synthetic.dwell().assign_attrs(advice="The sample is soft.\nThe tip is blunt."))
+    done = invoke("run", "case.toml")
+    assert done.stderr == "advice: The sample is soft.\nadvice: The tip is blunt.\n"
+
+
+def test_json_is_for_machines(here, ran):
+    ran(synthetic.approach)
+    done = invoke("run", "case.toml", "--json")
+    answer = json.loads(done.stdout)
+    assert answer["file"] == "case.nc" and answer["kind"] == "approach" and answer["exit_code"] == 1
+    assert answer["points"] == {"ok": 219, "not_settled": 2, "failed": 1}
+    found = {(item["name"], item["direction"]): item for item in answer["found"]}
+    np.testing.assert_allclose(found["jumps", "approach"]["value"], [7.2e-9])
+    assert done.stdout.isascii()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["run", "missing.toml"], "there is no file 'missing.toml'"),
+        (["run", "figure-3-ari"], "there is no example 'figure-3-ari'; did you mean 'figure-3-air'?"),
+        (["run", "."], "is a directory"),
+        (["run", "case.toml", "-o", "out.xlsx"], "ends in '.xlsx'"),
+        (["run", "case.toml", "-o", "no/out.nc"], "there is no folder"),
+        (["run", "case.toml", "--plot", "figure.bmp"], "ends in '.bmp'"),
+        (["run", "case.toml", "--set", "drive.A0"], "write path=value"),
+        (["run", "case.toml", "--set", "drive.A0=5 nmm"], "'nmm' is not a known unit"),
+        (["run", "case.toml", "--set", "drive.A=5 nm"], "did you mean 'drive.A0'?"),
+        (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
+        (["examples", "figure-3-ari"], "did you mean 'figure-3-air'?"),
+        (["examples", "--write", "x.toml"], "--write needs the name of an example"),
+        (["examples", "figure-3-air", "--write", "case.toml"], "is there already"),
+        (
+            ["curve", "figure-3-air", "--from", "2 kHz"],
+            "--from is '2 kHz', which is a frequency, not a length",
+        ),
+        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "give two different distances"),
+        (["schema", "-o", "schema.xml"], "ends in '.xml'"),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_nothing_is_written(here, ran, words, sentence):
+    ran(synthetic.dwell)
+    done = invoke(*words)
+    assert done.exit_code == 2 and sentence in done.stderr
+    assert done.stderr.startswith("dforce: ") and done.stderr.count("\n") == 1 and done.stdout == ""
+    assert names(here) == ["case.toml"]
+
+
+def test_a_traceback_is_shown_only_when_asked_for(here):
+    assert "Traceback" not in invoke("run", "missing.toml").stderr
+    assert "Traceback" in invoke("run", "missing.toml", "--traceback").stderr
+
+
+def test_an_error_inside_is_told_as_such(here, monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(df, "run", broken)
+    done = invoke("run", "case.toml")
+    assert done.exit_code == 3 and "please report it: ZeroDivisionError: division by zero" in done.stderr
+    assert names(here) == ["case.toml"]
+
+
+def test_models_are_listed_with_their_parameters():
+    done = invoke("models")
+    assert done.exit_code == 0
+    assert all(name in done.stdout for name in df.forces.REGISTRY)
+    listed = {model["name"]: model for model in json.loads(invoke("models", "--json").stdout)}
+    assert set(listed) == set(df.forces.REGISTRY)
+    (viscosity,) = (p for p in listed["kelvin_voigt"]["parameters"] if p["name"] == "viscosity")
+    assert viscosity["unit"] == "Pa s" and viscosity["low"] == "0 Pa s"
+
+
+@pytest.mark.parametrize("name", df.forces.REGISTRY)
+def test_every_model_has_a_page(name):
+    done = invoke("models", name)
+    assert done.exit_code == 0 and done.stdout.startswith(name) and "source:" in done.stdout
+    keys = df.forces.REGISTRY[name].keys()
+    assert all(key in done.stdout for key in keys)
+
+
+def test_examples_are_listed_shown_and_written(here):
+    assert all(name in invoke("examples").stdout for name in df.examples())
+    text = df.examples()["figure-3-air"].text
+    assert invoke("examples", "figure-3-air").stdout == text
+    assert invoke("examples", "figure-3-air", "--write", "mine.toml").exit_code == 0
+    assert (here / "mine.toml").read_text(encoding="utf-8") == text
+    assert df.load_case("mine.toml") == df.example("figure-3-air")
+
+
+def test_a_force_curve_is_written_and_drawn_between_the_distances_given(here, monkeypatch):
+    asked = []
+
+    def force_curve(case, distance):
+        asked.append(distance)
+        return synthetic.force_curve()
+
+    monkeypatch.setattr(df, "force_curve", force_curve, raising=False)
+    done = invoke(
+        "curve", "figure-3-air", "--from", "3 nm", "--to", "-0.5 nm", "--points", "8",
+        "-o", "curve.csv", "--plot", "curve.svg",
+    )  # fmt: skip
+    assert (
+        done.exit_code == 0
+        and "lowest force" in done.stdout
+        and "written: curve.csv, curve.svg" in done.stdout
+    )
+    np.testing.assert_allclose(asked[0], np.linspace(3e-9, -0.5e-9, 8))
+    assert names(here) == ["case.toml", "curve.csv", "curve.svg"]
+
+
+def test_the_schema_accepts_the_examples(here):
+    assert invoke("schema", "-o", "schema.json").exit_code == 0
+    printed = json.loads(invoke("schema").stdout)
+    assert json.loads((here / "schema.json").read_text(encoding="utf-8")) == printed
+    jsonschema.Draft202012Validator.check_schema(printed)
+
+
+def test_the_version_is_told():
+    assert invoke("--version").stdout.strip() == f"dForce {df.__version__}"
+
+
+def test_help_names_every_command():
+    text = invoke("--help").stdout
+    assert all(command in text for command in ("run", "models", "examples", "curve", "schema"))
+
+
+@pytest.mark.parametrize(
+    ("text", "spelled"),
+    [("54°", "54 deg"), ("µm", "um"), ("δ ≤ 3", "delta <= 3"), ("– é 中", "- e ?"), ("d²", "d^2")],
+)
+def test_what_a_terminal_lacks_is_spelled_out(text, spelled):
+    assert (
+        "".join(c if c.isascii() else plain(UnicodeEncodeError("ascii", c, 0, 1, ""))[0] for c in text)
+        == spelled
+    )
+
+
+def program(*words, env=None):
+    """Run the program as a user does."""
+    code = "import sys; from dforce.cli import main; sys.argv[0] = 'dforce'; main()"
+    return subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, check=False, env=os.environ | (env or {})
+    )
+
+
+def test_exit_codes_reach_the_shell():
+    assert program("--version").returncode == 0
+    failed = program("run", "missing.toml")
+    assert (
+        failed.returncode == 2
+        and failed.stderr.startswith(b"dforce: there is no file")
+        and failed.stdout == b""
+    )
+    assert program("--no-such-option").returncode == 2
+
+
+STOPPABLE = """
+import sys, time
+import dforce as df, synthetic
+from dforce.cli import main
+
+def run(case, progress=None, resume=None):
+    dataset = synthetic.approach(directions=("approach",), spoiled=False)
+    dataset["status"][7:] = df.Status.NOT_COMPUTED
+    try:
+        print("started", flush=True)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        return dataset.assign_attrs(interrupted=1)
+
+df.run = run
+sys.argv = ["dforce", "run", "case.toml", "--quiet"]
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGINT as a terminal sends it")
+def test_a_real_ctrl_c_keeps_the_points_and_ends_with_130(here):
+    path = os.pathsep.join([str(Path(synthetic.__file__).parent), *sys.path])
+    child = subprocess.Popen(
+        [sys.executable, "-c", STOPPABLE], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": path},
+    )  # fmt: skip
+    assert child.stdout is not None and child.stdout.readline() == b"started\n"
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=60)
+    assert child.returncode == 130
+    assert said == b"dforce: stopped; 7 of 111 points are done and kept; continue with: dforce run case.nc\n"
+    assert df.count_status(df.read("case.nc"))[df.Status.OK] == 7
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp437", "cp1252"])
+def test_a_console_without_utf_8_shows_everything(encoding):
+    for words in (("models", "kelvin_voigt"), ("models",), ("examples",), ("--help",)):
+        done = program(*words, env={"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"})
+        assert done.returncode == 0, done.stderr
+        done.stdout.decode(encoding)
+
+
+def test_the_shell_completes_examples_and_models():
+    done = program(
+        env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce models kelv", "COMP_CWORD": "2"},
+    )
+    assert done.stdout.split() == [b"kelvin_voigt"]
+    done = program(
+        env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce run figure-3", "COMP_CWORD": "2"},
+    )
+    assert done.stdout.split() == [b"figure-3-air", b"figure-3-water"]
+
+
+def test_help_loads_nothing_heavy():
+    heavy = ("numba", "pint", "scipy", "xarray", "matplotlib", "pandas", "numpy", "pydantic_core")
+    code = (
+        "import sys; from dforce.cli import app\n"
+        "try: app(['--help'])\n"
+        f"except SystemExit: print(sorted(set(sys.modules) & set({heavy!r})))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,55 @@
+"""Equations and docstrings, readable in a terminal."""
+
+from __future__ import annotations
+
+import pytest
+
+import dforce as df
+from dforce.cli._page import first_sentence, math, readable
+
+
+@pytest.mark.parametrize(
+    ("latex", "text"),
+    [
+        (r"-\frac{H R}{6 d^2}", "-(H R)/(6 d²)"),
+        (r"\tfrac{4}{3} E_\mathrm{eff} \sqrt{R}\, \delta^{3/2}", "4/3 E_eff √R δ^(3/2)"),
+        (r"\sqrt{R \delta}", "√(R δ)"),
+        (r"\delta = a_0 - d > 0", "δ = a₀ - d > 0"),
+        (r"\dot d", "d\N{COMBINING DOT ABOVE}"),
+        (r"\lambda, \Omega, \varepsilon_0", "λ, Ω, ε₀"),
+        (r"x \quad y \qquad z", "x   y   z"),
+        (r"a \le b \cdot c \to \infty", "a ≤ b · c → ∞"),
+        (r"\left( x \right)^2", "(x)²"),
+        (r"\tan\theta", " tan θ"),
+        (r"e^{-d/\lambda}", "e^(-d/λ)"),
+        (r"\unknown{x}", "unknownx"),
+        (r"\frac{a}{", "a/()"),
+    ],
+)
+def test_an_equation_is_text(latex, text):
+    assert math(latex) == text
+
+
+def test_a_piecewise_equation_has_a_line_for_each_case():
+    latex = r"F = \begin{cases} 0 & d > a_0 \\[1ex] -\gamma & d \le a_0 \end{cases}"
+    assert math(latex).split("\n") == ["F =", "   0   d > a₀", "   -γ   d ≤ a₀"]
+
+
+def test_a_docstring_loses_its_marks():
+    page = readable("""First :math:`a_0` line with `hertz` and :class:`dforce.Tip`.
+
+    .. math:: F = -\\frac{H R}{6 d^2}
+
+    - one
+    - two
+    """)
+    assert page.split("\n\n") == [
+        "First a₀ line with hertz and dforce.Tip.", "    F = -(H R)/(6 d²)", "- one", "- two",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("model", df.forces.REGISTRY.values(), ids=list(df.forces.REGISTRY))
+def test_no_model_leaves_latex_on_the_page(model):
+    page = readable(model.__doc__ or "")
+    assert "\\" not in page and ":math:" not in page and "{" not in page
+    assert "`" not in first_sentence(model.__doc__ or "")
