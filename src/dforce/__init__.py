@@ -7,36 +7,65 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from dforce import forces, plot
-    from dforce.case import Case, case_schema, example, load_case, save_case
-    from dforce.errors import CaseError, DForceError, ForceError, ParameterError, ResultError, UnitError
+    from dforce.case import About, Case, case_schema, example, load_case, save_case
+    from dforce.errors import (
+        CaseError,
+        DForceError,
+        ForceError,
+        ParameterError,
+        ResultError,
+        UnitError,
+        nearest,
+        shorten,
+    )
     from dforce.experiments import Approach, Dwell, Grid, InitialMotion
+    from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
     from dforce.library import examples
     from dforce.parameters import param, shared
-    from dforce.results import Status, read, write
+    from dforce.plugins import load_plugin
+    from dforce.prescribed import force_along, force_curve
+    from dforce.results import Status, check_target, read, whole_file, write
     from dforce.runs import approach, dwell, run
     from dforce.solvers import SolverSettings
+    from dforce.testing import check_force
+    from dforce.timing import benchmark
     from dforce.units import parse, show
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {
-    "case": ("Case", "case_schema", "example", "load_case", "save_case"),
-    "errors": ("CaseError", "DForceError", "ForceError", "ParameterError", "ResultError", "UnitError"),
+    "case": ("About", "Case", "case_schema", "example", "load_case", "save_case"),
+    "errors": (
+        "CaseError",
+        "DForceError",
+        "ForceError",
+        "ParameterError",
+        "ResultError",
+        "UnitError",
+        "nearest",
+        "shorten",
+    ),
+    "findings": ("Finding", "count_status", "summary"),
     "experiments": ("Approach", "Dwell", "Grid", "InitialMotion"),
     "forces": ("Force",),
     "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
     "library": ("examples",),
     "parameters": ("param", "shared"),
-    "results": ("Status", "read", "write"),
+    "plugins": ("load_plugin",),
+    "prescribed": ("force_along", "force_curve"),
+    "results": ("Status", "check_target", "read", "whole_file", "write"),
     "runs": ("approach", "dwell", "run"),
     "solvers": ("SolverSettings",),
+    "testing": ("check_force",),
+    "timing": ("benchmark",),
     "units": ("parse", "show"),
 }
 _MODULES = ("forces", "plot")
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "About",
     "Approach",
     "Beam",
     "Cantilever",
@@ -46,6 +75,7 @@ __all__ = [
     "DForceError",
     "Drive",
     "Dwell",
+    "Finding",
     "Force",
     "ForceError",
     "Grid",
@@ -61,12 +91,20 @@ __all__ = [
     "Tone",
     "UnitError",
     "approach",
+    "benchmark",
     "case_schema",
+    "check_force",
+    "check_target",
+    "count_status",
     "dwell",
     "example",
     "examples",
+    "force_along",
+    "force_curve",
     "forces",
     "load_case",
+    "load_plugin",
+    "nearest",
     "param",
     "parse",
     "plot",
@@ -74,7 +112,10 @@ __all__ = [
     "run",
     "save_case",
     "shared",
+    "shorten",
     "show",
+    "summary",
+    "whole_file",
     "write",
 ]
 

@@ -201,5 +201,7 @@ def _force_curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
         ("min_force", "lowest force", np.nanargmin), ("peak_force", "largest force", np.nanargmax),
     ):  # fmt: skip
         index: Any = chosen(force)
-        place = f" at {number(float(distance[index]), 'm')}"
+        place = f" at {number(float(distance[index]), 'm')}" if force[index] else ""
         yield _finding(name, label, float(force[index]), "N", way, place)
+    if "energy" in sweep and way != "approach":  # it is known once the tip is back
+        yield _finding("energy", "energy taken", float(sweep["energy"]), "J", way)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Iterable, Mapping
@@ -117,6 +118,15 @@ class Problem:
                 motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) * response
         motion.flags.writeable = False
         return motion
+
+    def at_frequency(self, frequency: float, tone: int = 0) -> Self:
+        """Return the problem with another frequency (Hz) of a tone (counted from 0), under the same driving force.
+
+        The tone's `A0` stays what it was: the free amplitude that this force gives at the frequency before.
+        """
+        changed = dataclasses.replace(self.tones[tone], frequency=frequency)
+        tones = (*self.tones[:tone], changed, *self.tones[tone + 1 :])
+        return dataclasses.replace(self, tones=tones)
 
 
 def instrument_values(

@@ -66,7 +66,14 @@ OBSERVABLES = _table(
     Observable("settling_periods", "N", "1", "1", "settling periods",
                "periods of the first tone until amplitudes and phases had stopped moving"),
     Observable("drift", r"\Delta A/A_0", "1", "1", "remaining drift",
-               "change of the tones' complex amplitudes over the last settling span, relative to the free amplitude"),
+               "how far from steady the motion is, relative to the free amplitude: what is still to come of the "
+               "settling, or by how much a periodic orbit misses its start"),
+    Observable("corrections", "N", "1", "1", "Newton corrections", "corrections by which the periodic orbit was found"),
+    Observable("multiplier_modulus", r"|\mu|", "1", "1", "Floquet multiplier",
+               "factor by which a small disturbance of the orbit grows over a common period of the tones: stable below 1",
+               ("multiplier",)),
+    Observable("multiplier_angle", r"\arg\mu", "degree", "°", "angle of the Floquet multiplier",
+               "angle by which a small disturbance turns over a common period of the tones", ("multiplier",)),
 )  # fmt: skip
 
 TRACES = _table(
@@ -76,8 +83,20 @@ TRACES = _table(
     Observable("distance", "d", "m", "nm", "distance", "instantaneous tip–surface distance", ("time",)),
     Observable("force", "F", "N", "nN", "force", "force on the tip, repulsive positive", ("time",)),
     Observable("indentation", r"\delta", "m", "nm", "indentation", "indentation a0 - d in contact, else zero", ("time",)),
+    Observable("partial_force", "F_i", "N", "nN", "force of each model",
+               "force on the tip by each model alone", ("model", "time")),
+    Observable("energy", "E", "J", "eV", "energy taken",
+               "energy that the sample has taken so far", ("time",)),
     Observable("spectrum", "A(f)", "m", "nm", "spectrum",
                "amplitude spectrum of the deflection", ("frequency",)),
+)  # fmt: skip
+
+JUMPS = _table(
+    Observable("jump_zc", "z_c", "m", "nm", "distance of the jump",
+               "average distance at which the motion jumped to another state; located to better than the step", ("jump",)),
+    Observable("jump_before", "A", "m", "nm", "amplitude before the jump", "amplitude before the jump", ("jump",)),
+    Observable("jump_after", "A", "m", "nm", "amplitude after the jump", "amplitude after the jump", ("jump",)),
+    Observable("jump_direction", "", "1", "1", "direction of the jump", "approach or retract", ("jump",)),
 )  # fmt: skip
 
 AXES = _table(
@@ -88,5 +107,7 @@ AXES = _table(
     Observable("tone", "j", "1", "1", "tone", "drive tone, counted from 1"),
     Observable("mode", "n", "1", "1", "mode", "cantilever mode, counted from 1"),
     Observable("harmonic", "h", "1", "1", "harmonic", "multiple of the drive frequency"),
+    Observable("multiplier", "k", "1", "1", "multiplier", "Floquet multiplier, counted from the largest"),
+    Observable("model", "", "1", "1", "model", "force model"),
     Observable("direction", "", "1", "1", "direction", "approach (far to near) or retract (near to far)"),
 )  # fmt: skip

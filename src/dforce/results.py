@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".nc", ".csv")
 ELECTRONVOLT = 1.602176634e-19  # J; exact in the SI since 2019
-COLUMN_DIMS = ("tone", "mode", "harmonic")  # columns of a table; the other dimensions are its rows
+COLUMN_DIMS = ("tone", "mode", "harmonic", "multiplier", "model")  # columns of a table; others are its rows
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
 BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names those kept as 0 and 1
 
@@ -62,7 +62,7 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
     The words come from :mod:`dforce.quantities`. `status` becomes int8 with CF flags and a sentence for each
     (`flag_sentences`, one a line). The Dataset is changed in place and returned.
     """
-    known = quantities.OBSERVABLES | quantities.TRACES | quantities.AXES
+    known = quantities.OBSERVABLES | quantities.TRACES | quantities.JUMPS | quantities.AXES
     for name, variable in dataset.variables.items():
         row = known.get(str(name))
         if row is not None:
@@ -364,11 +364,12 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
 
 
 def _unstack(name: str, variable: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Give a column for each tone, mode and harmonic of a variable: amplitude_tone1, amplitude_tone2."""
+    """Give a column for each tone, mode and so on of a variable: amplitude_tone1, partial_force_dmt."""
     for dim in COLUMN_DIMS:
         if dim in variable.dims:
             for index, label in enumerate(variable[dim].values):
-                yield from _unstack(f"{name}_{dim}{label}", variable.isel({dim: index}, drop=True))
+                column = f"{name}_{'' if dim == 'model' else dim}{label}"
+                yield from _unstack(column, variable.isel({dim: index}, drop=True))
             return
     if "flag_meanings" in variable.attrs:
         flags = np.atleast_1d(variable.attrs["flag_values"]).tolist()

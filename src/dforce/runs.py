@@ -43,7 +43,7 @@ def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None 
 
     if case.experiment is None:
         raise ParameterError("the case says nothing under [experiment]; give kind = \"approach\" or \"dwell\"")
-    text = case.to_toml()
+    text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; there is nothing to continue")
     if resume is not None and resume.attrs.get("case") != text:

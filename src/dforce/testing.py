@@ -1,4 +1,4 @@
-"""The checks that every force model must pass, your own too, and a force's answer to a prescribed motion.
+"""The checks that every force model must pass, your own too.
 
 >>> check_force(dforce.forces.DMT)
 
@@ -7,17 +7,19 @@ In a test: ``@pytest.mark.parametrize("model", my_models)`` over :func:`check_fo
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
-from typing import Any, Literal, cast, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
 from dforce.errors import ForceError, ParameterError
 from dforce.forces import Force
+from dforce.kernel.link import compile_function
+from dforce.prescribed import Answer, follow
+
+__all__ = ["INSTRUMENT", "Answer", "bound_examples", "check_force", "compile_function", "follow"]
 
 INSTRUMENT: Mapping[str, float] = {
     "tip.radius": 10e-9,
@@ -30,6 +32,9 @@ INSTRUMENT: Mapping[str, float] = {
     "sample.radius": 50e-9,
     "contact.a0": 0.165e-9,
     "contact.E_eff": 1.092e9,
+    "cantilever.f0": 50e3,
+    "cantilever.k": 1.0,
+    "cantilever.Q": 100.0,
     "medium.temperature": 298.15,
     "medium.permittivity": 78.5,
 }
@@ -64,139 +69,10 @@ def check_force(model: type[Force]) -> None:
         raise ForceError("\n".join(f"{model.name or model.__name__}: {problem}" for problem in problems))
 
 
-@dataclass(frozen=True)
-class Answer:
-    """What :func:`follow` returns: force (N) and indentation-free motion at each time, and the energy taken (J)."""
-
-    time: np.ndarray[Any, np.dtype[np.float64]]
-    distance: np.ndarray[Any, np.dtype[np.float64]]
-    force: np.ndarray[Any, np.dtype[np.float64]]
-    energy: np.ndarray[Any, np.dtype[np.float64]]
-    latched: np.ndarray[Any, np.dtype[np.float64]]
-
-
-def follow(
-    force: Force,
-    motion: Callable[[float], tuple[float, float]],
-    times: Sequence[float],
-    compiled: bool = False,
-) -> Answer:
-    """Return the force over a prescribed motion that starts on a rested sample.
-
-    Memory is integrated by two fourth-order Runge–Kutta steps between neighboring times, energy by
-    Simpson's rule; a latch switches where its function becomes positive, found by bisection.
-
-    Parameters
-    ----------
-    force
-        A bound force.
-    motion
-        Distance (m) and rate of change (m/s) at a time (s).
-    times
-        Increasing times (s); the step is their spacing.
-    compiled
-        Run the law through numba: worth it for a long motion of a force with many states.
-    """
-    wrap = compile_function if compiled else (lambda function: function)
-    run = _Run(
-        motion,
-        wrap(force.law),
-        wrap(force.evolve) if force.evolve is not None else None,
-        wrap(force.switch) if force.switch is not None else None,
-        force.values(),
-        np.zeros(force.memory),
-    )
-    rows = []
-    for start, stop in pairwise((times[0], *times)):
-        run.advance(start, stop)
-        rows.append((stop, motion(stop)[0], run.force(stop), run.energy, run.latched))
-    return Answer(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-@dataclass
-class _Run:
-    motion: Callable[[float], tuple[float, float]]
-    law: Callable[..., float]
-    evolve: Callable[..., None] | None
-    switch: Callable[..., float] | None
-    arguments: tuple[Any, ...]
-    memory: np.ndarray[Any, np.dtype[np.float64]]
-    latched: float = 0.0
-    energy: float = 0.0
-
-    def force(self, t: float) -> float:
-        memory = (self.memory,) if self.evolve is not None else ()
-        latched = (self.latched,) if self.switch is not None else ()
-        return self.law(*self.motion(t), t, *memory, *latched, *self.arguments)
-
-    def advance(self, start: float, stop: float) -> None:
-        for _ in range(8):  # a latch that switches more often within one step has no branch to rest on
-            if self._wants_to_switch(start):
-                self.latched = 1.0 - self.latched
-                continue
-            if not self._wants_to_switch(stop):
-                break
-            low, high = start, stop
-            while high - low > 1e-15 * (abs(high) + abs(stop - start)):
-                middle = 0.5 * (low + high)
-                if middle in (low, high):
-                    break
-                low, high = (low, middle) if self._wants_to_switch(middle) else (middle, high)
-            self._move(start, high)
-            self.latched, start = 1.0 - self.latched, high
-        self._move(start, stop)
-
-    def _wants_to_switch(self, t: float) -> bool:
-        return (
-            self.switch is not None and self.switch(self.latched, *self.motion(t), t, *self.arguments) > 0.0
-        )
-
-    def _power(self, t: float) -> float:
-        return -self.force(t) * self.motion(t)[1]
-
-    def _move(self, start: float, stop: float) -> None:
-        middle, step = 0.5 * (start + stop), stop - start
-        if step <= 0.0:
-            return
-        power = self._power(start)
-        self._evolve(start, 0.5 * step)
-        power += 4.0 * self._power(middle)
-        self._evolve(middle, 0.5 * step)
-        self.energy += step / 6.0 * (power + self._power(stop))
-
-    def _evolve(self, t: float, step: float) -> None:
-        if self.evolve is None:
-            return
-        slopes: list[np.ndarray[Any, np.dtype[np.float64]]] = []
-        for fraction in (0.0, 0.5, 0.5, 1.0):
-            state = self.memory + (fraction * step * slopes[-1] if slopes else 0.0)
-            change = np.zeros_like(self.memory)
-            self.evolve(
-                *self.motion(t + fraction * step), t + fraction * step, state, change, *self.arguments
-            )
-            slopes.append(change)
-        self.memory = self.memory + step / 6.0 * (slopes[0] + 2.0 * (slopes[1] + slopes[2]) + slopes[3])
-
-
-@functools.cache
-def compile_function(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a law compiled as the kernel compiles it: linked as text with all that it calls."""
-    import numba
-
-    from dforce.kernel.link import Linker
-
-    linker = Linker()
-    name = linker.add(function, function.__name__)
-    jit = numba.njit(error_model="numpy")
-    module: dict[str, Any] = {"compiled": jit, "inlined": jit, "math": math}
-    exec("\n\n".join(linker.text), module)
-    return cast(Callable[..., Any], module[name])
-
-
 def bound_examples(model: type[Force], at_bounds: bool = False) -> list[Force]:
     """Return the model bound to a typical instrument: with its defaults, and with each of its choices.
 
-    With `at_bounds` also at each bound of its parameters, where a law may be stiff and steep but must be finite.
+    With `at_bounds` also at each bound of its parameters, where a law may be steep but must be finite.
     """
     given: list[dict[str, Any]] = [{}, *_choices(model), *(_bounds(model) if at_bounds else ())]
     forces = []
@@ -246,7 +122,7 @@ def _is_declared(model: type[Force]) -> Iterator[str]:
             continue
         if not field.description:
             yield f"the parameter '{name}' has no sentence (doc)"
-        choice = get_origin(field.annotation) is Literal or field.annotation in (bool, int)
+        choice = get_origin(field.annotation) is Literal or field.annotation in (bool, int, str)
         if name not in quantities and not choice:
             yield f"the parameter '{name}' has no unit; declare it with param"
     if model.law_function is not Force.law_function:
@@ -258,15 +134,18 @@ def _is_declared(model: type[Force]) -> Iterator[str]:
                 yield f"the number '{name}' needs a docstring with its unit in parentheses"
 
 
-def _functions(model: type[Force]) -> Iterator[tuple[str, Any]]:
-    for name in ("law", "potential", "evolve", "switch"):
-        function = getattr(model, name)
+def _functions(force: Force) -> Iterator[tuple[str, Any]]:
+    yield "law", force.law_function()
+    for name in ("potential", "evolve", "switch"):
+        function = getattr(force, name)
         if function is not None:
             yield name, function
 
 
 def _uses_only_its_arguments(model: type[Force]) -> Iterator[str]:
-    for name, function in _functions(model):
+    if model.law_function is not Force.law_function:
+        return  # each of its laws is made anew
+    for name, function in _functions(model(**model.example)):
         if not isinstance(model.__dict__.get(name), staticmethod | None):
             yield f"'{name}' must be a staticmethod"
         if function.__closure__:
@@ -294,7 +173,12 @@ def _calls(force: Force) -> Iterator[tuple[Any, ...]]:
             for t in TIMES:
                 for memory in memories:
                     for latched in latches:
-                        yield d, rate, t, *memory, *latched
+                        yield d, rate, t, *memory, *latched, *_average(force)
+
+
+def _average(force: Force) -> tuple[float, ...]:
+    """Return the average distance (m) for a law that takes it."""
+    return (2e-9,) if "zc" in force.leading() else ()
 
 
 def _is_finite(model: type[Force]) -> Iterator[str]:
@@ -306,8 +190,8 @@ def _is_finite(model: type[Force]) -> Iterator[str]:
             return
         for call in _calls(force):
             try:
-                value = force.law(*call, *numbers)
-                again = force.law(*call, *numbers)
+                value = force.law_function()(*call, *numbers)
+                again = force.law_function()(*call, *numbers)
             except (ArithmeticError, ValueError) as error:
                 yield f"the law of {force!r} fails at d = {call[0]} m, rate = {call[1]} m/s: {error}"
                 return
@@ -321,7 +205,7 @@ def _is_finite(model: type[Force]) -> Iterator[str]:
 
 def _compiles_to_the_same(model: type[Force]) -> Iterator[str]:
     force = bound_examples(model)[0]
-    for name, function in _functions(model):
+    for name, function in _functions(force):
         if name == "evolve":
             continue
         fast = compile_function(function)
@@ -330,9 +214,9 @@ def _compiles_to_the_same(model: type[Force]) -> Iterator[str]:
             if name == "potential":
                 given = call[:1]
             elif name == "switch":
-                given = (call[-1], *call[:3])
+                given = (call[3 if force.evolve is None else 4], *call[:3])
             plain, quick = function(*given, *force.values()), fast(*given, *force.values())
-            # a compiler may fuse a product and a sum, and a sum of terms that cancel then differs in its last digits
+            # a compiler may fuse a product and a sum, and where terms cancel that shows in the last digits
             if abs(plain - quick) > 1e-10 * abs(plain) + 1e-30:
                 yield f"'{name}' gives {quick} compiled and {plain} plain at d = {call[0]} m"
                 break
@@ -351,13 +235,14 @@ def _frozen_branches(force: Force) -> Iterator[Callable[[float], float]]:
     """Yield the law as a function of the distance, on each of its branches, at rest and moving."""
     numbers = force.values()
     # many states make the plain law slow, and this check asks for it often
-    law = force.law if force.evolve is None else compile_function(force.law)
+    law = force.law_function() if force.evolve is None else compile_function(force.law_function())
     memory = (np.zeros(force.memory),) if force.evolve is not None else ()
+    average = _average(force)
     for latched in [(0.0,), (1.0,)] if force.switch is not None else [()]:
         for rate in (0.0, -1e-3):
 
             def along(d: float, rate: float = rate, rest: tuple[Any, ...] = (*memory, *latched)) -> float:
-                return law(d, rate, 0.0, *rest, *numbers)
+                return law(d, rate, 0.0, *rest, *average, *numbers)
 
             yield along
 
@@ -417,7 +302,7 @@ def _is_the_slope_of_its_potential(model: type[Force]) -> Iterator[str]:
                 continue
             energy = [model.potential(d + n * h, *numbers) for n in (-2, -1, 1, 2)]
             slope = (energy[0] - 8.0 * energy[1] + 8.0 * energy[2] - energy[3]) / (12.0 * h)
-            value = force.law(d, 0.0, 0.0, *numbers)
+            value = force.law_function()(d, 0.0, 0.0, *_average(force), *numbers)
             # the energies are rounded, and the difference magnifies that
             noise = 1e-14 * max(map(abs, energy)) / h + 1e-30
             if abs(value + slope) > 1e-6 * abs(value) + noise:
@@ -438,7 +323,7 @@ def _keeps_or_takes_energy(model: type[Force]) -> Iterator[str]:
             return contact + 2e-9 + 3e-9 * math.cos(omega * t), -3e-9 * omega * math.sin(omega * t)
 
         times = np.linspace(0.0, 2.0 * 2.0 * math.pi / omega, 401)
-        answer = follow(force, motion, times.tolist(), compiled=force.evolve is not None)
+        answer = follow(force, motion, times.tolist(), compiled=force.evolve is not None, zc=2e-9)
         turned = np.abs(np.diff(answer.energy)).sum()
         # the second cycle counts: the first starts from a rested sample
         taken = answer.energy[-1] - answer.energy[200]
@@ -450,14 +335,13 @@ def _depends_on_distance_alone(force: Force) -> Iterator[str]:
     if force.evolve is not None or force.switch is not None:
         yield "a force with memory or a latch takes energy: say dissipative = True"
         return
+    law, rest = force.law_function(), (*_average(force), *force.values())
     for d in DISTANCES:
         for t in TIMES:
-            if len({force.law(d, rate, t, *force.values()) for rate in RATES}) > 1:
+            if len({law(d, rate, t, *rest) for rate in RATES}) > 1:
                 yield "the law depends on the rate: say dissipative = True"
                 return
-        if not force.timed and force.law(d, 0.0, TIMES[0], *force.values()) != force.law(
-            d, 0.0, TIMES[1], *force.values()
-        ):
+        if not force.timed and law(d, 0.0, TIMES[0], *rest) != law(d, 0.0, TIMES[1], *rest):
             yield "the law depends on time: say timed = True"
             return
 

@@ -210,7 +210,10 @@ def test_json_is_for_machines(here, ran):
             ["curve", "figure-3-air", "--from", "2 kHz"],
             "--from is '2 kHz', which is a frequency, not a length",
         ),
-        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "give two different distances"),
+        (
+            ["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"],
+            "starts and ends at 1 nm; give two distances",
+        ),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),
     ],
 )
@@ -267,7 +270,7 @@ def test_examples_are_listed_shown_and_written(here):
 def test_a_force_curve_is_written_and_drawn_between_the_distances_given(here, monkeypatch):
     asked = []
 
-    def force_curve(case, distance):
+    def force_curve(case, distance=None):
         asked.append(distance)
         return synthetic.force_curve()
 
@@ -283,6 +286,9 @@ def test_a_force_curve_is_written_and_drawn_between_the_distances_given(here, mo
     )
     np.testing.assert_allclose(asked[0], np.linspace(3e-9, -0.5e-9, 8))
     assert names(here) == ["case.toml", "curve.csv", "curve.svg"]
+    assert invoke("curve", "figure-3-air", "--to", "0 nm").exit_code == 0
+    assert asked[1] is None  # asks where the force is felt
+    assert asked[2][0] == 2e-9 and asked[2][-1] == 0.0 and len(asked[2]) == 501
 
 
 def test_the_schema_accepts_the_examples(here):

@@ -12,7 +12,6 @@ def same(value, digits=5e-12):
     return pytest.approx(value, rel=digits, abs=0.0)
 
 
-
 @pytest.fixture
 def bound():
     """Return a function that binds a force to the typical instrument, with some of its values changed."""
@@ -29,6 +28,6 @@ def at(bound):
 
     def force_at(force, d, rate=0.0, **changes):
         force = bound(force, **changes)
-        return force.law(d, rate, 0.0, *force.values())
+        return force.law_function()(d, rate, 0.0, *force.values())
 
     return force_at

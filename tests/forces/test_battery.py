@@ -49,9 +49,7 @@ def is_shared_machinery(model: type[Force]) -> bool:
 
 
 def test_each_file_holds_one_force_that_is_exported_under_its_class_name():
-    files = [
-        file.name for file in pkgutil.iter_modules(dforce.forces.__path__) if not file.name.startswith("_")
-    ]
+    files = [file.name for file in pkgutil.iter_modules(dforce.forces.__path__) if not file.name.startswith("_")]
     assert sorted(files) == sorted(SHIPPED)
     for model in SHIPPED.values():
         assert getattr(dforce.forces, model.__name__) is model
@@ -204,9 +202,7 @@ def test_what_the_instrument_lacks_is_named():
     with pytest.raises(ParameterError, match=r"hertz needs tip\.radius, which is not given"):
         dforce.forces.Hertz().bind({**INSTRUMENT, "tip.radius": None})
     with pytest.raises(ParameterError, match=r"van_der_waals needs tip\.half_angle"):
-        dforce.forces.VanDerWaals(hamaker=1e-20, geometry="capped_cone").bind(
-            {**INSTRUMENT, "tip.half_angle": None}
-        )
+        dforce.forces.VanDerWaals(hamaker=1e-20, geometry="capped_cone").bind({**INSTRUMENT, "tip.half_angle": None})
 
 
 def test_an_unknown_model_is_answered_with_the_nearest():

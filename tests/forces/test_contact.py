@@ -46,9 +46,7 @@ def test_van_der_waals_force_is_the_integral_over_the_tip(at, geometry, d):
         geometry, [(0.0, join), (join, np.inf)]
     )
     total = sum(
-        quad(
-            lambda s: squared(s * d) / (1.0 + s) ** 4, low / d, high / d, epsabs=0.0, epsrel=1e-11, limit=500
-        )[0]
+        quad(lambda s: squared(s * d) / (1.0 + s) ** 4, low / d, high / d, epsabs=0.0, epsrel=1e-11, limit=500)[0]
         for low, high in pieces
     )
     assert at(VanDerWaals(hamaker=hamaker, geometry=geometry), d) == same(-hamaker / 2.0 * total / d**3, 1e-8)

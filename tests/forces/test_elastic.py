@@ -139,7 +139,12 @@ def test_coefficients_of_the_bottom_effect(shape, values):
     assert coefficients(*shape) == tuple(pytest.approx(value, rel=5e-10, abs=6e-11) for value in values)
 
 
-THIN = {"sample__thickness": 5e-6, "sample__poisson_ratio": 0.5, "contact__E_eff": 1e3 / 0.75, "tip__radius": 2.5e-6}
+THIN = {
+    "sample__thickness": 5e-6,
+    "sample__poisson_ratio": 0.5,
+    "contact__E_eff": 1e3 / 0.75,
+    "tip__radius": 2.5e-6,
+}
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Viscoelastic contacts: Lee and Radok, Ting, memory between taps, and the limits that are known in closed form."""
+"""Viscoelastic contacts: Lee and Radok, Ting, memory between taps, and the limits known in closed form."""
 
 import math
 
@@ -18,7 +18,13 @@ SPEED, TURN = 1e-3, 5e-6
 # the references are for plane-strain moduli, which Young's moduli are at a Poisson ratio of zero
 PLANE = {"tip__radius": RADIUS, "sample__poisson_ratio": 0.0}
 SOLID = {"instant_modulus": E0, "relaxed_modulus": E_INF, "relaxation_time": TAU}
-TING = {0.5: 2.1592379033e-8, 1.0: 5.6206544045e-8, 1.1: 4.4270280957e-8, 1.25: 2.8448247239e-8, 1.4: 1.5312826869e-8}
+TING = {
+    0.5: 2.1592379033e-8,
+    1.0: 5.6206544045e-8,
+    1.1: 4.4270280957e-8,
+    1.25: 2.8448247239e-8,
+    1.4: 1.5312826869e-8,
+}
 DETACHED, TAKEN = 1.6974909030, 4.043533e-17
 
 
@@ -117,7 +123,7 @@ def test_fast_and_slow_relaxation_are_hertz_at_both_ends(bound, at, model, tau, 
     answer = press(force, steps=4000)
     loading = answer.time <= TURN
     hertz = [at(Hertz(), d, tip__radius=RADIUS, contact__E_eff=modulus) for d in answer.distance[loading]]
-    # what is left is of the order of the relaxation time over the time of the motion, times the ratio of the moduli
+    # what is left is the relaxation time over the time of the motion, times the ratio of the moduli
     assert answer.force[loading] == pytest.approx(hertz, rel=error, abs=error * max(hertz))
 
 
@@ -195,16 +201,23 @@ def test_one_arm_of_generalized_maxwell_is_the_standard_linear_solid(bound):
 
 def test_arms_of_generalized_maxwell_add_up_while_loading(bound):
     force = GeneralizedMaxwell(
-        relaxed_modulus=E_INF, arm_moduli=[0.5e9, 0.4e9], arm_times=[2e-6, 2e-5], elements=200, max_indentation=5e-9
+        relaxed_modulus=E_INF,
+        arm_moduli=[0.5e9, 0.4e9],
+        arm_times=[2e-6, 2e-5],
+        elements=200,
+        max_indentation=5e-9,
     )
     answer = press(bound(force, **PLANE), stop=TURN)
 
     def modulus(age):
         return E_INF + 0.5e9 * math.exp(-age / 2e-6) + 0.4e9 * math.exp(-age / 2e-5)
 
-    expected = 2.0 * math.sqrt(RADIUS) * SPEED**1.5 * quad(
-        lambda s: modulus(TURN * (1.0 - s)) * TURN**1.5 * math.sqrt(s), 0.0, 1.0, epsrel=1e-10
-    )[0]
+    expected = (
+        2.0
+        * math.sqrt(RADIUS)
+        * SPEED**1.5
+        * quad(lambda s: modulus(TURN * (1.0 - s)) * TURN**1.5 * math.sqrt(s), 0.0, 1.0, epsrel=1e-10)[0]
+    )
     assert answer.force[-1] == same(expected, 3e-5)
 
 
@@ -221,16 +234,13 @@ def test_power_law_creep_of_the_contact_follows_its_exponent(bound):
     def step(t):
         return A0 - 2e-9, 0.0
 
-    early, late = (
-        press(force, step, stop=stop, steps=4000).force[-1] for stop in (1e-5, 1e-4)
-    )
+    early, late = (press(force, step, stop=stop, steps=4000).force[-1] for stop in (1e-5, 1e-4))
     assert math.log10(late / early) == pytest.approx(-0.2, abs=2e-3)
 
 
 def test_poissons_ratio_turns_youngs_modulus_into_plane_strain(bound):
     soft, stiff = (
-        press(bound(SLS(**SOLID), tip__radius=RADIUS, sample__poisson_ratio=nu), steps=200).force
-        for nu in (0.0, 0.5)
+        press(bound(SLS(**SOLID), tip__radius=RADIUS, sample__poisson_ratio=nu), steps=200).force for nu in (0.0, 0.5)
     )
     assert stiff == pytest.approx(soft / 0.75, rel=1e-12)
 

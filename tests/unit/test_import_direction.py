@@ -13,15 +13,15 @@ PACKAGE = Path(dforce.__file__).parent
 
 # Each module may import its own level and those above it in this list. A folder counts as one module.
 LEVELS = (
-    ("_version", "errors", "units", "quantities", "library"),
+    ("_version", "errors", "units", "quantities", "library", "notices"),
     ("parameters",),
     ("forces", "instrument", "beam"),
-    ("problem",),
+    ("problem", "plugins"),
     ("kernel",),
     ("solvers", "observables"),
-    ("experiments", "results"),
+    ("experiments", "results", "prescribed"),
     ("case", "plot", "advice"),
-    ("runs",),
+    ("runs", "findings", "timing"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

@@ -218,7 +218,7 @@ def test_drawing_opens_no_window_and_keeps_no_figure():
 @pytest.mark.parametrize(
     ("draw", "sentence"),
     [
-        (lambda: plot.traces(synthetic.approach()), "also has the dimension direction, zc"),
+        (lambda: plot.traces(synthetic.approach()), "this result has no 'deflection'"),
         (lambda: plot.spectrum(synthetic.dwell().drop_vars("spectrum")), "this result has no 'spectrum'"),
         (lambda: plot.traces(synthetic.dwell(), "forse"), "did you mean 'force'"),
         (lambda: plot.traces(synthetic.dwell(), "amplitude"), "'amplitude' is no trace"),
@@ -228,7 +228,7 @@ def test_drawing_opens_no_window_and_keeps_no_figure():
         (lambda: plot.amplitude_phase(synthetic.dwell()), "is not a curve against zc"),
         (
             lambda: plot.amplitude_phase(synthetic.approach().expand_dims(sweep=2)),
-            "also has the dimension sweep",
+            "'amplitude' also has the dimension sweep",
         ),
         (lambda: plot.overview(synthetic.approach().drop_vars("amplitude")), "there is no overview of it"),
     ],

@@ -5,17 +5,19 @@ from __future__ import annotations
 import functools
 import tomllib
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import pydantic
 
-from dforce.case._paths import changed
+from dforce import plugins as plugin_files
+from dforce.case._paths import changed, quantity_at
 from dforce.case._text import text_of, value_of
 from dforce.errors import CaseError, ParameterError, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Sample, Tip
-from dforce.parameters import Parameters, sentence
+from dforce.parameters import Parameters, Quantity, sentence
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 
@@ -47,6 +49,9 @@ class Case(Parameters):
     title_of: ClassVar[str] = "case"
 
     title: str = pydantic.Field("", max_length=300, description="what the case is, in a line")
+    plugins: tuple[str, ...] = pydantic.Field(
+        (), max_length=20, description="Python files with force models of your own, beside the case file"
+    )
     about: About | None = pydantic.Field(
         None, description="source of the case, what it shows, what is unsaid"
     )
@@ -66,6 +71,13 @@ class Case(Parameters):
     def root(cls) -> str:
         """Return nothing: paths in messages start at the case's sections."""
         return ""
+
+    @pydantic.field_validator("plugins", mode="after")
+    @classmethod
+    def _run_plugins(cls, paths: tuple[str, ...]) -> tuple[str, ...]:
+        for path in paths:
+            plugin_files.load_plugin(path)
+        return paths
 
     @pydantic.field_validator("forces", mode="before")
     @classmethod
@@ -96,7 +108,7 @@ class Case(Parameters):
 
     @pydantic.model_validator(mode="after")
     def _makes_sense(self) -> Self:
-        _ = self.problem
+        _ = self.folder, self.problem
         return self
 
     @functools.cached_property
@@ -105,6 +117,11 @@ class Case(Parameters):
         return Problem.build(
             self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces
         )
+
+    @functools.cached_property
+    def folder(self) -> Path | None:
+        """The folder in which its plug-ins were found; None without plug-ins."""
+        return plugin_files.folder() if self.plugins else None
 
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
         """Return a new case with one value changed, validated again.
@@ -125,7 +142,18 @@ class Case(Parameters):
         ParameterError
             For a path that the case does not have, with the nearest one, or a value that is not allowed.
         """
-        return type(self)(**(changed(self, [] if path is None else [(path, value)]) | changes))
+        with plugin_files.beside(self.folder):
+            return type(self)(**(changed(self, [] if path is None else [(path, value)]) | changes))
+
+    def quantity(self, path: str) -> Quantity:
+        """Return what is declared about the number at a path (see :meth:`replace`): unit, symbol, meaning, bounds.
+
+        Raises
+        ------
+        ParameterError
+            For a path that the case does not have, with the nearest one, or that leads to no number.
+        """
+        return quantity_at(self, path)
 
     def set(self, *assignments: str) -> Self:
         """Return a new case after assignments like ``"sample.youngs_modulus=2 GPa"``, as on a command line.
@@ -143,7 +171,8 @@ class Case(Parameters):
             if not equals or not path.strip():
                 raise ParameterError(f"'{shorten(assignment)}' is not an assignment; write path=value")
             pairs.append((path.strip(), value_of(text.strip())))
-        return type(self)(**changed(self, pairs))
+        with plugin_files.beside(self.folder):
+            return type(self)(**changed(self, pairs))
 
     def to_toml(self, complete: bool = False) -> str:
         """Return the case as the text of a case file; :meth:`from_toml` gives back an equal case.

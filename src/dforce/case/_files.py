@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from dforce import library
+from dforce import library, plugins
 from dforce.case._case import MOST_BYTES, Case
 from dforce.errors import CaseError, ParameterError, ResultError, nearest, shorten
 from dforce.results import whole_file
@@ -46,11 +46,12 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     except OSError as error:
         raise CaseError(f"'{name}' cannot be read: {error.strerror or error}") from None
     try:
-        if content.startswith(HDF5):
-            return Case.from_toml(_case_of_results(file))
-        if len(content) > MOST_BYTES:
-            raise CaseError(f"the file is larger than {MOST_BYTES // 1000} kB, so it is not a case")
-        return Case.from_toml(content.decode("utf-8-sig"))
+        with plugins.beside(file.resolve().parent):
+            if content.startswith(HDF5):
+                return Case.from_toml(_case_of_results(file))
+            if len(content) > MOST_BYTES:
+                raise CaseError(f"the file is larger than {MOST_BYTES // 1000} kB, so it is not a case")
+            return Case.from_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise CaseError(f"'{name}' is not a text file in UTF-8") from None
     except (CaseError, ParameterError) as error:

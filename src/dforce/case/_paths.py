@@ -9,7 +9,7 @@ from typing import Any
 from dforce.case._text import tables
 from dforce.errors import ParameterError, shorten
 from dforce.forces import Force
-from dforce.parameters import Parameters
+from dforce.parameters import Parameters, Quantity
 
 LISTS = {
     "cantilever": "modes",
@@ -34,6 +34,27 @@ def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[st
             )
         _put(case, case, table, _steps(case, path), value, "")
     return table
+
+
+def quantity_at(case: Parameters, path: str) -> Quantity:
+    """Return what is declared about the number at a path.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, with the nearest one, or that leads to no number with a unit.
+    """
+    changed(case, [(path, None)])  # says what is wrong with a path
+    owner: Any = case
+    *steps, last = _steps(case, path)
+    while steps:
+        owner = getattr(owner, steps.pop(0))
+        if isinstance(owner, tuple):
+            owner = owner[_place(owner, steps.pop(0) if steps else last, path)]
+    found = owner.quantities().get(last) if isinstance(owner, Parameters) else None
+    if found is None:
+        raise ParameterError(f"'{path}' is no quantity, such as sample.youngs_modulus")
+    return found
 
 
 def paths(given: Parameters, prefix: str = "") -> Iterator[str]:

@@ -59,7 +59,7 @@ def text_of(case: Parameters, complete: bool) -> str:
     medium = table.get("medium")
     if isinstance(medium, dict) and list(medium) == ["name"]:
         table["medium"] = medium["name"]
-    sections = {name: part for name, part in table.items() if isinstance(part, dict | list)}
+    sections = {name: part for name, part in table.items() if _is_table(part)}
     head = [_line(name, value) for name, value in table.items() if name not in sections]
     return (
         "\n\n".join(
@@ -67,6 +67,10 @@ def text_of(case: Parameters, complete: bool) -> str:
         )
         + "\n"
     )
+
+
+def _is_table(part: Any) -> bool:
+    return isinstance(part, dict) or (isinstance(part, list) and any(isinstance(item, dict) for item in part))
 
 
 def _section(name: str, content: Any) -> list[str]:

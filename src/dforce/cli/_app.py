@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from dforce.cli import _terminal, curve, examples, models, run, schema
+from dforce.cli import _terminal, benchmark, curve, examples, models, run, schema
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -42,7 +42,7 @@ def options(
 
 
 options.__doc__ = HELP
-for _command in (run.run, curve.curve, models.models, examples.examples, schema.schema):
+for _command in (run.run, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark):
     app.command()(_terminal.guarded(_command))
 
 

@@ -18,10 +18,24 @@ MOST_POINTS = 1_000_000
 def curve(
     case: CaseName,
     settings: Settings,
-    start: Annotated[str, typer.Option("--from", metavar="DISTANCE", help="Farthest distance.")] = "2 nm",
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="DISTANCE",
+            show_default=False,
+            help="Farthest; left out: where the force is felt.",
+        ),
+    ] = None,
     stop: Annotated[
-        str, typer.Option("--to", metavar="DISTANCE", help="Closest; below a0 in contact.")
-    ] = "-1 nm",
+        str | None,
+        typer.Option(
+            "--to",
+            metavar="DISTANCE",
+            show_default=False,
+            help="Closest; left out: as deep as tapping reaches.",
+        ),
+    ] = None,
     points: Annotated[
         int, typer.Option("--points", min=2, max=MOST_POINTS, help="Number of distances.")
     ] = 501,
@@ -46,12 +60,14 @@ def curve(
         df.check_target(output)
     if plot is not None:
         df.check_target(plot, df.plot.FORMATS)
-    ends = _distance("--from", start), _distance("--to", stop)
-    if ends[0] == ends[1]:
-        raise df.ParameterError(
-            f"--from and --to are both {df.show(ends[0], 'm')}; give two different distances"
-        )
-    result = df.force_curve(source.case, distance=np.linspace(*ends, points))
+    far, near = _distance("--from", start), _distance("--to", stop)
+    if far is None or near is None:
+        usual = df.force_curve(source.case)["distance"].values
+        far = float(usual[0]) if far is None else far
+        near = float(usual[-1]) if near is None else near
+    if far == near:
+        raise df.ParameterError(f"the curve starts and ends at {df.show(far, 'm')}; give two distances")
+    result = df.force_curve(source.case, distance=np.linspace(far, near, points))
     if output is not None:
         df.write(result, output)
     if plot is not None:
@@ -66,8 +82,8 @@ def curve(
     return DONE
 
 
-def _distance(option: str, text: str) -> float:
+def _distance(option: str, text: str | None) -> float | None:
     try:
-        return df.parse(text, "m")
+        return None if text is None else df.parse(text, "m")
     except df.UnitError as error:
         raise df.ParameterError(f"{option} {error}") from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import textwrap
+from pathlib import Path
 from typing import Annotated, Any, get_args
 
 import typer
@@ -11,21 +12,34 @@ import typer
 import dforce as df
 from dforce.cli._names import complete_models
 from dforce.cli._page import first_sentence, math, readable, width
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json
+from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, console, print_json
 
 
 def models(
     name: Annotated[
         str | None,
         typer.Argument(
-            autocompletion=complete_models, show_default=False, help="Show this model's whole page."
+            autocompletion=complete_models,
+            show_default=False,
+            help="Show this model's whole page; or the word check.",
         ),
+    ] = None,
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="[FILE.py]", show_default=False, help="After check: a file with models of your own."),
     ] = None,
     json: Json = False,
     traceback: Traceback = False,
 ) -> int:
-    """List the force models, or show one: equation, domain, parameters, source."""
+    """List the force models, or show one: equation, domain, parameters, source.
+
+    dforce models check FILE.py runs every check of a force model over those that a file of your own defines.
+    """
     registry = df.forces.REGISTRY
+    if name == "check":
+        return _check(file, json)
+    if file is not None:
+        raise df.ParameterError("one model is shown at a time; a file is checked by dforce models check FILE.py")
     if name is None:
         if json:
             print_json([_described(model) for model in registry.values()])
@@ -33,14 +47,31 @@ def models(
             _list(list(registry.values()))
         return DONE
     if name not in registry:
-        raise df.ParameterError(
-            f"there is no force model '{df.shorten(name)}'{df.nearest(name[:100], registry)}"
-        )
+        raise df.ParameterError(f"there is no force model '{df.shorten(name)}'{df.nearest(name[:100], registry)}")
     if json:
         print_json(_described(registry[name]))
     else:
         _page(registry[name])
     return DONE
+
+
+def _check(file: Path | None, json: bool) -> int:
+    """Run the checks over the models of a user's file and say what they found."""
+    if file is None:
+        raise df.ParameterError("name the file to check: dforce models check FILE.py")
+    found: dict[str, list[str]] = {}
+    for model in df.load_plugin(file):
+        try:
+            df.check_force(model)
+            found[model.name] = []
+        except df.ForceError as error:
+            found[model.name] = [line.removeprefix(f"{model.name}: ") for line in str(error).splitlines()]
+    if json:
+        print_json([{"name": name, "problems": problems} for name, problems in found.items()])
+    else:
+        for name, problems in found.items():
+            typer.echo("\n".join(f"{name}: {problem}" for problem in problems or ["passes every check"]))
+    return BAD_INPUT if any(found.values()) else DONE
 
 
 def _described(model: type[df.Force]) -> dict[str, Any]:

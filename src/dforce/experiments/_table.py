@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.quantities import OBSERVABLES
 from dforce.results import Status, describe
+from dforce.solvers.transient import Row
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +20,8 @@ if TYPE_CHECKING:
 
 def status_of(found: Steady) -> Status:
     """Return what became of a point."""
+    if found.orbit is not None:
+        return Status.OK
     if not found.motion.is_finite or not np.isfinite(found.values["amplitude"]).all():
         return Status.FAILED
     if not found.settled:
@@ -32,25 +37,49 @@ class Table:
         self.shape = tuple(len(coords[dim]) for dim in dims)
         self.status = np.full(self.shape, Status.NOT_COMPUTED, dtype=np.int8)
         self.arrays: dict[str, np.ndarray[Any, Any]] = {}
+        self.founds: list[tuple[tuple[int, ...], Mapping[str, Any]]] = []
         modes, tones = len(integrator.problem.modes), len(integrator.problem.tones)
-        self.inner = {"tone": tones, "mode": modes, "harmonic": integrator.harmonics if tones == 1 else 0}
+        self.inner = {
+            "tone": tones,
+            "mode": modes,
+            "harmonic": integrator.harmonics if tones == 1 else 0,
+            "multiplier": 2 * modes,
+        }
 
     def put(self, place: tuple[int, ...], found: Steady) -> Status:
-        """Store one point; what is not finite becomes NaN."""
+        """Take one point; what is not finite becomes NaN."""
         status = status_of(found)
-        for name, value in found.values.items():
-            array = self.arrays.setdefault(name, np.full(self.shape + np.shape(value), np.nan))
-            array[place] = value if status is not Status.FAILED else np.nan
+        self.founds.append((place, found.values))
         self.status[place] = status  # last, so that Ctrl-C in between leaves the point not computed
         return status
+
+    def _fill(self) -> None:
+        """Write the points taken into the arrays, those of one stretch together."""
+        stretches: dict[int, tuple[dict[str, Any], list[tuple[int, ...]], list[int]]] = {}
+        for place, values in self.founds:
+            if isinstance(values, Row):
+                stretch, index = values.stretch, values.index
+            else:
+                stretch, index = {name: np.asarray(value)[None] for name, value in values.items()}, 0
+            _, places, indices = stretches.setdefault(id(stretch), (stretch, [], []))
+            places.append(place)
+            indices.append(index)
+        for stretch, places, indices in stretches.values():
+            where = tuple(np.array(places, dtype=int).reshape(len(places), len(self.dims)).T)
+            for name, values in stretch.items():
+                array = self.arrays.setdefault(name, np.full(self.shape + values.shape[1:], np.nan))
+                array[where] = values[indices] if self.dims else values[indices][0]
+        for array in self.arrays.values():
+            array[self.status == Status.FAILED] = np.nan
+        self.founds.clear()
 
     def dataset(self) -> xr.Dataset:
         """Return the Dataset, with units and words."""
         import xarray as xr
 
-        from dforce.quantities import OBSERVABLES
-
+        self._fill()
         variables = {name: (self.dims + OBSERVABLES[name].dims, array) for name, array in self.arrays.items()}
-        counted = {dim: np.arange(1, size + 1) for dim, size in self.inner.items() if size}
+        used = {dim for name in self.arrays for dim in OBSERVABLES[name].dims}
+        counted = {dim: np.arange(1, size + 1) for dim, size in self.inner.items() if size and dim in used}
         data = xr.Dataset(variables | {"status": (self.dims, self.status)}, coords=self.coords | counted)
         return describe(data)

@@ -8,6 +8,8 @@ import numpy as np
 import pydantic
 
 from dforce import units
+from dforce.parameters import param
+from dforce.quantities import JUMPS, OBSERVABLES
 from dforce.experiments._experiment import Distances, Experiment, Grid, Progress, Start, initial_motion
 
 if TYPE_CHECKING:
@@ -15,7 +17,8 @@ if TYPE_CHECKING:
 
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.integrator import Integrator, Motion
+    from dforce.solvers.integrator import Motion
+    from dforce.solvers.orbit import Jump
 
 RESTART = "restart"  # variable that holds the state after the last point of an interrupted run
 
@@ -24,7 +27,7 @@ class Approach(Experiment):
     """The tip goes through a list of average distances and settles at each of them."""
 
     kind: Literal["approach"] = "approach"
-    zc: Distances = pydantic.Field(description="average distances: a grid {start, stop, points} or a list")
+    zc: Distances = param(unit="m", symbol="z_c", doc="average distances: a grid {start, stop, points} or a list")
     direction: Literal["approach", "retract", "both"] = pydantic.Field(
         "approach", description="approach (far to near), retract (near to far), or both one after the other"
     )
@@ -44,17 +47,19 @@ class Approach(Experiment):
             return [(i,) for i in far_to_near]
         if self.direction == "retract":
             return [(i,) for i in reversed(far_to_near)]
-        return [(i, 0) for i in far_to_near] + [(i, 1) for i in reversed(far_to_near)]
+        there, back = [(i, 0) for i in far_to_near], [(i, 1) for i in reversed(far_to_near)]
+        return [*there, *back]
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
     ) -> xr.Dataset:
         """Return the curve; see :class:`Experiment`."""
         from dforce.experiments._table import Table
-        from dforce.results import Status
-        from dforce.solvers.transient import make_integrator, steady
+        from dforce.results import Status, describe
+        from dforce.solvers.find import make_finder
 
-        integrator = make_integrator(problem, settings, self.harmonics)
+        finder = make_finder(problem, settings, self.harmonics)
+        integrator = finder.integrator
         zc, visits = self.distances(), self.visits()
         coords: dict[str, Any] = {"zc": zc}
         if self.direction == "both":
@@ -64,24 +69,21 @@ class Approach(Experiment):
         done = 0
         if earlier is not None:
             done, motion = self._restore(table, earlier, visits, motion)
+            finder.jumps += jumps_of(earlier)
+
+        def watch() -> None:
+            progress(done, len(visits), f"zc = {units.show(float(zc[visits[done][0]]), 'm', 4)}")
+
         try:
-            for place in visits[done:]:
-                note = f"zc = {units.show(float(zc[place[0]]), 'm', 4)}"
-                progress(done, len(visits), note)
-                integrator.place(float(zc[place[0]]))
-                if not self.carry_state:
-                    motion = initial_motion(integrator, self.start, motion.period)
-                count = done
-
-                def watch(count: int = count, note: str = note) -> None:
-                    progress(count, len(visits), note)
-
-                found = steady(integrator, motion, watch)
-                status = table.put(place, found)
+            while done < len(visits):
+                watch()
+                to_come = [place[0] for place in visits[done:]]
+                for found in finder.along(motion, zc[to_come if self.carry_state else to_come[:1]], watch):
+                    table.put(visits[done], found)
+                    motion, done = found.motion, done + 1
                 # a motion that is no number cannot be carried on
-                lost = status is Status.FAILED
-                after = initial_motion(integrator, self.start, found.motion.period) if lost else found.motion
-                motion, done = after, done + 1
+                if not self.carry_state or not motion.is_finite:
+                    motion = initial_motion(integrator, self.start, motion.period)
             progress(done, len(visits), "")
         except KeyboardInterrupt:
             pass
@@ -89,6 +91,10 @@ class Approach(Experiment):
             table.status[place] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
         data = table.dataset()
         data.attrs["samples_per_period"] = integrator.points
+        if finder.jumps:
+            for name in JUMPS:
+                data[name] = ("jump", [getattr(jump, name.removeprefix("jump_")) for jump in finder.jumps])
+            describe(data)
         if done < len(visits):
             data.attrs["interrupted"] = 1
             data[RESTART] = ("state", [motion.period, *motion.y, *motion.memory, *motion.latched])
@@ -103,10 +109,20 @@ class Approach(Experiment):
 
         table.status[...] = earlier["status"].values
         for name in earlier.data_vars:
-            if name not in ("status", RESTART):
+            if name in OBSERVABLES:
                 table.arrays[str(name)] = np.array(earlier[name].values)
         done = sum(table.status[place] != Status.NOT_COMPUTED for place in visits)
         state = [float(value) for value in earlier[RESTART].values]
         y_end, memory_end = 1 + len(fresh.y), 1 + len(fresh.y) + len(fresh.memory)
         memory, latched = np.array(state[y_end:memory_end]), np.array(state[memory_end:])
         return done, Motion(tuple(state[1:y_end]), memory, latched, int(state[0]))
+
+
+def jumps_of(data: xr.Dataset) -> list[Jump]:
+    """Return the jumps that a result holds."""
+    from dforce.solvers.orbit import Jump
+
+    if "jump_zc" not in data:
+        return []
+    rows = zip(*(data[name].values for name in JUMPS), strict=True)
+    return [Jump(float(zc), float(before), float(after), str(way)) for zc, before, after, way in rows]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from dforce.solvers.integrator import Integrator
 
 MOST_SAMPLES = 20_000_000  # of a trace: beyond this it does not fit into a picture, nor soon into memory
+
+LONGEST_SPECTRUM = 1024  # periods: tells tones apart that differ by a hundredth of the first one's frequency
 
 
 class Dwell(Experiment):
@@ -40,15 +43,17 @@ class Dwell(Experiment):
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
         from dforce.experiments._table import Table
         from dforce.results import Status
-        from dforce.solvers.transient import make_integrator, steady
+        from dforce.solvers.find import make_finder
 
-        integrator = make_integrator(problem, settings, self.harmonics)
-        integrator.place(self.zc)
+        if self.record == "all":  # the whole way there is asked for, so it has to be gone
+            settings = settings.replace(method="transient")
+        finder = make_finder(problem, settings, self.harmonics)
+        integrator = finder.integrator
         table = Table((), {}, integrator)
         first = motion = initial_motion(integrator, self.start)
         try:
             progress(0, 1, "settling")
-            found = steady(integrator, motion, lambda: progress(0, 1, "settling"))
+            found = next(finder.along(motion, np.array([self.zc]), lambda: progress(0, 1, "settling")))
         except KeyboardInterrupt:
             data = table.dataset().assign_coords(zc=self.zc)
             data.attrs["interrupted"] = 1
@@ -67,6 +72,8 @@ class Dwell(Experiment):
 
     def _record(self, data: xr.Dataset, integrator: Integrator, motion: Any, count: int) -> None:
         """Add traces over `count` periods from a motion on, and the spectrum of the last ones."""
+        from dforce.observables.window import weights, window_length
+
         problem, scales = integrator.problem, integrator.scales
         if count * integrator.points > MOST_SAMPLES:
             raise ParameterError(
@@ -92,18 +99,25 @@ class Dwell(Experiment):
         data["force"] = ("time", samples[:, -1])
         data["indentation"] = ("time", np.maximum(problem.a0 - d, 0.0))
         data.attrs["record_start_period"] = start
-        tail = z[-min(self.recorded_periods, count) * integrator.points :]
-        data["frequency"] = ("frequency", np.fft.rfftfreq(len(tail), period / integrator.points))
-        data["spectrum"] = ("frequency", amplitude_spectrum(tail))
+        # tones that do not repeat within the record need a longer one to be told apart
+        frequencies = [tone.frequency for tone in problem.tones]
+        window = min(window_length(frequencies), LONGEST_SPECTRUM)
+        longer = []
+        for _ in range(window * math.ceil(self.recorded_periods / window)):
+            motion, block = integrator.record(motion)
+            longer.append(block[:-1, 0 : 2 * modes : 2].sum(1) * scales.length)
+        each = np.repeat(weights(frequencies, len(longer)), integrator.points)
+        data["frequency"] = ("frequency", np.fft.rfftfreq(len(each), period / integrator.points))
+        data["spectrum"] = ("frequency", amplitude_spectrum(np.concatenate(longer), each))
         from dforce.results import describe
 
         describe(data)
 
 
-def amplitude_spectrum(z: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return the amplitude (m) of each frequency in a record of whole periods; the mean at frequency zero."""
-    c = np.fft.rfft(z) / len(z)
+def amplitude_spectrum(z: np.ndarray[Any, Any], weight: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return the amplitude (m) of each frequency in a record, its samples weighted; the mean at frequency zero."""
+    c = np.fft.rfft(z * weight) / weight.sum()
     c[1:] *= 2.0
     if len(z) % 2 == 0:
         c[-1] *= 0.5
-    return np.abs(c)
+    return np.asarray(np.abs(c))

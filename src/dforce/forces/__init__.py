@@ -1,21 +1,33 @@
 """Tip–sample forces: one file, one model.
 
 The models are found by looking through this folder, so that a new file is all that a new force takes:
-``dforce.forces.DMT`` is the class of ``dmt.py``, and ``REGISTRY["dmt"]`` the same by its key in a case.
+``dforce.forces.DMT`` is the class of ``dmt.py``, and ``REGISTRY["dmt"]`` the same by its key in a case. Those
+of other packages follow, by their entry points in the group "dforce.forces".
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 import pkgutil
 from typing import Any
 
-from dforce.errors import nearest
+from dforce import notices
+from dforce.errors import nearest, shorten
 from dforce.forces._force import INTERACTIONS, REGISTRY, Force
 
 for _file in pkgutil.iter_modules(__path__):
     if not _file.name.startswith("_"):
         importlib.import_module(f"{__name__}.{_file.name}")
+
+for _entry in importlib.metadata.entry_points(group="dforce.forces"):
+    try:
+        _entry.load()
+    except Exception as _error:  # a broken package must not take the others with it
+        notices.announce(
+            f"The force plug-in '{_entry.name}' ({_entry.value}) cannot be loaded, so that its models are "
+            f"missing: {type(_error).__name__}: {shorten(str(_error), 200)}"
+        )
 
 _models = {model.__name__: model for model in REGISTRY.values()}
 globals().update(_models)

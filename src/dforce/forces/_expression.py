@@ -235,9 +235,7 @@ class _Builder:
             case ast.UnaryOp(op=ast.UAdd()):
                 return self.number(node.operand)
             case ast.UnaryOp(op=ast.USub()):
-                return self.joined(
-                    node, [self.number(node.operand)], lambda x: ast.UnaryOp(ast.USub(), x), np.negative
-                )
+                return self.joined(node, [self.number(node.operand)], lambda x: ast.UnaryOp(ast.USub(), x), np.negative)
             case ast.BinOp() if type(node.op) in OPERATORS:
                 return self._operation(node)
             case ast.IfExp():
@@ -317,9 +315,7 @@ class _Builder:
         if name in FUNCTIONS:
             _check_count(name, count, 1)
             compute = getattr(np, FUNCTIONS[name])
-            return self.joined(
-                node, [self.number(node.args[0])], lambda x: _numpy(FUNCTIONS[name], x), compute
-            )
+            return self.joined(node, [self.number(node.args[0])], lambda x: _numpy(FUNCTIONS[name], x), compute)
         if name in EXTREMES:
             if count < 2:
                 raise ParameterError(f"has {name} with fewer than two arguments")
@@ -333,9 +329,7 @@ class _Builder:
         terms = [self.number(argument) for argument in node.args]
         while len(terms) > 1:  # in pairs, so that many arguments are not nested deeply
             pairs = [terms[i : i + 2] for i in range(0, len(terms) - 1, 2)]
-            made = [
-                self.joined(node, pair, lambda x, y: _numpy(name, x, y), getattr(np, name)) for pair in pairs
-            ]
+            made = [self.joined(node, pair, lambda x, y: _numpy(name, x, y), getattr(np, name)) for pair in pairs]
             terms = made + terms[2 * len(pairs) :]
         return terms[0]
 
@@ -355,12 +349,16 @@ def _constant(node: ast.Constant) -> _Term:
 
 def _power(base: ast.expr, exponent: float) -> ast.expr:
     """Return a power with a known exponent; whole and half ones are products and roots, which are quick."""
-    if abs(exponent) <= WHOLE and exponent.is_integer():
+    if abs(exponent) > WHOLE or not (2.0 * exponent).is_integer():
+        return ast.BinOp(base, ast.Pow(), ast.Constant(exponent))
+    if exponent < 0.0:
+        # written as a division: a compiled power with a negative whole exponent stops at a division by zero
+        return ast.BinOp(ast.Constant(1.0), ast.Div(), _power(base, -exponent))
+    if exponent == 0.5:
+        return _numpy("sqrt", base)
+    if exponent.is_integer():
         return ast.BinOp(base, ast.Pow(), ast.Constant(int(exponent)))
-    if abs(exponent) <= WHOLE and (2.0 * exponent).is_integer():
-        root = _numpy("sqrt", base)
-        return root if exponent == 0.5 else ast.BinOp(root, ast.Pow(), ast.Constant(int(2.0 * exponent)))
-    return ast.BinOp(base, ast.Pow(), ast.Constant(exponent))
+    return ast.BinOp(_numpy("sqrt", base), ast.Pow(), ast.Constant(int(2.0 * exponent)))
 
 
 def _check_count(name: str, count: int, wanted: int) -> None:

@@ -64,7 +64,8 @@ class Force(Parameters):
             1.0) after `t` (and after `memory`); a run starts at 0.0. Either branch must be finite at every
             distance.
         `law_function()`, `values()`
-            where the law is itself a parameter, as of `custom`: the law of this very force, and what it takes.
+            where the law is itself a parameter, as of `custom`: the law of this very force, and what it
+            takes.
 
     Attributes
     ----------
@@ -108,8 +109,7 @@ class Force(Parameters):
         known = REGISTRY.get(cls.name)
         if known is not None and known.__module__ != cls.__module__:
             raise ForceError(
-                f"the force '{cls.name}' of {cls.__module__} is already defined in {known.__module__}; "
-                "rename one"
+                f"the force '{cls.name}' of {cls.__module__} is already defined in {known.__module__}; rename one"
             )
         REGISTRY[cls.name] = cls
 
@@ -118,7 +118,7 @@ class Force(Parameters):
         return type(self).law
 
     def leading(self) -> tuple[str, ...]:
-        """Return the names that the law starts with: the motion, then memory, latch and `zc` where it has them."""
+        """Return the names that the law starts with: the motion, then memory, latch and `zc` if any."""
         return _leading(type(self), self.law_function())
 
     def arguments(self) -> tuple[str, ...]:
@@ -146,9 +146,7 @@ class Force(Parameters):
         ParameterError
             When the instrument lacks a value that the force needs, or the values make no sense together.
         """
-        bound = self.model_copy(
-            update={field: instrument.get(path) for field, path in self.shared_fields().items()}
-        )
+        bound = self.model_copy(update={field: instrument.get(path) for field, path in self.shared_fields().items()})
         for field in self.shared_fields():
             if type(None) not in get_args(self.__class__.model_fields[field].annotation):
                 bound.needed(field)
@@ -159,9 +157,7 @@ class Force(Parameters):
         """Return the number in a field, or raise :class:`ParameterError` that says where to give it."""
         value = getattr(self, field)
         if value is None:
-            raise ParameterError(
-                f"{self.name} needs {self.shared_fields().get(field, field)}, which is not given"
-            )
+            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is not given")
         return float(value)
 
     def check_bound(self) -> None:
@@ -171,9 +167,7 @@ class Force(Parameters):
     def values(self) -> tuple[Any, ...]:
         """Return what the law takes, in SI: a number or a tuple of numbers each; the force must be bound."""
         given = (getattr(self, name) for name in self.arguments())
-        return tuple(
-            tuple(map(float, value)) if isinstance(value, tuple) else float(value) for value in given
-        )
+        return tuple(tuple(map(float, value)) if isinstance(value, tuple) else float(value) for value in given)
 
     def numbers(self) -> tuple[float, ...]:
         """Return the same in one row, without inner tuples."""
@@ -207,14 +201,10 @@ def _check_contract(cls: type[Force]) -> None:
     names = tuple(inspect.signature(cls.law).parameters)
     leading = _leading(cls, cls.law)
     if names[: len(leading)] != leading:
-        raise ForceError(
-            f"the law of '{cls.name}' must start with {', '.join(leading)}; it has {', '.join(names)}"
-        )
+        raise ForceError(f"the law of '{cls.name}' must start with {', '.join(leading)}; it has {', '.join(names)}")
     for name in names[len(leading) :]:
         if name not in cls.model_fields and not isinstance(inspect.getattr_static(cls, name, None), property):
-            raise ForceError(
-                f"the law of '{cls.name}' takes '{name}', which is neither a field nor a property of it"
-            )
+            raise ForceError(f"the law of '{cls.name}' takes '{name}', which is neither a field nor a property of it")
     arguments = names[len(leading) :]
     for other, start in (
         ("potential", ("d",)),

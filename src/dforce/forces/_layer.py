@@ -51,7 +51,7 @@ def kernel_moments(poisson: float) -> tuple[float, float]:
 
 
 def contact(profile: str, poisson: float, radius: float) -> tuple[float, float]:
-    """Return depth X and the force over that of a half-space at this depth, for a contact radius in thicknesses.
+    """Return depth X and the force over that of a half-space there, for a contact radius in thicknesses.
 
     The depth is measured as the series does: contact radius of the half-space over thickness for a sphere
     and a punch, tan(theta) depth over thickness for a cone.

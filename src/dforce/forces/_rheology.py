@@ -1,4 +1,4 @@
-r"""Contact of a sphere with a viscoelastic sample of any number of relaxation times, memory between taps included.
+r"""Contact of a sphere with a viscoelastic sample of any number of relaxation times, memory included.
 
 The method of dimensionality reduction: the sample is a row of independent elements along :math:`x \ge 0`,
 each a spring in parallel with arms of a spring and a dashpot in series, and the tip presses the element
@@ -29,7 +29,7 @@ from dforce.parameters import param, shared
 
 
 class Viscoelastic(Force):
-    """What the viscoelastic contacts have in common: the tip, the elements, and the properties the law takes."""
+    """What the viscoelastic contacts have in common: tip, elements, the law and what it takes."""
 
     contains = ("elastic contact",)
     dissipative = True
@@ -42,11 +42,9 @@ class Viscoelastic(Force):
         unit="m",
         above="0 nm",
         symbol=r"\delta_\mathrm{max}",
-        doc="indentation that the elements reach; beyond it the tip goes on as a cylinder; left out, the tip's radius",
+        doc="indentation that the elements reach, from there the tip is a cylinder; left out: tip radius",
     )
-    elements: int = param(
-        48, unit="1", low=4.0, high=1000.0, doc="number of elements along the contact's radius"
-    )
+    elements: int = param(48, unit="1", low=4.0, high=1000.0, doc="number of elements along the contact's radius")
 
     def arms(self) -> tuple[tuple[float, float], ...]:
         """Return modulus (Pa) and relaxation time (s) of each arm."""
@@ -117,9 +115,7 @@ class Viscoelastic(Force):
         relax(a0 - d, memory, change, shares, rates, radius, reach)
 
 
-def load(
-    depth: float, memory: Any, modulus: float, shares: tuple[float, ...], radius: float, reach: float
-) -> float:
+def load(depth: float, memory: Any, modulus: float, shares: tuple[float, ...], radius: float, reach: float) -> float:
     """Return the force (N) of all elements at an indentation (m)."""
     if depth <= 0.0:
         return 0.0

@@ -12,7 +12,8 @@ from dforce.parameters import param, shared
 class AdhesionHysteresis(Force):
     r"""Attraction with one surface energy while the tip comes and a larger one while it goes.
 
-    .. math:: F = \begin{cases} -4 \pi R \gamma & d \le a_0 \\ -4 \pi R \gamma\, a_0^2 / d^2 & d > a_0 \end{cases}
+    .. math:: F = \begin{cases} -4 \pi R \gamma & d \le a_0 \\
+        -4 \pi R \gamma\, a_0^2 / d^2 & d > a_0 \end{cases}
         \qquad \gamma = \gamma_a \ (\dot d < 0), \quad \gamma_r \ (\dot d > 0)
 
     so that the sample takes :math:`4\pi R (\gamma_r - \gamma_a)\,\delta_\mathrm{max}` in contact and
@@ -25,7 +26,7 @@ class AdhesionHysteresis(Force):
     name = "adhesion_hysteresis"
     contains = ("van der Waals",)
     dissipative = True
-    source = "R. García, C. J. Gómez, N. F. Martínez, S. Patil, C. Dietz, R. Magerle, Phys. Rev. Lett. 97, 016103 (2006)"
+    source = "R. García, C. J. Gómez, N. F. Martínez et al., Phys. Rev. Lett. 97, 016103 (2006)"
 
     radius: float = shared("tip.radius")
     a0: float = shared("contact.a0")
@@ -46,8 +47,8 @@ class AdhesionHysteresis(Force):
     def check_bound(self) -> None:
         if self.retract_energy < self.approach_energy:
             raise ParameterError(
-                f"adhesion_hysteresis.retract_energy = {self.retract_energy:g} J/m^2 is below approach_energy = "
-                f"{self.approach_energy:g} J/m^2, so the sample would give energy"
+                f"adhesion_hysteresis.retract_energy = {self.retract_energy:g} J/m^2 is below "
+                f"approach_energy = {self.approach_energy:g} J/m^2, so the sample would give energy"
             )
 
     @property

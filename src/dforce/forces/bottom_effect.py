@@ -13,11 +13,11 @@ from dforce.parameters import shared
 SERIES_LIMIT = {"cone": 0.8, "sphere": 0.5}  # there the series of an incompressible layer is 1 % off
 JOIN = {"cone": 0.3, "sphere": 0.2}  # to here it is good to 1e-4
 TABLE_LIMIT = {"cone": 3.0, "sphere": 2.0}
-TERMS = 7  # of the polynomial that carries the series to the table's end, to 5e-4
+TERMS = 7  # of the polynomial that carries the series to the table's end, to 1e-3
 
 
 class BottomEffect(Force):
-    r"""Elastic contact with a sample of the thickness :math:`h` bonded to a rigid support (bottom effect correction).
+    r"""Elastic contact with a sample of thickness :math:`h` on a rigid support (bottom effect correction).
 
     .. math:: F = \tfrac{2}{\pi} E_\mathrm{eff} \tan\theta\,\delta^2
         \left[1 + c_1 X + c_2 X^2 + c_3 X^3 + c_4 X^4\right], \qquad X = \tan\theta\,\delta/h
@@ -32,7 +32,7 @@ class BottomEffect(Force):
     of the sample. With `form = "series"` the bracket is this series (1 % off at :math:`X = 0.5` for a
     sphere and 0.8 for a cone where :math:`\nu = 0.5`) and the force goes on along its tangent from there.
     With `form = "numerical"` the series is carried on by the contact's integral equation, solved when a
-    run starts, to an accuracy of 5e-4 as far as :math:`X = 2` (sphere) and 3 (cone), and along its
+    run starts, to an accuracy of 1e-3 as far as :math:`X = 2` (sphere) and 3 (cone), and along its
     tangent beyond. Valid for supports much stiffer than the sample, no friction below the tip and no
     adhesion.
     """
@@ -40,8 +40,8 @@ class BottomEffect(Force):
     name = "bottom_effect"
     contains = ("elastic contact",)
     source = (
-        "N. Gavara, R. S. Chadwick, Nat. Nanotechnol. 7, 733 (2012); P. D. Garcia, R. Garcia, Biophys. J. 114, 2923 "
-        "(2018); coefficients derived again here and checked against the integral equation"
+        "N. Gavara, R. S. Chadwick, Nat. Nanotechnol. 7, 733 (2012); P. D. Garcia, R. Garcia, Biophys. J. "
+        "114, 2923 (2018); coefficients derived again here and checked against the integral equation"
     )
 
     radius: float | None = shared("tip.radius")
@@ -202,11 +202,11 @@ def coefficients(geometry: str, poisson: float) -> tuple[float, float, float, fl
 
 @lru_cache(maxsize=64)
 def difference(geometry: str, poisson: float) -> tuple[float, ...]:
-    """Return the polynomial that carries the series over to the numerical solution, from the second power on."""
+    """Return the polynomial in X - join that carries the series over to the numerical solution."""
     import numpy as np
 
     limit, join = TABLE_LIMIT[geometry], JOIN[geometry]
-    # the contact radius is at most 1.6 X for a sphere and 1.4 X for a cone; what lies beyond the table is left out
+    # the contact radius is at most 1.6 X for a sphere and 1.4 X for a cone
     solved = np.array([_layer.contact(geometry, poisson, a) for a in np.linspace(join, 1.6 * limit, 60)])
     x, ratio = solved[(solved[:, 0] > join) & (solved[:, 0] < 1.05 * limit)].T
     series = np.array([polynomial(place, coefficients(geometry, poisson)) for place in x])

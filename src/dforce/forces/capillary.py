@@ -41,9 +41,7 @@ class Capillary(Force):
     radius: float = shared("tip.radius")
     temperature: float | None = shared("medium.temperature")
     a0: float = shared("contact.a0")
-    surface_tension: float = param(
-        "72 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_L", doc="surface tension of the liquid"
-    )
+    surface_tension: float = param("72 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_L", doc="surface tension of the liquid")
     contact_angle: float = param(
         "0 deg",
         low="0 deg",
@@ -68,8 +66,8 @@ class Capillary(Force):
     def check_bound(self) -> None:
         if self.formation >= self.rupture:
             raise ParameterError(
-                f"capillary.formation = {self.formation:g} m is not below the distance at which the neck breaks, "
-                f"{self.rupture:g} m"
+                f"capillary.formation = {self.formation:g} m is not below the distance at which the neck "
+                f"breaks, {self.rupture:g} m"
             )
         super().check_bound()
 

@@ -119,9 +119,7 @@ class Custom(Force):
         return tuple(sorted(places))
 
     def jumps(self) -> tuple[float, ...]:
-        found = []
-        for kink in self.kinks():
-            below, above = self._at(kink - 1e-19), self._at(kink + 1e-19)
-            if not abs(above - below) <= 1e-6 * max(abs(above), abs(below)):
-                found.append(kink)
-        return tuple(found)
+        values = [abs(self._at(d)) for d in (*PROBES, *self.kinks())]
+        scale = max(filter(math.isfinite, values), default=0.0)
+        steps = {kink: abs(self._at(kink + 1e-19) - self._at(kink - 1e-19)) for kink in self.kinks()}
+        return tuple(kink for kink, step in steps.items() if not step <= 1e-6 * scale)

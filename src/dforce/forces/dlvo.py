@@ -28,10 +28,12 @@ class DLVO(Force):
     other forms of it, with :math:`x = d/\lambda` and :math:`P = 2 \pi R \lambda /
     \varepsilon\varepsilon_0`:
 
-    - `constant_charge`, to second order: :math:`P [2\sigma_t\sigma_s e^{-x} + (\sigma_t^2 + \sigma_s^2) e^{-2x}]`
+    - `constant_charge`, to second order:
+      :math:`P [2\sigma_t\sigma_s e^{-x} + (\sigma_t^2 + \sigma_s^2) e^{-2x}]`
     - `constant_charge_exact`, of the linear Poisson–Boltzmann equation: the same over :math:`1 - e^{-2x}`
-    - `constant_potential`, to second order: :math:`P [2\sigma_t\sigma_s e^{-x} - (\sigma_t^2 + \sigma_s^2) e^{-2x}]`
-      with :math:`\sigma = \varepsilon\varepsilon_0\psi/\lambda`
+    - `constant_potential`, to second order:
+      :math:`P [2\sigma_t\sigma_s e^{-x} - (\sigma_t^2 + \sigma_s^2) e^{-2x}]` with :math:`\sigma =
+      \varepsilon\varepsilon_0\psi/\lambda`
     - `gouy_chapman`, superposed, for potentials that are not small:
       :math:`128 \pi R k_B T n_\infty \lambda \tanh\frac{e\psi_t}{4 k_B T} \tanh\frac{e\psi_s}{4 k_B T}\,
       e^{-x}`
@@ -61,13 +63,9 @@ class DLVO(Force):
     temperature: float = shared("medium.temperature")
     hamaker: float = param(unit="J", symbol="H", doc="Hamaker constant across the liquid")
     tip_charge: float | None = param(None, unit="C/m^2", symbol=r"\sigma_t", doc="charge density of the tip")
-    sample_charge: float | None = param(
-        None, unit="C/m^2", symbol=r"\sigma_s", doc="charge density of the sample"
-    )
+    sample_charge: float | None = param(None, unit="C/m^2", symbol=r"\sigma_s", doc="charge density of the sample")
     tip_potential: float | None = param(None, unit="V", symbol=r"\psi_t", doc="surface potential of the tip")
-    sample_potential: float | None = param(
-        None, unit="V", symbol=r"\psi_s", doc="surface potential of the sample"
-    )
+    sample_potential: float | None = param(None, unit="V", symbol=r"\psi_s", doc="surface potential of the sample")
     debye_length: float | None = param(
         None,
         unit="m",
@@ -96,9 +94,7 @@ class DLVO(Force):
         ):
             given = [name for name in (one, other) if getattr(self, name) is not None]
             if len(given) != 1:
-                raise ParameterError(
-                    f"dlvo needs one of {one} and {other}, and {'both' if given else 'none'} given"
-                )
+                raise ParameterError(f"dlvo needs one of {one} and {other}, and {'both' if given else 'none'} given")
         return self
 
     @property
@@ -118,14 +114,12 @@ class DLVO(Force):
         return self.permittivity * VACUUM_PERMITTIVITY / self.screening * self.needed(f"{surface}_potential")
 
     def reduced_potential(self, surface: str) -> float:
-        """Return tanh(e psi / 4 kT) of the tip or the sample, from its charge by Grahame's equation if need be."""
+        """Return tanh(e psi / 4 kT) of a surface, from its charge by Grahame's equation if need be."""
         thermal = BOLTZMANN * self.temperature
         given = getattr(self, f"{surface}_potential")
         if given is None:
             # 8 eps eps0 n kT with n from the Debye length
-            scale = (
-                2.0 * self.permittivity * VACUUM_PERMITTIVITY * thermal / (ELEMENTARY_CHARGE * self.screening)
-            )
+            scale = 2.0 * self.permittivity * VACUUM_PERMITTIVITY * thermal / (ELEMENTARY_CHARGE * self.screening)
             return tanh(0.5 * asinh(self.needed(f"{surface}_charge") / scale))
         return tanh(ELEMENTARY_CHARGE * given / (4.0 * thermal))
 
@@ -191,9 +185,7 @@ class DLVO(Force):
         return (self.a0,)
 
 
-def dlvo_force(
-    d: float, first: float, second: float, divided: float, decay: float, attraction: float
-) -> float:
+def dlvo_force(d: float, first: float, second: float, divided: float, decay: float, attraction: float) -> float:
     """Return the force (N) outside contact."""
     x = exp(-decay * d)
     return x * (first + second * x) / (1.0 - divided * x * x) - attraction / (d * d)

@@ -14,7 +14,7 @@ from dforce.parameters import param, shared
 
 
 class DMT(Force):
-    r"""Derjaguin–Muller–Toporov contact of a stiff, weakly adhesive sample, whole: attraction outside, contact inside.
+    r"""Derjaguin–Muller–Toporov contact of a stiff sample: attraction outside, contact with adhesion inside.
 
     .. math::
 
@@ -92,9 +92,7 @@ class DMT(Force):
         return 4.0 * pi * self.radius * self.gamma
 
     @staticmethod
-    def law(
-        d: float, rate: float, t: float, stiffness: float, attraction: float, adhesion: float, a0: float
-    ) -> float:
+    def law(d: float, rate: float, t: float, stiffness: float, attraction: float, adhesion: float, a0: float) -> float:
         depth = a0 - d
         return stiffness * depth * sqrt(depth) - adhesion if depth > 0.0 else -attraction / (d * d)
 

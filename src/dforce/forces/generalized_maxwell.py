@@ -23,8 +23,8 @@ class GeneralizedMaxwell(Viscoelastic):
 
     name = "generalized_maxwell"
     source = (
-        "T. C. T. Ting, J. Appl. Mech. 33, 845 (1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction, "
-        "Springer (2015)"
+        "T. C. T. Ting, J. Appl. Mech. 33, 845 (1966); V. L. Popov, M. Heß, Method of Dimensionality "
+        "Reduction, Springer (2015)"
     )
 
     relaxed_modulus: float = param(
@@ -42,7 +42,7 @@ class GeneralizedMaxwell(Viscoelastic):
         moduli, times = len(self.arm_moduli), len(self.arm_times)
         if moduli != times or not moduli:
             raise ParameterError(
-                f"generalized_maxwell has {moduli} arm_moduli and {times} arm_times; each arm needs one of both"
+                f"generalized_maxwell has {moduli} arm_moduli and {times} arm_times; each arm needs both"
             )
         if self.relaxed_modulus + sum(self.arm_moduli) <= 0.0:
             raise ParameterError("generalized_maxwell needs a modulus above 0 Pa")

@@ -18,7 +18,7 @@ class Hertz(Force):
 
     name = "hertz"
     contains = ("elastic contact",)
-    source = "H. Hertz, J. reine angew. Math. 92, 156 (1881); R. García, Amplitude Modulation AFM, Wiley-VCH (2010)"
+    source = "H. Hertz, J. reine angew. Math. 92, 156 (1881); R. García, Amplitude Modulation AFM, Wiley (2010)"
 
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")

@@ -38,9 +38,7 @@ class Hydration(Force):
         return self.strength * exp(-self.a0 / self.decay)
 
     @staticmethod
-    def law(
-        d: float, rate: float, t: float, strength: float, decay: float, a0: float, contact_force: float
-    ) -> float:
+    def law(d: float, rate: float, t: float, strength: float, decay: float, a0: float, contact_force: float) -> float:
         return strength * exp(-d / decay) if d > a0 else contact_force
 
     @staticmethod

@@ -45,16 +45,12 @@ class JKR(Force):
     surface_energy: float = param(
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )
-    hamaker: float = param(
-        "0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact"
-    )
+    hamaker: float = param("0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact")
 
     @property
     def length(self) -> float:
         """Unit u of the indentation (m)."""
-        return float(
-            (3.0 * pi**2 * self.surface_energy**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0)
-        )
+        return float((3.0 * pi**2 * self.surface_energy**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0))
 
     @property
     def strength(self) -> float:

@@ -10,7 +10,7 @@ from dforce.parameters import param, shared
 
 
 class KelvinVoigt(Force):
-    r"""Viscous drag over the contact area, to be added to an elastic contact (`hertz`, `dmt`, `sneddon`, ...).
+    r"""Viscous drag over the contact area, beside an elastic contact (`hertz`, `dmt`, `sneddon`, ...).
 
     .. math:: F = \eta\, a(\delta)\, \dot\delta = -\eta\, a(a_0 - d)\, \dot d \quad\text{in contact},
         \qquad a = \sqrt{R \delta}\ \text{(sphere)}

@@ -11,7 +11,7 @@ MU_0 = 1.25663706212e-6  # N/A^2, CODATA 2018
 
 
 class MagneticDipole(Force):
-    r"""Two magnetic dipoles along the axis of the tip: one in the middle of the tip's sphere, one in the sample.
+    r"""Two magnetic dipoles along the tip's axis: one in the middle of its sphere, one in the sample.
 
     .. math:: F = -\frac{3 \mu_0 m_t m_s}{2 \pi (d + R + s)^4} \quad (d > a_0)
 
@@ -27,15 +27,11 @@ class MagneticDipole(Force):
 
     radius: float = shared("tip.radius")
     a0: float = shared("contact.a0")
-    tip_moment: float = param(
-        "1e-17 A m^2", symbol="m_t", doc="magnetic moment of the tip, positive when it points up"
-    )
+    tip_moment: float = param("2e-18 A m^2", symbol="m_t", doc="magnetic moment of the tip, positive when it points up")
     sample_moment: float = param(
-        "1e-17 A m^2", symbol="m_s", doc="magnetic moment in the sample, positive when it points up"
+        "2e-18 A m^2", symbol="m_s", doc="magnetic moment in the sample, positive when it points up"
     )
-    depth: float = param(
-        "10 nm", low="0 nm", symbol="s", doc="depth of the sample's dipole below the surface"
-    )
+    depth: float = param("10 nm", low="0 nm", symbol="s", doc="depth of the sample's dipole below the surface")
 
     @property
     def strength(self) -> float:

@@ -159,9 +159,7 @@ def contact(spread: Array | float, transition: float) -> tuple[Any, Any, Any]:
     m = np.sqrt(1.0 + s * s)
     angle = np.arctan(s)
     # where m is close to 1 the terms of both brackets cancel, and their series are used
-    first = np.where(
-        s < 0.03, s**3 * (4.0 / 3.0 - 8.0 / 15.0 * s**2 + 12.0 / 35.0 * s**4), s + (m * m - 2.0) * angle
-    )
+    first = np.where(s < 0.03, s**3 * (4.0 / 3.0 - 8.0 / 15.0 * s**2 + 12.0 / 35.0 * s**4), s + (m * m - 2.0) * angle)
     second = np.where(s < 0.01, s * s * (0.5 - 5.0 / 24.0 * s * s), s * angle - (m - 1.0))
     square, linear = transition / 2.0 * first, 4.0 / 3.0 * transition**2 * second
     size = 2.0 / (linear + np.sqrt(linear * linear + 4.0 * square))
@@ -188,7 +186,7 @@ def branch(transition: float) -> tuple[float, tuple[float, ...]]:
 
 
 def _end_of_branch(transition: float) -> float:
-    """Return ln sqrt(m² - 1) where the depth is smallest, or where the contact is a point if it never turns."""
+    """Return ln sqrt(m² - 1) where the depth is smallest, or where the contact is a point."""
     grid = np.linspace(SHARPEST, BLUNTEST, 2001)
     i = int(np.argmin(contact(grid, transition)[2]))
     if i == len(grid) - 1:

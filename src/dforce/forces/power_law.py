@@ -55,7 +55,7 @@ class PowerLaw(Viscoelastic):
     def equilibrium(self) -> float:
         # the geometric sum of all arms that are slower than the last
         ratio = 10.0 ** (-self.exponent / ARMS_PER_DECADE)
-        return self.arms()[-1][0] * ratio / (1.0 - ratio)
+        return float(self.arms()[-1][0] * ratio / (1.0 - ratio))
 
     def _arm(self, time: float) -> float:
         weight = (self.reference_time / time) ** self.exponent * SPACING / gamma(self.exponent)

@@ -32,17 +32,15 @@ class SLS(Viscoelastic):
 
     name = "sls"
     source = (
-        "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845 (1966); "
-        "V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"
+        "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845 "
+        "(1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"
     )
 
     instant_modulus: float = param("1 GPa", above="0 Pa", symbol="E_0", doc="Young's modulus at once")
     relaxed_modulus: float = param(
         "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
     )
-    relaxation_time: float = param(
-        "10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain"
-    )
+    relaxation_time: float = param("10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain")
 
     @pydantic.model_validator(mode="after")
     def _relaxes(self) -> Self:

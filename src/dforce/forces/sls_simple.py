@@ -13,7 +13,7 @@ from dforce.parameters import param, shared
 
 
 class SLSSimple(Force):
-    r"""Standard linear solid under a sphere, with Lee and Radok's equation of growing contacts used throughout.
+    r"""Standard linear solid under a sphere, with the equation of growing contacts used throughout.
 
     .. math:: \dot F + \frac{F}{\tau} = \frac{4\sqrt{R}}{3(1 - \nu^2)}
         \left[E_0 \frac{d}{dt}\delta^{3/2} + \frac{E_\infty}{\tau} \delta^{3/2}\right], \qquad F \ge 0
@@ -42,16 +42,12 @@ class SLSSimple(Force):
     relaxed_modulus: float = param(
         "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
     )
-    relaxation_time: float = param(
-        "10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain"
-    )
+    relaxation_time: float = param("10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain")
 
     @pydantic.model_validator(mode="after")
     def _relaxes(self) -> Self:
         if self.relaxed_modulus > self.instant_modulus:
-            raise ParameterError(
-                "sls_simple.relaxed_modulus is above instant_modulus, but a solid can only relax"
-            )
+            raise ParameterError("sls_simple.relaxed_modulus is above instant_modulus, but a solid can only relax")
         return self
 
     @property

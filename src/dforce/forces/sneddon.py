@@ -12,7 +12,8 @@ from dforce.parameters import shared
 class Sneddon(Force):
     r"""Elastic contact of a cone, a pyramid, a flat punch or an exact sphere with a flat, thick sample.
 
-    .. math:: F = \tfrac{2}{\pi} E_\mathrm{eff} \tan\theta\; \delta^2 \quad\text{(cone)}, \qquad \delta = a_0 - d > 0
+    .. math:: F = \tfrac{2}{\pi} E_\mathrm{eff} \tan\theta\; \delta^2 \quad\text{(cone)},
+        \qquad \delta = a_0 - d > 0
 
     - `pyramid` with four sides, :math:`\theta` between axis and face: :math:`F = E_\mathrm{eff} \tan\theta\,
       \delta^2 / \sqrt{2}`
@@ -27,7 +28,7 @@ class Sneddon(Force):
 
     name = "sneddon"
     contains = ("elastic contact",)
-    source = "I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965); G. G. Bilodeau, J. Appl. Mech. 59, 519 (1992) for the pyramid"
+    source = "I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965); G. G. Bilodeau, J. Appl. Mech. 59, 519 (1992)"
 
     radius: float | None = shared("tip.radius")
     half_angle: float | None = shared("tip.half_angle")

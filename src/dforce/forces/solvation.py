@@ -9,7 +9,7 @@ from dforce.parameters import param, shared
 
 
 class Solvation(Force):
-    r"""Layers of solvent between tip and sample: a force that oscillates with the size of a molecule and decays.
+    r"""Layers of solvent between tip and sample: a force that oscillates with a molecule's size and decays.
 
     .. math:: F = -F_0 \cos\left(\frac{2\pi d}{\sigma} + \varphi\right) e^{-d/\sigma} \quad (d > a_0)
 
@@ -23,15 +23,11 @@ class Solvation(Force):
 
     a0: float = shared("contact.a0")
     amplitude: float = param("1 nN", symbol="F_0", doc="amplitude, extrapolated to zero distance")
-    molecule: float = param(
-        "0.3 nm", above="0 nm", symbol=r"\sigma", doc="size of a molecule: period and decay length"
-    )
+    molecule: float = param("0.3 nm", above="0 nm", symbol=r"\sigma", doc="size of a molecule: period and decay length")
     phase: float = param("0 deg", symbol=r"\varphi", doc="phase of the oscillation at zero distance")
 
     @staticmethod
-    def law(
-        d: float, rate: float, t: float, amplitude: float, molecule: float, phase: float, a0: float
-    ) -> float:
+    def law(d: float, rate: float, t: float, amplitude: float, molecule: float, phase: float, a0: float) -> float:
         x = (d if d > a0 else a0) / molecule
         return -amplitude * cos(2.0 * pi * x + phase) * exp(-x)
 

@@ -22,7 +22,8 @@ class Tatara(Force):
     + (3 + \nu_s - 2\nu_s^2)/4\pi E_s R_s`: on each side half of the compression, Hertz' approach less the
     displacement of the opposite pole. As a series, with the option `form`:
 
-    .. math:: F = \frac{n\,\delta^{3/2}}{2^{3/2}} + \frac{3 n^2 \delta^2}{8 n_c} + \frac{21 n^3 \delta^{5/2}}{2^{11/2} n_c^2}
+    .. math:: F = \frac{n\,\delta^{3/2}}{2^{3/2}} + \frac{3 n^2 \delta^2}{8 n_c}
+        + \frac{21 n^3 \delta^{5/2}}{2^{11/2} n_c^2}
 
     (`series_15`: with 15 in place of 21, as some papers print it). A tip without a modulus is rigid.
     Valid for compressions small against both radii. The implicit law has no solution beyond :math:`\delta

@@ -21,8 +21,8 @@ class VanDerWaals(Force):
     r(z)^2 (d + z)^{-4}\,dz`):
 
     - `exact_sphere`: :math:`F = -\dfrac{2 H R^3}{3 d^2 (d + 2R)^2}`
-    - `capped_cone`, a sphere that goes over into a cone at the height :math:`z_t = R(1 - \sin\theta)` without an edge,
-      with :math:`D = d + z_t`:
+    - `capped_cone`, a sphere that goes over into a cone at the height :math:`z_t = R(1 - \sin\theta)` without
+      an edge, with :math:`D = d + z_t`:
       :math:`F = -\dfrac{H}{6 d^2 D^3}\left[z_t^2 (R z_t + (3R - z_t) d)
       + d^2 (R^2\cos^2\theta + R \sin\theta\, D + \tan^2\theta\, D^2)\right]`
     - `flat`, a punch whose flat end has the radius :math:`R`: :math:`F = -H R^2 / 6 d^3`
@@ -42,9 +42,7 @@ class VanDerWaals(Force):
     radius: float = shared("tip.radius")
     half_angle: float | None = shared("tip.half_angle")
     a0: float = shared("contact.a0")
-    hamaker: float = param(
-        unit="J", symbol="H", doc="Hamaker constant; negative for repulsion across a liquid"
-    )
+    hamaker: float = param(unit="J", symbol="H", doc="Hamaker constant; negative for repulsion across a liquid")
     geometry: Literal["sphere", "exact_sphere", "capped_cone", "flat"] = "sphere"
     """shape of the tip"""
     inside: Literal["constant", "off"] = "constant"
@@ -52,7 +50,7 @@ class VanDerWaals(Force):
 
     @property
     def strength(self) -> float:
-        """Constant before the fraction: HR/6 (N m^2) for spheres, H R^2/6 (N m^3) flat, H/6 (N m) with a cone."""
+        """Constant before the fraction: HR/6 of spheres (N m^2), HR²/6 flat (N m^3), H/6 of a cone (N m)."""
         factor = {
             "sphere": self.radius,
             "exact_sphere": self.radius,
@@ -91,9 +89,7 @@ class VanDerWaals(Force):
         """Force in contact (N)."""
         if self.inside == "off":
             return 0.0
-        return attraction(
-            self.a0, self.strength, self.c0, self.c1, self.c2, self.radius, self.cap, self.slope
-        )
+        return attraction(self.a0, self.strength, self.c0, self.c1, self.c2, self.radius, self.cap, self.slope)
 
     @staticmethod
     def law(

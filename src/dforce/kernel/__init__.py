@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce import notices
 from dforce.forces import Force
 from dforce.kernel import store
 from dforce.kernel.compose import compose
@@ -67,11 +67,6 @@ def kink_distances(problem: Problem) -> Array:
     return np.array(sorted({kink for force in problem.forces for kink in force.kinks()}), dtype=float)
 
 
-def announce(text: str) -> None:
-    """Say on the error stream that something takes a moment; replace it to say so elsewhere."""
-    print(text, file=sys.stderr, flush=True)
-
-
 class Kernel:
     """The composed module of one combination of modes and forces; see ``solvers`` for its entry functions."""
 
@@ -84,7 +79,7 @@ class Kernel:
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; the first compilation of a kernel announces itself."""
         if not self._announced and not store.is_compiled(self.module, name):
-            announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
+            notices.announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
             self._announced = True
         function: Callable[..., Any] = getattr(self.module, name)
         return function

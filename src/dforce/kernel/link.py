@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import functools
 import inspect
 import math
 import textwrap
@@ -153,3 +154,17 @@ def _literal(value: Any) -> ast.expr | None:
         found = [item for item in items if item is not None]
         return ast.Tuple(found, ast.Load()) if len(found) == len(items) else None
     return None
+
+
+@functools.lru_cache(maxsize=64)
+def compile_function(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return one law compiled as in a kernel: linked as text with all that it calls."""
+    import numba
+
+    linker = Linker()
+    name = linker.add(function, function.__name__)
+    jit = numba.njit(error_model="numpy")
+    module: dict[str, Any] = {"compiled": jit, "inlined": jit, "math": math, "np": np}
+    exec("\n\n".join(linker.text), module)
+    compiled: Callable[..., Any] = module[name]
+    return compiled

@@ -18,7 +18,7 @@ def phase_lag(c: Complex) -> Array:
 
     Never folded, and without a jump near 0° (far below resonance) and 180° (strong attraction).
     """
-    return 270.0 - (270.0 + np.degrees(np.angle(c))) % 360.0
+    return np.asarray(270.0 - (270.0 + np.degrees(np.angle(c))) % 360.0)
 
 
 def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Any]:
@@ -41,21 +41,27 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
         SI values by the names of :data:`dforce.quantities.OBSERVABLES`: floats, and arrays over tones, modes or
         harmonics.
     """
+    return {name: value[0] for name, value in finish_all(problem, scales, harmonics, rows[None], weights).items()}
+
+
+def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Array]:
+    """Return the same for many motions at once: `rows` of shape (motions, periods, columns), results (motions, ...)."""
     modes, tones = len(problem.modes), len(problem.tones)
-    mean = weights @ rows
-    pairs = mean[m.FIRST :: 2] + 1j * mean[m.FIRST + 1 :: 2]
-    by_tone = pairs[: tones * (modes + 1)].reshape(tones, modes + 1)
-    total = by_tone[:, -1]
-    of_harmonics = pairs[tones * (modes + 1) :][:harmonics]
-    of_force = pairs[tones * (modes + 1) + harmonics :]
+    mean = np.einsum("k,ikc->ic", weights, rows)
+    pairs = mean[:, m.FIRST :: 2] + 1j * mean[:, m.FIRST + 1 :: 2]
+    by_tone = pairs[:, : tones * (modes + 1)].reshape(-1, tones, modes + 1)
+    total = by_tone[:, :, -1]
+    of_harmonics = pairs[:, tones * (modes + 1) :][:, :harmonics]
+    of_force = pairs[:, tones * (modes + 1) + harmonics :]
     driver = [driving_tone(problem, n) for n in range(modes)]
-    of_modes = by_tone[driver, range(modes)]
-    work = of_force[driver] * of_modes.conj() * scales.length
+    of_modes = by_tone[:, driver, range(modes)]
+    work = of_force[:, driver] * of_modes.conj() * scales.length
     period = 1.0 / problem.tones[0].frequency
-    z_mean = mean[m.Z] * scales.length
-    z_min, z_max = rows[:, m.Z_MIN].min() * scales.length, rows[:, m.Z_MAX].max() * scales.length
-    d_min = rows[:, m.D_MIN].min()
-    values: dict[str, Any] = {
+    z_mean = mean[:, m.Z] * scales.length
+    z_min = rows[:, :, m.Z_MIN].min(1) * scales.length
+    z_max = rows[:, :, m.Z_MAX].max(1) * scales.length
+    d_min = rows[:, :, m.D_MIN].min(1)
+    values = {
         "amplitude": np.abs(total) * scales.length,
         "phase": phase_lag(total),
         "mode_amplitude": np.abs(of_modes) * scales.length,
@@ -71,19 +77,19 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
         "min_deflection": z_min,
         "max_deflection": z_max,
         "half_peak_to_peak": 0.5 * (z_max - z_min),
-        "peak_force": rows[:, m.F_MAX].max(),
-        "min_force": rows[:, m.F_MIN].min(),
-        "mean_force": mean[m.F],
+        "peak_force": rows[:, :, m.F_MAX].max(1),
+        "min_force": rows[:, :, m.F_MIN].min(1),
+        "mean_force": mean[:, m.F],
         "min_distance": d_min,
-        "max_indentation": max(0.0, problem.a0 - d_min),
-        "contact_time": mean[m.CONTACT] * period,
-        "contact_fraction": mean[m.CONTACT],
-        "peak_velocity": rows[:, m.V_MAX].max(),
+        "max_indentation": np.maximum(problem.a0 - d_min, 0.0),
+        "contact_time": mean[:, m.CONTACT] * period,
+        "contact_fraction": mean[:, m.CONTACT],
+        "peak_velocity": rows[:, :, m.V_MAX].max(1),
         "virial": 0.5 * work.real,
         "dissipated_energy": -np.pi * work.imag,
-        "total_virial": mean[m.F_Z] - mean[m.F] * z_mean,
-        "total_dissipated_energy": -mean[m.F_V] * period,
-        "power": -mean[m.F_V],
+        "total_virial": mean[:, m.F_Z] - mean[:, m.F] * z_mean,
+        "total_dissipated_energy": -mean[:, m.F_V] * period,
+        "power": -mean[:, m.F_V],
     }
 
 

@@ -75,24 +75,23 @@ def insert(cuts: Any, count: int, s: float) -> int:
     return count + 1
 
 
-def cut_at_kinks(cuts: Any, turn: float, kinks: Any, h: float, d0: float, v0: float, d1: float, v1: float) -> int:
-    """List where a step must be cut: at its turn, and where it passes a kink; return how many cuts there are."""
-    count = insert(cuts, 0, turn)
+def cut_at(
+    cuts: Any, count: int, level: float, turn: float, h: float, d0: float, v0: float, d1: float, v1: float
+) -> int:
+    """Add the places where a step, which may turn on the way, passes a level; return how many cuts there are."""
     d_turn = cubic(turn, h, d0, v0, d1, v1) if turn > 0.0 else d0
-    for kink in kinks:
-        if turn > 0.0 and (d0 - kink) * (d_turn - kink) < 0.0:
-            count = insert(cuts, count, crossing_between(kink, 0.0, turn, h, d0, v0, d1, v1))
-        if (d_turn - kink) * (d1 - kink) < 0.0:
-            count = insert(cuts, count, crossing_between(kink, max(turn, 0.0), 1.0, h, d0, v0, d1, v1))
+    if turn > 0.0 and (d0 - level) * (d_turn - level) < 0.0:
+        count = insert(cuts, count, crossing_between(level, 0.0, turn, h, d0, v0, d1, v1))
+    if (d_turn - level) * (d1 - level) < 0.0:
+        count = insert(cuts, count, crossing_between(level, turn, 1.0, h, d0, v0, d1, v1))
     return count
 
 
 def fastest(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
     """Return the largest speed on the interpolant, whose slope is a parabola."""
-    bend = 6.0 * (v0 + v1) / h - 12.0 * (d1 - d0) / (h * h)  # change of the acceleration over the step
     speed = max(abs(v0), abs(v1))
-    if bend != 0.0:
-        s = -((6.0 * (d1 - d0) / h - 4.0 * v0 - 2.0 * v1) / h) / bend
-        if 0.0 < s < 1.0:
-            speed = max(speed, abs(cubic_rate(s, h, d0, v0, d1, v1)))
+    rise = 6.0 * (d1 - d0) / h
+    first, last = rise - 4.0 * v0 - 2.0 * v1, 2.0 * v0 + 4.0 * v1 - rise  # h times the acceleration at either end
+    if first * last < 0.0:
+        speed = max(speed, abs(cubic_rate(first / (first - last), h, d0, v0, d1, v1)))
     return speed

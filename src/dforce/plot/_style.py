@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase, SubFigure
 
 from dforce.errors import ParameterError, nearest
-from dforce.results import check_target, reader_unit, whole_file
+from dforce.results import COLUMN_DIMS, check_target, reader_unit, whole_file
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -44,11 +43,22 @@ def new_figure(figure: FigureBase | None, width: float, height: float) -> Figure
     return Figure(figsize=(width, height), layout="constrained") if figure is None else figure
 
 
-def take(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return a variable of a result; a name that it lacks is one sentence."""
+def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
+    """Return a variable of a result that has no dimensions but `dims` and columns (tones, modes, ...).
+
+    Raises
+    ------
+    ParameterError
+        For a name that the result lacks, and for more dimensions, such as those of a sweep.
+    """
     if name not in dataset.variables:
         known = [str(variable) for variable in dataset.data_vars]
         raise ParameterError(f"this result has no '{name}'{nearest(name, known)}")
+    more = [str(dim) for dim in dataset[name].dims if dim not in {*dims, *COLUMN_DIMS}]
+    if more:
+        raise ParameterError(
+            f"'{name}' also has the dimension {', '.join(more)}; choose one point with .isel"
+        )
     return dataset[name]
 
 
@@ -122,17 +132,6 @@ def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> Non
         target.set_title(lines, fontsize="medium", parse_math=False)
     else:
         target.suptitle(lines, fontsize="medium", parse_math=False)
-
-
-def only(dataset: xr.Dataset, dims: Iterable[str]) -> xr.Dataset:
-    """Return the dataset when it has no dimensions but these (and columns); more are one sentence."""
-    allowed = {*dims, "tone", "mode", "harmonic", "time", "frequency", "state"}
-    more = [str(dim) for dim in dataset.sizes if dim not in allowed]
-    if more:
-        raise ParameterError(
-            f"this result also has the dimension {', '.join(more)}; choose one point of it with .isel"
-        )
-    return dataset
 
 
 def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150) -> Path:

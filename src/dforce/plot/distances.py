@@ -24,13 +24,13 @@ from dforce.plot._style import (
     colored_axes,
     head,
     new_figure,
-    only,
     take,
     tidy,
 )
 from dforce.results import COLUMN_DIMS, Status, reader_unit
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
+CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance
 FEW_POINTS = 40  # so few that each is worth a dot
 
 
@@ -47,11 +47,10 @@ def amplitude_phase(
     ParameterError
         When the result has no amplitudes against zc, or no such tone.
     """
-    only(dataset, ("zc", "direction"))
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    _lines(upper, _column(take(dataset, "amplitude"), tone), dataset)
-    _lines(lower, _column(take(dataset, "phase"), tone), dataset)
+    _lines(upper, _column(take(dataset, "amplitude", *CURVE), tone), dataset)
+    _lines(lower, _column(take(dataset, "phase", *CURVE), tone), dataset)
     upper.set_xlabel("")
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
     phase_axis(lower)
@@ -95,9 +94,8 @@ def curve(dataset: xr.Dataset, names: str | Sequence[str], figure: FigureBase | 
     ParameterError
         For a quantity that the result lacks or that does not depend on zc.
     """
-    only(dataset, ("zc", "direction"))
     chosen = [names] if isinstance(names, str) else list(names)
-    variables = [take(dataset, name) for name in chosen]
+    variables = [take(dataset, name, *CURVE) for name in chosen]
     for variable in variables:
         if "zc" not in variable.dims:
             raise ParameterError(f"'{variable.name}' has no values against zc; it cannot be drawn as a curve")

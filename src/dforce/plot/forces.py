@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, only, shown, take, tidy
+from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, shown, take, tidy
 from dforce.plot.distances import sweeps
 from dforce.plot.motion import at_distance
 from dforce.results import reader_unit
@@ -25,12 +25,11 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
     ParameterError
         When the result has no traces.
     """
-    only(dataset, ())
     figure = new_figure(figure, 5.2, 4.0)
     axes = figure.subplots()
-    x, across = shown(take(dataset, "distance"))
-    y, up = shown(take(dataset, "force"))
-    velocity = take(dataset, "velocity").values
+    x, across = shown(take(dataset, "distance", "time"))
+    y, up = shown(take(dataset, "force", "time"))
+    velocity = take(dataset, "velocity", "time").values
     for direction, half in (("approach", velocity <= 0.0), ("retract", velocity >= 0.0)):
         look = dict(DIRECTIONS[direction])
         # a gap where the tip goes the other way, so that a line never joins two cycles
@@ -69,11 +68,10 @@ def force_curve(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     ParameterError
         When the dataset has no force.
     """
-    only(dataset, ("distance", "direction"))
     figure = new_figure(figure, 5.6, 4.0)
     axes = figure.subplots()
-    x, across = shown(take(dataset, "distance"))
-    force = take(dataset, "force")
+    x, across = shown(take(dataset, "distance", "distance"))
+    force = take(dataset, "force", "distance", "direction")
     scale = reader_unit(force)[0]
     halves = {direction: np.asarray(half.values, dtype=float) / scale for direction, half in sweeps(force)}
     first, last = next(iter(halves.values())), list(halves.values())[-1]

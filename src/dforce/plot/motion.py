@@ -21,7 +21,6 @@ from dforce.plot._style import (
     colored_axes,
     head,
     new_figure,
-    only,
     shown,
     take,
     thin,
@@ -55,13 +54,12 @@ def traces(
     ParameterError
         For a quantity that the result lacks or that does not depend on time.
     """
-    only(dataset, ())
     chosen = [names] if isinstance(names, str) else list(names)
-    variables = [take(dataset, name) for name in chosen]
+    variables = [take(dataset, name, "time") for name in chosen]
     for variable in variables:
         if "time" not in variable.dims:
             raise ParameterError(f"'{variable.name}' is no trace; it has no values over time")
-    time = take(dataset, "time")
+    time = take(dataset, "time", "time")
     if periods is not None:
         start = float(time[-1]) - periods / main_frequency(dataset)
         recent = (time >= start).values
@@ -102,7 +100,7 @@ def main_frequency(dataset: xr.Dataset) -> float:
     """Return the frequency (Hz) of the largest part of the motion."""
     if "spectrum" in dataset:
         return float(dataset["frequency"][1 + int(np.argmax(dataset["spectrum"].values[1:]))])  # not the mean
-    deflection = take(dataset, "deflection").values
+    deflection = take(dataset, "deflection", "time").values
     time = dataset["time"].values
     lines = np.abs(np.fft.rfft(deflection - deflection.mean()))
     return float(max(np.argmax(lines), 1) / (len(time) * (time[1] - time[0])))
@@ -136,8 +134,7 @@ def spectrum(
     ParameterError
         When the result has no spectrum.
     """
-    only(dataset, ())
-    line = take(dataset, "spectrum")
+    line = take(dataset, "spectrum", "frequency")
     figure = new_figure(figure, 6.5, 3.8)
     axes = figure.subplots()
     frequency, amplitude = dataset["frequency"].values, line.values
@@ -191,11 +188,10 @@ def phase_portrait(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
     ParameterError
         When the result has no traces.
     """
-    only(dataset, ())
     figure = new_figure(figure, 4.6, 4.2)
     axes = figure.subplots()
-    x, across = shown(take(dataset, "deflection"))
-    y, up = shown(take(dataset, "velocity"))
+    x, across = shown(take(dataset, "deflection", "time"))
+    y, up = shown(take(dataset, "velocity", "time"))
     axes.plot(x, y, color=BLUE, linewidth=0.9)
     axes.axhline(0.0, color=GRAY, linewidth=0.6)
     axes.axvline(0.0, color=GRAY, linewidth=0.6)

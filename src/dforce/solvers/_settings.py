@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import pydantic
 
+from dforce.errors import ParameterError
 from dforce.parameters import Parameters
 
 
@@ -14,8 +15,9 @@ class SolverSettings(Parameters):
 
     title_of: ClassVar[str] = "solver"
 
-    method: Literal["transient"] = pydantic.Field(
-        "transient", description="transient: integrate in time until the motion has settled"
+    method: Literal["periodic", "transient"] = pydantic.Field(
+        "periodic",
+        description="periodic: find the periodic orbit itself (by rk4); transient: integrate until the motion has settled",
     )
     integrator: Literal["rk4", "lsoda", "adaptive"] = pydantic.Field(
         "rk4", description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks"
@@ -41,3 +43,25 @@ class SolverSettings(Parameters):
     measured_periods: int = pydantic.Field(
         8, ge=1, le=1_000_000, description="periods measured once settled; raised to whole common periods of all tones"
     )
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _transient_where_asked_for(cls, given: Any) -> Any:
+        """Let settings that only a transient has choose it, where the method is left open."""
+        if isinstance(given, dict) and "method" not in given and _asks_for_transient(given):
+            return given | {"method": "transient"}
+        return given
+
+    @pydantic.model_validator(mode="after")
+    def _method_and_integrator_agree(self) -> Self:
+        if self.method == "periodic" and self.integrator != "rk4":
+            raise ParameterError(
+                f"solver.integrator = {self.integrator} goes with method = \"transient\"; periodic orbits are found with rk4"
+            )
+        if self.method == "periodic" and self.settle == "fixed":
+            raise ParameterError("solver.settle = fixed goes with method = \"transient\"; a periodic orbit has no settling")
+        return self
+
+
+def _asks_for_transient(given: dict[str, Any]) -> bool:
+    return bool(given.get("integrator", "rk4") != "rk4" or given.get("settle", "converged") != "converged")

@@ -74,25 +74,30 @@ class Integrator(ABC):
     source: ClassVar[str]
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int) -> None:
-        self.problem, self.settings, self.harmonics = problem, settings, harmonics
+        self.settings, self.harmonics = settings, harmonics
         self.kernel = kernel.load(problem, ENTRIES)
-        self.scales = kernel.scales(problem)
-        self.tones = kernel.tone_table(problem)
-        self.kinks = kernel.kink_distances(problem)
         self.points = sample_count(problem, settings)
         modes, count = len(problem.modes), len(problem.tones)
         self.memory_size = sum(force.memory for force in problem.forces)
         self.latch_count = sum(force.switch is not None for force in problem.forces)
         self.columns = measure.FIRST + 2 * count * (modes + 1) + 2 * harmonics + 2 * count
-        self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         width = 2 * modes + self.memory_size + self.latch_count + 1
         self.block = np.zeros((self.points + 1, width))
         self.work = np.zeros((9, max(self.memory_size, 1)))
-        self.p: tuple[float, ...] = ()
+        self.take(problem)
+
+    def take(self, problem: Problem) -> None:
+        """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
+        self.problem = problem
+        self.scales = kernel.scales(problem)
+        self.tones = kernel.tone_table(problem)
+        self.kinks = kernel.kink_distances(problem)
+        self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
+        self.p = kernel.parameters(problem, 0.0)
 
     def place(self, zc: float) -> None:
         """Go to an average distance (m)."""
-        self.p = kernel.parameters(self.problem, zc)
+        self.p = (float(zc), *self.p[1:])
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, np.ndarray[Any, np.dtype[np.complex128]]]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""

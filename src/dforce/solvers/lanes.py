@@ -1,7 +1,7 @@
 """Runge–Kutta steps of many motions side by side, so that the compiler uses vector instructions.
 
-The same method as ``rk4``, for forces without memory and branches, and without cuts at kinks: the innermost loop goes over
-the lanes, and nothing in it branches or calls.
+The same method as ``rk4``, for forces without memory and branches: the innermost loops go over the lanes, and nothing in
+them branches or calls. Where a lane passes a kink of the force, its step is done again by itself, cut at the kink.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ from dforce.kernel.slots import (
     rate_of,
     row,
 )
-from dforce.solvers._loops import TAU, seconds
+from dforce.solvers._loops import TAU, passed, seconds
+from dforce.solvers.rk4 import cut_step
+
+REACH = 1e-3  # of the free amplitude: farther apart copies of one motion are not meant to be
 
 
 @inlined
@@ -38,19 +41,45 @@ def smooth_step(y: Any, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float
     return moved4(y, h, k1, k2, k3, k4)
 
 
-def advance_copies(lanes: Any, points: int, table: Any, start: float, p: Any) -> None:
-    """Advance motions of one problem, the columns of `lanes`, by one period that starts at a time (s)."""
+def advance_copies(
+    lanes: Any, other: Any, points: int, table: Any, period: int, memory: Any, latched: Any, tones: Any, bases: Any,
+    kinks: Any, stage: Any, work: Any, p: Any,
+) -> None:  # fmt: skip
+    """Advance motions of one problem that are close to each other, the columns of `lanes`, by one period.
+
+    `other` is scratch of the same shape.
+    """
     h = TAU / points
     dt = seconds(h, p)
+    start = seconds(period * TAU, p)
+    before, after = lanes, other
     for i in range(points):
         t = start + i * dt
         u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         for j in range(lanes.shape[1]):
-            put_column(lanes, j, smooth_step(column(lanes, j), u0, u1, u2, h, t, dt, p))
+            put_column(after, j, smooth_step(column(before, j), u0, u1, u2, h, t, dt, p))
+        d0, d1 = distance(column(before, 0), p), distance(column(after, 0), p)
+        if comes_near(kinks, min(d0, d1), max(d0, d1), REACH * p[1]):
+            for j in range(lanes.shape[1]):
+                y, end = column(before, j), column(after, j)
+                if passed(y, end, t + dt, latched, kinks, p) >= 0:
+                    end = cut_step(y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+                    put_column(after, j, end)
+        before, after = after, before
+    if points % 2:
+        lanes[:, :] = before
+
+
+def comes_near(kinks: Any, low: float, high: float, reach: float) -> bool:
+    """Say whether a kink lies between two distances, or within reach of them."""
+    for kink in kinks:
+        if low - reach < kink < high + reach:
+            return True
+    return False
 
 
 def advance_cases(lanes: Any, parameters: Any, drive: Any, points: int, cosine: Any, period: int) -> None:
-    """Advance motions of different problems with one tone each by one period.
+    """Advance motions of different problems with one tone each by one period, without cuts at kinks.
 
     `parameters` and `drive` hold the parameters and the scaled drive on each mode, one column a lane; `cosine` the drive's
     phase at the ends and middles of the steps.

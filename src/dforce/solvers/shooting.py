@@ -13,15 +13,23 @@ import numpy as np
 
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
 from dforce.observables.measure import measure
-from dforce.solvers._loops import TAU, phases, seconds, tabulate
+from dforce.solvers._loops import phases, tabulate
 from dforce.solvers.lanes import advance_copies
 from dforce.solvers.rk4 import advance
 
 NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
+FRESH = 1e-6  # of the free amplitude: a tangent at a motion that misses by more is taken anew for the orbit
 CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by this at least
+SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 LANES = 4  # neighbors are filled up to a multiple of this: the width of a vector register
 CONVERGED, LOST, UNSTABLE = 0, 1, 2  # what became of an orbit
+
+
+def refill(target: Any, source: Any) -> None:
+    """Copy an array element by element: a slice assignment would bring numba's text of its errors into the kernel."""
+    for k in range(target.shape[0]):
+        target[k] = source[k]
 
 
 def over_common_period(
@@ -38,36 +46,42 @@ def over_common_period(
 
 
 def tangent(
-    y: Any, end: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any,
+    y: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any,
     bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any, jacobian: Any,
 ) -> None:  # fmt: skip
-    """Write the derivative of the map at y, which leads to `end`, into `jacobian`; memory and branches start as given."""
+    """Write the derivative of the map at y into `jacobian`, by central differences; memory and branches start as given."""
     size = 2 * mode_count()
     if smooth and memory_size() == 0 and latch_count() == 0:
-        width = LANES * ((size + LANES) // LANES)
-        lanes = np.empty((size, width))
+        width = LANES * ((2 * size + LANES - 1) // LANES)
+        lanes, other = np.empty((size, width)), np.empty((size, width))
         for i in range(size):
             for j in range(width):
-                lanes[i, j] = y[i] + (NUDGE if j == i + 1 else 0.0)
+                lanes[i, j] = y[i] + (NUDGE if j == 2 * i else 0.0) - (NUDGE if j == 2 * i + 1 else 0.0)
         for k in range(common):
             if common > 1:
                 phases(tones, first + k, bases)
                 tabulate(tones, bases, points, table)
-            advance_copies(lanes, points, table, seconds((first + k) * TAU, p), p)
+            advance_copies(
+                lanes, other, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p
+            )
         for i in range(size):
             for j in range(size):
-                jacobian[i, j] = (lanes[i, j + 1] - lanes[i, 0]) / NUDGE
+                jacobian[i, j] = (lanes[i, 2 * j] - lanes[i, 2 * j + 1]) / (2.0 * NUDGE)
         return
     vector = np.empty(size)
     for j in range(size):
-        for i in range(size):
-            vector[i] = y[i] + (NUDGE if i == j else 0.0)
-        there = over_common_period(
-            from_vector(vector), memory.copy(), latched.copy(), first, common, points, tones, bases, table, kinks,
-            stage, work, block, p,
-        )  # fmt: skip
-        for i in range(size):
-            jacobian[i, j] = (there[i] - end[i]) / NUDGE
+        for side in (1.0, -1.0):
+            for i in range(size):
+                vector[i] = y[i] + (side * NUDGE if i == j else 0.0)
+            there = over_common_period(
+                from_vector(vector), memory.copy(), latched.copy(), first, common, points, tones, bases, table, kinks,
+                stage, work, block, p,
+            )  # fmt: skip
+            for i in range(size):
+                if side > 0.0:
+                    jacobian[i, j] = there[i] / (2.0 * NUDGE)
+                else:
+                    jacobian[i, j] -= there[i] / (2.0 * NUDGE)
 
 
 def correction(jacobian: Any, miss: Any, matrix: Any, step: Any) -> None:
@@ -122,7 +136,7 @@ def is_stable(jacobian: Any) -> bool:
                 for k in range(size):
                     total += power[i, k] / largest * power[k, j] / largest
                 product[i, j] = total
-        power[:, :] = product
+        power, product = product, power
     return growth < 0.0
 
 
@@ -134,14 +148,14 @@ def shoot(
     """Return the orbit's motion at the start of a common period, found from a guess.
 
     `jacobian` holds a tangent to start with where `known`, and the last one used in the end. `info` gets the miss (how far
-    from its start the orbit ends, relative to the free amplitude), the number of corrections, and whether it converged.
-    The block holds the samples of the orbit's last period.
+    from its start the orbit ends, relative to the free amplitude), the number of corrections, whether it converged, and
+    the miss of the motion that the tangent belongs to. The block holds the samples of the orbit's last period.
     """
     size = 2 * mode_count()
     miss, step, matrix, vector = np.empty(size), np.empty(size), np.empty((size, size)), np.empty(size)
-    memory_before, latched_before = memory.copy(), latched.copy()
-    before = np.inf
-    info[2] = LOST
+    start, memory_before, latched_before = np.empty(size), memory.copy(), latched.copy()
+    before, shorter = np.inf, 1.0
+    info[2], info[3] = LOST, np.inf
     for attempt in range(most + 1):
         for k in range(memory_size()):
             memory_before[k] = memory[k]
@@ -154,33 +168,36 @@ def shoot(
         for i in range(size):
             miss[i] = end[i] - y[i]
             worst = max(worst, abs(miss[i]))
-            vector[i] = y[i]
         for k in range(memory_size()):
             worst = max(worst, abs(memory[k] - memory_before[k]) / sizes[k])
         info[0], info[1] = worst, attempt
-        if not worst < np.inf:
-            return y
         if worst < tolerance:
             info[2] = CONVERGED
             return y
-        if attempt == most:
+        if attempt == most or not worst < np.inf:
             return y
-        if not known or worst > CONTRACTS * before:
-            tangent(
-                y, end, memory_before, latched_before, smooth, first, common, points, tones, bases, table, kinks,
-                stage, work, block, p, jacobian,
-            )  # fmt: skip
-            known = True
-        before = worst
-        correction(jacobian, miss, matrix, step)
-        longest = 0.0
+        if worst > before and shorter > SHORTEST:
+            # the correction went too far: take less of it, from where it started
+            shorter *= 0.25
+        else:
+            if not known or worst > CONTRACTS * before:
+                tangent(
+                    y, memory_before, latched_before, smooth, first, common, points, tones, bases, table, kinks, stage,
+                    work, block, p, jacobian,
+                )  # fmt: skip
+                known = True
+                info[3] = worst
+            before = worst
+            correction(jacobian, miss, matrix, step)
+            longest = 0.0
+            for i in range(size):
+                start[i] = y[i]
+                longest = max(longest, abs(step[i]))
+            if not longest < np.inf:
+                return y
+            shorter = min(1.0, LARGEST / longest) if longest > 0.0 else 1.0
         for i in range(size):
-            longest = max(longest, abs(step[i]))
-        if not longest < np.inf:
-            return y
-        shorter = min(1.0, LARGEST / longest) if longest > 0.0 else 1.0
-        for i in range(size):
-            vector[i] = y[i] + shorter * step[i]
+            vector[i] = start[i] + shorter * step[i]
         y = from_vector(vector)
     return y
 
@@ -225,10 +242,12 @@ def follow(
             guess, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
             sizes, tolerance, most, jacobian, False, infos[i],
         )  # fmt: skip
-        if infos[i, 2] == CONVERGED and infos[i, 1] == 0:
+        if infos[i, 2] == CONVERGED and infos[i, 3] > FRESH:
+            refill(memory, memory_before)
+            refill(latched, latched_before)
             tangent(
-                y, y, memory_before, latched_before, smooth, first, common, points, tones, bases, table, kinks, stage,
-                work, block, here, jacobian,
+                y, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
+                jacobian,
             )  # fmt: skip
             over_common_period(
                 y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
@@ -236,12 +255,13 @@ def follow(
         if infos[i, 2] == CONVERGED and not is_stable(jacobian):
             infos[i, 2] = UNSTABLE
         if infos[i, 2] != CONVERGED:
-            memory[:] = memory_before
-            latched[:] = latched_before
+            refill(memory, memory_before)
+            refill(latched, latched_before)
             return i
         for k in range(2 * mode_count()):
             orbits[i, k] = y[k]
-        jacobians[i] = jacobian
+            for j in range(2 * mode_count()):
+                jacobians[i, k, j] = jacobian[k, j]
         if common == 1:
             measure(block, first, points, tones, bases, here, kinks, harmonics, stage, rows[i, 0])
             continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,17 +13,33 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.observables import measure
 from dforce.observables.finish import finish
-from dforce.observables.window import weights, window_length
+from dforce.observables.window import common_period, weights, window_length
 from dforce.problem import Problem
-from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
-from dforce.solvers._settings import SolverSettings
+from dforce.solvers.integrator import Integrator, Motion
 
 DECAY_TIMES = 40  # of the slowest mode before giving up, unless max_periods says otherwise
 LEAST_MOST = 400  # periods allowed at least
+LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
 CHUNK_SECONDS = 0.1  # between looks at the watch, so that Ctrl-C and Stop answer at once
 REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
 
 Watch = Callable[[], None]  # called now and then; stops the run by raising
+
+
+class Row(Mapping[str, Any]):
+    """One point of a stretch of points whose observables were made together: row `index` of the arrays `stretch`."""
+
+    def __init__(self, stretch: dict[str, Array], index: int) -> None:
+        self.stretch, self.index = stretch, index
+
+    def __getitem__(self, name: str) -> Any:
+        return self.stretch[name][self.index]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.stretch)
+
+    def __len__(self) -> int:
+        return len(self.stretch)
 
 
 @dataclass(frozen=True)
@@ -33,22 +49,20 @@ class Steady:
     Attributes
     ----------
     values
-        Observables in SI units by name, see :mod:`dforce.quantities`.
+        Observables in SI units by name, see :mod:`dforce.quantities`; a dictionary, or a :class:`Row` of a stretch.
     motion
         The state to go on from.
     settled, repeats
         Whether amplitudes and phases stopped moving, and whether they are the same in all windows measured.
+    orbit
+        The motion at the start of each common period, where it was found as a periodic orbit.
     """
 
-    values: dict[str, Any]
+    values: Mapping[str, Any]
     motion: Motion
     settled: bool
     repeats: bool
-
-
-def make_integrator(problem: Problem, settings: SolverSettings, harmonics: int) -> Integrator:
-    """Return the integrator that the settings name, made ready for a problem."""
-    return INTEGRATORS[settings.integrator](problem, settings, harmonics)
+    orbit: tuple[float, ...] | None = None
 
 
 def decay_periods(problem: Problem) -> int:
@@ -92,7 +106,9 @@ def _chunks(periods: int, watch: Watch) -> Iterator[int]:
         chunk = max(1, min(4 * chunk, int(count * CHUNK_SECONDS / max(took, 1e-9))))
 
 
-def settle(integrator: Integrator, motion: Motion, watch: Watch) -> tuple[Motion, bool, float]:
+def settle(
+    integrator: Integrator, motion: Motion, watch: Watch, tolerance: float | None = None
+) -> tuple[Motion, bool, float]:
     """Integrate until the tones' complex amplitudes stop moving.
 
     Each is compared over a span of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
@@ -104,10 +120,12 @@ def settle(integrator: Integrator, motion: Motion, watch: Watch) -> tuple[Motion
         The state; whether what is to come is within the tolerance; the estimate, relative to the free amplitude.
     """
     problem, settings = integrator.problem, integrator.settings
+    tolerance = settings.settle_tolerance if tolerance is None else tolerance
     frequencies = [tone.frequency for tone in problem.tones]
     window = window_length(frequencies)
-    span = window * math.ceil(max(4, decay_periods(problem)) / window)
-    most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * span)
+    decay = max(4, decay_periods(problem))
+    span = window * math.ceil(decay / window)
+    most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * decay, LEAST_SPANS * span)
     size = np.array([tone.A0 for tone in problem.tones]) / integrator.scales.length
     mean = weights(frequencies, window)
     before, change_before, drift = None, math.inf, math.inf
@@ -123,7 +141,7 @@ def settle(integrator: Integrator, motion: Motion, watch: Watch) -> tuple[Motion
             change = float(np.max(np.abs(now - before) / size))
             ratio = min(change / change_before, 0.999) if change_before > 0.0 else 0.0
             drift = change * max(1.0, ratio / (1.0 - ratio)) if math.isfinite(change_before) else math.inf
-            if min(drift, 100.0 * change) < settings.settle_tolerance and math.isfinite(change_before):
+            if min(drift, 100.0 * change) < tolerance and math.isfinite(change_before):
                 return motion, True, drift
             change_before = change
         before = now
@@ -146,13 +164,18 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
     motion, rows = observe(integrator, motion, count, watch)
     values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, count))
     values |= {"settling_periods": float(periods), "drift": drift}
-    return Steady(values, motion, settled, _repeats(integrator, rows, window))
+    return Steady(values, motion, settled, _repeats(integrator, rows, frequencies))
 
 
-def _repeats(integrator: Integrator, rows: Any, window: int) -> bool:
-    """Say whether the amplitude at the first tone is the same in all windows measured."""
+def _repeats(integrator: Integrator, rows: Array, frequencies: list[float]) -> bool:
+    """Say whether the amplitude at the first tone is the same in all windows measured.
+
+    Tones that never repeat are measured over one window; there its halves are compared.
+    """
     place = measure.FIRST + 2 * len(integrator.problem.modes)
     c = rows[:, place] + 1j * rows[:, place + 1]
-    means = c.reshape(-1, window).mean(1)
+    size = common_period(frequencies) or len(c) // 2
+    each = weights(frequencies, size)
+    means = np.array([each @ c[start : start + size] for start in range(0, len(c) - size + 1, size)])
     spread = float(np.max(np.abs(means - means[0])))
     return not spread > REPEATS * integrator.settings.settle_tolerance

@@ -1,0 +1,39 @@
+"""`dforce benchmark`: what the parts of dForce cost on this machine."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._terminal import DONE, Json, Traceback, print_json, say
+
+
+def benchmark(
+    quick: Annotated[bool, typer.Option("--quick", help="Two repeats and no new processes.")] = False,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """Time dForce on this machine, as ratios to loops written by hand."""
+    result = df.benchmark(quick, say)
+    if json:
+        print_json(result)
+    else:
+        _print(result)
+    return DONE
+
+
+def _print(result: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("what", "time", "ratio", "to", "meant to be below", "slowest/best", box=None)
+    for row in result["rows"]:
+        ratio = "" if row["ratio"] is None else f"{row['ratio']:.3g}"
+        limit = "" if row["limit"] is None else f"{row['limit']:.3g}{'' if ratio else ' s'}"
+        table.add_row(row["name"], df.show(row["seconds"], "s", 3), ratio, row["to"], limit, f"{row['spread']:.2f}")
+    console = Console()
+    console.print(table)
+    console.print(", ".join(f"{key} {value}" for key, value in result["machine"].items()), style="dim")
+    console.print(result["note"], style="dim")

@@ -1,0 +1,200 @@
+"""Branches: all steady states along the distance or any other parameter, stable and unstable, through folds."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+import pydantic
+
+from dforce import units
+from dforce.errors import ParameterError
+from dforce.experiments._experiment import CaseLike, Experiment, Progress
+from dforce.parameters import Parameters, Quantity, param
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.continuation import Curve, PeriodMap
+    from dforce.solvers.integrator import Integrator
+
+FREQUENCY = re.compile(r"drive(?:\.tones\.(\d+))?\.frequency")
+
+
+class Span(Parameters):
+    """A range of average distances, along which states are followed from `start` on."""
+
+    title_of: ClassVar[str] = "zc"
+
+    start: float = param(unit="m", symbol="z_c", doc="average distance to start at; far away, where there is one state")
+    stop: float = param(unit="m", symbol="z_c", doc="average distance to end at")
+
+
+def _span_of_pair(given: Any) -> Any:
+    """Turn a pair of distances into a range."""
+    return {"start": given[0], "stop": given[1]} if isinstance(given, tuple) and len(given) == 2 else given
+
+
+class Branches(Experiment):
+    """All steady states along a parameter, stable or not: the curves of periodic orbits, through folds."""
+
+    kind: Literal["branches"] = "branches"
+    zc: Annotated[Span | float, pydantic.BeforeValidator(_span_of_pair)] = param(
+        unit="m", symbol="z_c", doc="range {start, stop} of average distances; one distance where a parameter is given"
+    )
+    parameter: str | None = pydantic.Field(
+        None, max_length=200,
+        description="path of the parameter to vary in place of zc, such as sample.youngs_modulus; "
+        "a drive frequency is varied at constant driving force",
+    )  # fmt: skip
+    start: float | str | None = pydantic.Field(None, description="value of the parameter to start at")
+    stop: float | str | None = pydantic.Field(None, description="value of the parameter to end at")
+    largest_step: float = pydantic.Field(
+        0.01, gt=0.0, le=0.5, description="largest step along a curve, relative to the range and to the free amplitude"
+    )
+    max_points: int = pydantic.Field(10_000, ge=2, le=1_000_000, description="points of all curves, at most")
+    search: int = pydantic.Field(
+        7, ge=0, le=1000, description="number of values at which transients look for states on other curves"
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _one_range(self) -> Self:
+        if self.parameter is None:
+            if not isinstance(self.zc, Span):
+                raise ParameterError("experiment.zc is one distance; give a range, or a parameter with start and stop")
+            if self.zc.start == self.zc.stop:
+                raise ParameterError("experiment.zc starts where it stops; give two distances")
+            if self.start is not None or self.stop is not None:
+                raise ParameterError("experiment.start and stop go with a parameter; the range of zc is given by itself")
+        elif isinstance(self.zc, Span):
+            raise ParameterError(f"experiment.zc is a range, and so is that of {self.parameter}; give one distance")
+        elif self.start is None or self.stop is None:
+            raise ParameterError(f"experiment.start and stop (the range of {self.parameter}) are missing")
+        return self
+
+    def run(
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        case: CaseLike | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Return the points of all curves, one curve after the other; see :class:`Experiment`."""
+        from dforce.solvers.continuation import Curve, PeriodMap, free_orbit, search
+        from dforce.solvers.integrator import INTEGRATORS, sample_count
+
+        start, stop, quantity, at = self._range(problem, case)
+        low, high = min(start, stop), max(start, stop)
+        among = [at(value) for value in (start, 0.5 * (start + stop), stop)]
+        finest = max(among, key=lambda one: sample_count(one, settings))
+        integrator = INTEGRATORS[settings.integrator](finest, settings, self.harmonics)
+        if isinstance(self.zc, Span):
+            place = integrator.place
+        else:
+            place = _placing(integrator, at, self.zc)
+        period_map = PeriodMap(integrator, place, low, high)
+        _refuse_changing_period(among)
+        curves: list[Curve] = []
+        done, total = 0, 1 + self.search
+
+        def watch() -> None:
+            if not curves:
+                return progress(done, total, "")
+            last = max((curves[-1].forth, curves[-1].back), key=len)[-1]
+            here = units.show(float(last.u[-1]) * period_map.span, quantity.unit, 4)
+            return progress(done, total, f"curve {len(curves)}, {self._name()} = {here}")
+
+        def grow(orbit: Any) -> None:
+            curves.append(Curve(orbit))
+            left = self.max_points - sum(len(curve.points) for curve in curves[:-1])
+            curves[-1].grow(period_map, self.largest_step, left, watch)
+
+        try:
+            first = free_orbit(period_map, start / period_map.span)
+            if first is not None:
+                grow(first if start < stop else first.reversed())
+            for done in range(1, total):  # noqa: B007 the watch reads it
+                share = (done - 1) / max(self.search - 1, 1)
+                for orbit in search(period_map, curves, (start + share * (stop - start)) / period_map.span, watch):
+                    grow(orbit)
+            progress(total, total, "")
+        except KeyboardInterrupt:
+            data = self._dataset(period_map, curves, quantity)
+            data.attrs["interrupted"] = 1
+            return data
+        return self._dataset(period_map, curves, quantity)
+
+    def _name(self) -> str:
+        """Return the name of the coordinate that holds the parameter: the last step of its path."""
+        from dforce.quantities import OBSERVABLES
+
+        if self.parameter is None:
+            return "zc"
+        last = self.parameter.rsplit(".", 1)[-1]
+        return last if last not in OBSERVABLES else self.parameter.replace(".", "_")
+
+    def _range(
+        self, problem: Problem, case: CaseLike | None
+    ) -> tuple[float, float, Quantity, Callable[[float], Problem]]:
+        """Return start and stop (SI), what is declared about the parameter, and the problem at each value of it."""
+        if isinstance(self.zc, Span):
+            return self.zc.start, self.zc.stop, Span.quantities()["start"], lambda value: problem
+        if case is None or self.parameter is None:
+            raise ParameterError("only a whole case has parameters to vary; run this with dforce.run")
+        whole, path = case, self.parameter
+        quantity = whole.quantity(path)
+        start, stop = units.parse(self.start, quantity.unit), units.parse(self.stop, quantity.unit)
+        if start == stop:
+            raise ParameterError(f"the range of {path} starts where it stops; give two values")
+        whole.replace(path, start), whole.replace(path, stop)  # refuses values that are not allowed
+        frequency = FREQUENCY.fullmatch(path)
+        if frequency:
+            tone = int(frequency[1] or 1) - 1
+            return start, stop, quantity, lambda value: problem.at_frequency(value, tone)
+        return start, stop, quantity, lambda value: whole.replace(path, value).problem
+
+    def _dataset(self, period_map: PeriodMap, curves: list[Curve], quantity: Quantity) -> xr.Dataset:
+        from dforce.experiments._table import Table
+        from dforce.results import describe
+        from dforce.solvers.transient import Steady
+
+        orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
+        table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator)
+        for i, (_, orbit) in enumerate(orbits):
+            kept = orbit.multipliers[: period_map.motion_size]
+            multipliers = {"multiplier_modulus": np.abs(kept), "multiplier_angle": np.degrees(np.angle(kept))}
+            motion = period_map.motion(orbit.u[:-1], orbit.latched)
+            table.put((i,), Steady(orbit.values | multipliers, motion, True, True))
+        data = table.dataset()
+        name = self._name()
+        data.coords[name] = ("point", np.array([orbit.u[-1] for _, orbit in orbits], dtype=float) * period_map.span)
+        data.coords["branch"] = ("point", np.array([number for number, _ in orbits], dtype=int))
+        data["stable"] = ("point", np.array([orbit.is_stable for _, orbit in orbits], dtype=bool))
+        data["special"] = ("point", np.array([orbit.special for _, orbit in orbits], dtype=np.str_))
+        if isinstance(self.zc, float):
+            data.coords["zc"] = self.zc
+            words = {"units": quantity.unit, "long_name": quantity.doc, "symbol": quantity.symbol}
+            data[name].attrs.update({key: word for key, word in words.items() if word})
+        data.attrs |= {"along": name, "samples_per_period": period_map.integrator.points}
+        return describe(data)
+
+
+def _placing(integrator: Integrator, at: Callable[[float], Problem], zc: float) -> Callable[[float], None]:
+    def place(value: float) -> None:
+        integrator.take(at(value))
+        integrator.place(zc)
+
+    return place
+
+
+def _refuse_changing_period(problems: list[Problem]) -> None:
+    from dforce.observables.window import common_period
+
+    periods = {common_period([tone.frequency for tone in problem.tones]) for problem in problems}
+    if len(periods) > 1:
+        raise ParameterError(
+            "the ratio of the tones' frequencies changes with the parameter, so that there are no periodic orbits to "
+            "follow; give the frequency of every tone, or drive with one tone"
+        )

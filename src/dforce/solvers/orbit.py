@@ -1,0 +1,202 @@
+"""The steady motion itself: periodic orbits found by shooting and followed along the distance.
+
+What is followed is the state that the experiment would be in: it starts from the transient's state, and where the orbit
+ceases to exist or to be stable, the transient from the last stable state decides what comes next.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.observables.finish import finish_all
+from dforce.observables.window import common_period, weights
+from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.transient import Row, Steady, Watch, settle, steady
+
+MISS = 1e-9  # of the free amplitude: how far from its start an orbit may end
+MOST_CORRECTIONS = 20
+ORDER = 4  # of the extrapolation that predicts the next orbit from those before it
+CHUNK = 64  # distances between looks at the watch
+ROUGH = 1e-3  # settling tolerance before Newton's method takes over
+SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
+AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
+OVERSHOOT = 1.5  # times a step in distance: how much nearer the tip may come before it has settled
+BRIDGES = 2  # rounds of eight parts in which an orbit that was not found in one step is looked for
+HALVINGS = 3  # rounds of eight parts in which a jump is located: to 1/512 of the step
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A sudden change of state: at which distance (m) the old one ceased, on which way, and the amplitudes (m)."""
+
+    zc: float
+    before: float
+    after: float
+    direction: str
+
+
+class Follower:
+    """Follows the steady motion of one problem from distance to distance.
+
+    Attributes
+    ----------
+    jumps
+        The jumps met so far.
+    """
+
+    def __init__(self, integrator: Integrator) -> None:
+        self.integrator = integrator
+        problem = integrator.problem
+        self.frequencies = [tone.frequency for tone in problem.tones]
+        self.common = common_period(self.frequencies)
+        self.force_jumps = [jump for force in problem.forces for jump in force.jumps()]
+        self.jumps: list[Jump] = []
+
+    def at(self, motion: Motion, zc: float, watch: Watch) -> Steady:
+        """Return the steady motion that settles at one distance (m) from a given motion."""
+        return next(iter(self.along(motion, np.array([zc]), watch)))
+
+    def along(self, motion: Motion, zc: Array, watch: Watch) -> Iterator[Steady]:
+        """Give the steady motion at each distance (m), each started from the one before; end where it is lost."""
+        done, doubt = 0, False
+        last: Steady | None = None
+        while done < len(zc):
+            self.integrator.place(float(zc[done]))
+            first = self._settled(motion, watch, doubt)
+            doubt = False
+            if last is not None and first.motion.is_finite:
+                self._note_jump(last, first, zc, done)
+            yield first
+            motion, last, done = first.motion, first, done + 1
+            if not motion.is_finite:
+                return
+            while last.orbit is not None and done < len(zc):
+                part = _one_way(zc, done)
+                watch()
+                found = self._follow(motion, part)
+                # the point before came along, where the direction is kept: it is what the extrapolation starts from
+                for point in found[int(part[0] != zc[done]) :]:
+                    doubt = self._shakes(last, point, float(zc[done] - zc[done - 1]))
+                    if doubt:
+                        break
+                    yield point
+                    motion, last, done = point.motion, point, done + 1
+                if doubt:
+                    break
+                if len(found) < len(part):
+                    bridged = self._bridge(last.motion, float(zc[done - 1]), float(zc[done]), BRIDGES)
+                    if bridged is None or self._shakes(last, bridged, float(zc[done] - zc[done - 1])):
+                        break
+                    yield bridged
+                    motion, last, done = bridged.motion, bridged, done + 1
+
+    def _shakes(self, before: Steady, after: Steady, step: float) -> bool:
+        """Say whether the step to a distance makes the tip pass a jump of the force that neither orbit passes.
+
+        Then the motion gets a kick on its way, and only the transient knows where it ends.
+        """
+        here, there = before.values["min_distance"], after.values["min_distance"]
+        reached = here + OVERSHOOT * step
+        return any((here > jump) == (there > jump) != (reached > jump) for jump in self.force_jumps)
+
+    def _settled(self, motion: Motion, watch: Watch, doubt: bool = False) -> Steady:
+        """Return the steady motion at the integrator's distance: at once by Newton, else after a rough settling."""
+        if self.common is None:
+            return steady(self.integrator, motion, watch)
+        here = np.array([self.integrator.p[0]])
+        near = [] if doubt else self._follow(motion, here)
+        if near and _distance(near[0].motion, motion) < AT_ONCE:
+            return near[0]
+        rough, settled, drift = settle(self.integrator, motion, watch, ROUGH)
+        if settled:
+            periods = rough.period - motion.period
+            polished = self._follow(rough, here)
+            if polished and _distance(polished[0].motion, rough) < SAME_STATE * max(drift, MISS):
+                values = dict(polished[0].values) | {"settling_periods": float(periods)}
+                return replace(polished[0], values=values)
+        if not rough.is_finite:
+            return steady(self.integrator, motion, watch)
+        return steady(self.integrator, rough, watch)
+
+    def _follow(self, motion: Motion, zc: Array) -> list[Steady]:
+        """Follow a stable orbit from near a motion through the distances; return what was found before it ends."""
+        integrator, common = self.integrator, self.common
+        if common is None:
+            return []
+        count, size = len(zc), len(motion.y)
+        orbits, jacobians = np.empty((count, size)), np.empty((count, size, size))
+        infos, rows = np.empty((count, 4)), np.empty((count, common, integrator.columns))
+        memory, latched = motion.memory.copy(), motion.latched.copy()
+        done = integrator.kernel.entry("follow")(
+            motion.y, memory, latched, not self.force_jumps, zc, motion.period, common, integrator.points, integrator.tones,
+            integrator.kinks, integrator.work, integrator.block, integrator.p, integrator.sizes, MISS, MOST_CORRECTIONS,
+            ORDER, integrator.harmonics, orbits, jacobians, infos, rows,
+        )  # fmt: skip
+        if not done:
+            return []
+        infos = infos[:done]
+        stretch = finish_all(
+            integrator.problem, integrator.scales, integrator.harmonics, rows[:done], weights(self.frequencies, common)
+        )
+        multipliers = np.linalg.eigvals(jacobians[:done])
+        multipliers = np.take_along_axis(multipliers, np.argsort(-np.abs(multipliers), axis=1, kind="stable"), 1)
+        stretch |= {
+            "settling_periods": np.zeros(done),
+            "drift": infos[:, 0],
+            "corrections": infos[:, 1],
+            "multiplier_modulus": np.abs(multipliers),
+            "multiplier_angle": np.degrees(np.angle(multipliers)),
+        }
+        motions = [Motion(tuple(y), memory, latched, motion.period) for y in orbits[:done].tolist()]
+        return [Steady(Row(stretch, i), there, True, True, orbit=there.y) for i, there in enumerate(motions)]
+
+    def _bridge(self, motion: Motion, low: float, high: float, finer: int) -> Steady | None:
+        """Return the orbit at `high` that continues the one at `low`, reached in finer and finer steps, or None."""
+        at, step = low, (high - low) / 8.0
+        for _ in range(8):
+            found = self._follow(motion, np.array([at, at + step]))
+            if len(found) == 2:
+                last = found[1]
+            else:
+                finer_still = self._bridge(motion, at, at + step, finer - 1) if finer > 1 else None
+                if finer_still is None:
+                    return None
+                last = finer_still
+            motion, at = last.motion, at + step
+        return last
+
+    def _note_jump(self, last: Steady, first: Steady, zc: Array, done: int) -> None:
+        """Note a jump between two neighboring distances, located by following the old orbit in finer and finer steps."""
+        if last.orbit is None or zc[done] == zc[done - 1]:
+            return
+        low, high = float(zc[done - 1]), float(zc[done])
+        before, motion = float(last.values["amplitude"][0]), last.motion
+        for _ in range(HALVINGS):
+            steps = np.linspace(low, high, 9)
+            found = self._follow(motion, steps)
+            if len(found) == len(steps) and _distance(found[-1].motion, first.motion) < AT_ONCE:
+                return  # a kick or a guess too far off, but the same state
+            if not found or len(found) == len(steps):
+                break
+            low, high, motion = float(steps[len(found) - 1]), float(steps[len(found)]), found[-1].motion
+            before = float(found[-1].values["amplitude"][0])
+        way = "approach" if zc[done] < zc[done - 1] else "retract"
+        self.jumps.append(Jump(0.5 * (low + high), before, float(first.values["amplitude"][0]), way))
+
+
+def _distance(a: Motion, b: Motion) -> float:
+    """Return how far two motions are apart, relative to the free amplitude."""
+    return max(abs(p - q) for p, q in zip(a.y, b.y, strict=True)) if a.is_finite and b.is_finite else math.inf
+
+
+def _one_way(zc: Array, done: int) -> Array:
+    """Return the distances to come, as far as they go one way, led by the one before where it is another."""
+    start = done - 1 if zc[done] != zc[done - 1] else done
+    steps = np.sign(np.diff(zc[start : done + CHUNK]))
+    turns = np.nonzero(steps != steps[:1])[0]
+    return zc[start : start + 1 + (int(turns[0]) if turns.size else steps.size)]

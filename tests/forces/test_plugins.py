@@ -1,0 +1,204 @@
+"""Forces in files of the user's own and in other packages."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+import dforce as df
+from dforce import notices, plugins
+from dforce.errors import CaseError, ForceError, ParameterError
+from dforce.forces import REGISTRY
+
+GOOD = '''
+from math import exp
+
+import dforce as df
+
+
+class Repulsion(df.Force):
+    r"""Exponential repulsion.
+
+    .. math:: F = F_0 e^{-d/L}
+    """
+
+    name = "repulsion"
+    source = "this test"
+    a0: float = df.shared("contact.a0")
+    strength: float = df.param("1 nN", low="0 N", symbol="F_0", doc="force at zero distance")
+
+    @staticmethod
+    def law(d, rate, t, strength, a0):
+        return strength * exp(-max(d, a0) / 1e-9)
+
+    def kinks(self):
+        return (self.a0,)
+'''
+CASE = """
+plugins = ["repulsion.py"]
+[cantilever]
+f0 = "48.9 kHz"
+k = "0.9 N/m"
+Q = 30
+[drive]
+A0 = "10 nm"
+[[forces]]
+model = "repulsion"
+strength = "2 nN"
+[experiment]
+kind = "dwell"
+zc = "9 nm"
+[solver]
+method = "transient"
+settle = "fixed"
+periods = 10
+"""
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """Return what is announced; models of the test's own are forgotten after it."""
+    sentences, before = [], dict(REGISTRY)
+    monkeypatch.setattr(notices, "announce", sentences.append)
+    monkeypatch.setattr(plugins, "_LOADED", {})
+    yield sentences
+    REGISTRY.clear()
+    REGISTRY.update(before)
+
+
+@pytest.fixture
+def folder(tmp_path, said):
+    (tmp_path / "repulsion.py").write_text(GOOD)
+    (tmp_path / "case.toml").write_text(CASE)
+    return tmp_path
+
+
+def test_a_plugin_is_found_beside_the_case_file_and_announced_once(folder, said):
+    case = df.load_case(folder / "case.toml")
+    df.load_case(folder / "case.toml")
+    assert case.forces[0].strength == 2e-9
+    assert said == [f"Running code that is not part of dForce: {folder / 'repulsion.py'}"]
+    assert not (folder / "__pycache__").exists()
+
+
+def test_a_case_with_a_plugin_can_be_changed_from_anywhere_and_written_back(folder, tmp_path_factory, monkeypatch):
+    monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
+    case = df.load_case(folder / "case.toml")
+    assert case.replace("forces.repulsion.strength", "3 nN").forces[0].strength == 3e-9
+    assert case.set("drive.A0=5 nm").forces == case.forces
+    df.save_case(case, folder / "again.toml")
+    assert df.load_case(folder / "again.toml") == case
+
+
+def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder, tmp_path_factory):
+    result = df.run(df.load_case(folder / "case.toml"))
+    df.write(result, folder / "out.nc")
+    assert df.load_case(folder / "out.nc") == df.load_case(folder / "case.toml")
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    df.write(result, elsewhere / "out.nc")
+    with pytest.raises(CaseError, match=rf"out\.nc: there is no plug-in 'repulsion\.py': no file {elsewhere}"):
+        df.load_case(elsewhere / "out.nc")
+
+
+def test_a_plugin_that_has_changed_is_run_again_and_gives_another_kernel(folder):
+    before = df.load_case(folder / "case.toml")
+    weak = float(df.run(before).peak_force)
+    (folder / "repulsion.py").write_text(GOOD.replace("/ 1e-9", "/ 2e-9"))
+    after = df.load_case(folder / "case.toml")
+    assert after.forces[0] != before.forces[0]
+    assert float(df.run(after).peak_force) > weak
+
+
+def test_a_plugin_passes_the_battery_and_a_bad_one_does_not(folder):
+    (model,) = df.load_plugin(folder / "repulsion.py")
+    df.check_force(model)
+    (folder / "repulsion.py").write_text(GOOD.replace("def kinks", "def other"))
+    (model,) = df.load_plugin(folder / "repulsion.py")
+    with pytest.raises(ForceError, match="declare the kink"):
+        df.check_force(model)
+
+
+BAD = {
+    "x = 1/0": "ZeroDivisionError in line 1: division by zero",
+    "x = ": "it is not Python: invalid syntax in line 1",
+    "x = '\0'": "ValueError|it is not Python",
+    "import sys\nsys.exit(3)": "SystemExit in line 2: 3",
+    "import nowhere_at_all": "ModuleNotFoundError in line 1",
+    "x = 1": "it defines no force model",
+    "raise RuntimeError": "RuntimeError in line 1",
+    GOOD.replace('"repulsion"', '"dmt"'): "'dmt' of .* is already defined in dforce.forces.dmt; rename one",
+    GOOD.replace("t, strength", "t, stength"): "takes 'stength', which is neither a field nor a property",
+}
+
+
+@pytest.mark.parametrize("text", BAD, ids=range(len(BAD)))
+def test_a_plugin_that_cannot_be_used_is_one_sentence_and_leaves_nothing(text, tmp_path, said):
+    (tmp_path / "mine.py").write_text(text)
+    before = dict(REGISTRY)
+    with pytest.raises(ForceError, match=rf"^the plug-in '.*mine\.py' cannot be used: .*({BAD[text]})") as caught:
+        df.load_plugin(tmp_path / "mine.py")
+    assert "\n" not in str(caught.value)
+    assert before == REGISTRY
+    assert not [name for name in sys.modules if name.startswith("dforce_plugin_mine")]
+
+
+def test_a_failed_change_leaves_the_older_models(folder):
+    df.load_plugin(folder / "repulsion.py")
+    model = REGISTRY["repulsion"]
+    (folder / "repulsion.py").write_text(GOOD + "\n1/0\n")
+    with pytest.raises(ForceError, match="ZeroDivisionError"):
+        df.load_plugin(folder / "repulsion.py")
+    assert REGISTRY["repulsion"] is model
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("nothing.py", "there is no plug-in"),
+        ("folder.py", "there is no plug-in"),
+        ("case.toml", "is not named like a Python file"),
+        ("https://example.org/force.py", "there is no plug-in"),
+        ("a\0.py", "is not named like a Python file"),
+        ("x" * 5000 + ".py", "cannot be read|there is no plug-in"),
+        ("huge.py", "is larger than 1000 kB"),
+    ],
+)
+def test_what_is_no_plugin_is_one_sentence(folder, name, words):
+    (folder / "folder.py").mkdir()
+    (folder / "huge.py").write_text("#" * 1_000_001)
+    with plugins.beside(folder), pytest.raises(ParameterError, match=words) as caught:
+        df.load_plugin(name)
+    assert len(str(caught.value)) < 500
+
+
+PACKAGE = {
+    "good_force.py": GOOD,
+    "good_force-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: good-force\nVersion: 1.0\n",
+    "good_force-1.0.dist-info/entry_points.txt": "[dforce.forces]\nrepulsion = good_force\n",
+    "bad_force.py": "x = 1/0\n",
+    "bad_force-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: bad-force\nVersion: 1.0\n",
+    "bad_force-1.0.dist-info/entry_points.txt": "[dforce.forces]\nbroken = bad_force\n",
+}
+
+
+def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tmp_path):
+    for name, text in PACKAGE.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    code = """
+        import sys
+        import dforce as df
+        assert "good_force" not in sys.modules  # nothing is loaded before it is needed
+        print(df.forces.Repulsion().bind({"contact.a0": 1e-10}).name, "dmt" in df.forces.REGISTRY)
+    """
+    ran = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert ran.stdout.split() == ["repulsion", "True"]
+    assert ran.stderr.strip() == (
+        "The force plug-in 'broken' (bad_force) cannot be loaded, so that its models are missing: "
+        "ZeroDivisionError: division by zero"
+    )
