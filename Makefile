@@ -23,7 +23,7 @@ endef
 .PHONY: demo test lint test-lowest clean
 
 demo: $(READY)
-	$(BIN)/dforce run figure-3-air -o approach.nc --plot approach.png
+	$(BIN)/dforce run figure-3-air-jump -o approach.nc --plot approach.png
 
 # ARGS goes to pytest: make test ARGS="tests/unit -x"
 test: $(READY)

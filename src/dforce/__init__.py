@@ -6,6 +6,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from dforce.validity import Advice, advice
     from dforce import forces, plot
     from dforce.case import About, Case, case_schema, example, load_case, save_case
     from dforce.errors import (
@@ -18,7 +19,16 @@ if TYPE_CHECKING:
         nearest,
         shorten,
     )
-    from dforce.experiments import Approach, Dwell, Grid, InitialMotion
+    from dforce.experiments import (
+        Approach,
+        Branches,
+        Dwell,
+        FrequencyGrid,
+        FrequencySweep,
+        Grid,
+        InitialMotion,
+        Span,
+    )
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
@@ -27,7 +37,7 @@ if TYPE_CHECKING:
     from dforce.plugins import load_plugin
     from dforce.prescribed import force_along, force_curve
     from dforce.results import Status, check_target, read, whole_file, write
-    from dforce.runs import approach, dwell, run
+    from dforce.runs import approach, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
     from dforce.testing import check_force
     from dforce.timing import benchmark
@@ -35,6 +45,7 @@ if TYPE_CHECKING:
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {
+    "validity": ("Advice", "advice"),
     "case": ("About", "Case", "case_schema", "example", "load_case", "save_case"),
     "errors": (
         "CaseError",
@@ -47,7 +58,16 @@ _HOMES = {
         "shorten",
     ),
     "findings": ("Finding", "count_status", "summary"),
-    "experiments": ("Approach", "Dwell", "Grid", "InitialMotion"),
+    "experiments": (
+        "Approach",
+        "Branches",
+        "Dwell",
+        "FrequencyGrid",
+        "FrequencySweep",
+        "Grid",
+        "InitialMotion",
+        "Span",
+    ),
     "forces": ("Force",),
     "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
     "library": ("examples",),
@@ -55,7 +75,7 @@ _HOMES = {
     "plugins": ("load_plugin",),
     "prescribed": ("force_along", "force_curve"),
     "results": ("Status", "check_target", "read", "whole_file", "write"),
-    "runs": ("approach", "dwell", "run"),
+    "runs": ("approach", "branches", "dwell", "frequency_sweep", "run"),
     "solvers": ("SolverSettings",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
@@ -66,8 +86,10 @@ _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "About",
+    "Advice",
     "Approach",
     "Beam",
+    "Branches",
     "Cantilever",
     "Case",
     "CaseError",
@@ -78,6 +100,8 @@ __all__ = [
     "Finding",
     "Force",
     "ForceError",
+    "FrequencyGrid",
+    "FrequencySweep",
     "Grid",
     "InitialMotion",
     "Medium",
@@ -86,12 +110,15 @@ __all__ = [
     "ResultError",
     "Sample",
     "SolverSettings",
+    "Span",
     "Status",
     "Tip",
     "Tone",
     "UnitError",
+    "advice",
     "approach",
     "benchmark",
+    "branches",
     "case_schema",
     "check_force",
     "check_target",
@@ -102,6 +129,7 @@ __all__ = [
     "force_along",
     "force_curve",
     "forces",
+    "frequency_sweep",
     "load_case",
     "load_plugin",
     "nearest",

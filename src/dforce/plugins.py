@@ -96,8 +96,9 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
 
 def _run(file: Path, content: bytes, name: str) -> tuple[type[Force], ...]:
     """Run a file as a module of its own; after a failure everything is as it was."""
-    marked = f"{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}_{hashlib.sha256(str(file).encode()).hexdigest()[:8]}"
-    module = ModuleType(f"dforce_plugin_{marked}")
+    # the file's name comes last, so that kernels call its functions the same wherever it lies
+    place = hashlib.sha256(str(file).encode()).hexdigest()[:8]
+    module = ModuleType(f"dforce_plugin_{place}.{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}")
     module.__file__ = str(file)
     before, older = dict(REGISTRY), sys.modules.get(module.__name__)
     for model in [key for key, value in REGISTRY.items() if value.__module__ == module.__name__]:
@@ -127,7 +128,7 @@ def _reason(error: BaseException, file: Path) -> str:
         return str(error)
     text = shorten(str(error), 200)
     if isinstance(error, SyntaxError) and error.filename == str(file):
-        return f"it is not Python: {error.msg} in line {error.lineno}"
+        return f"it is not Python: {error.msg}" + (f" in line {error.lineno}" if error.lineno else "")
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     place = f" in line {lines[-1]}" if lines else ""
     return f"{type(error).__name__}{place}{': ' if text else ''}{text}"

@@ -109,5 +109,12 @@ AXES = _table(
     Observable("harmonic", "h", "1", "1", "harmonic", "multiple of the drive frequency"),
     Observable("multiplier", "k", "1", "1", "multiplier", "Floquet multiplier, counted from the largest"),
     Observable("model", "", "1", "1", "model", "force model"),
-    Observable("direction", "", "1", "1", "direction", "approach (far to near) or retract (near to far)"),
+    Observable("direction", "", "1", "1", "direction",
+               "approach (far to near) or retract (near to far); of a frequency sweep up or down"),
+    Observable("point", "", "1", "1", "point", "point on a curve of states, counted from 1"),
+    Observable("branch", "", "1", "1", "curve", "number of the connected curve that a point lies on"),
+    Observable("stable", "", "1", "1", "stable", "whether small disturbances die out, so that an experiment can see the state"),
+    Observable("special", "", "", "", "special point",
+               "fold (the curve turns back), period_doubling, torus (stability is lost to a slow beat), grazing (the tip just "
+               "reaches a distance where a force is not smooth), end (the curve could not be followed beyond), or nothing"),
 )  # fmt: skip

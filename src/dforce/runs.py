@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from dforce.validity import advice
 from dforce.case import Case
 from dforce.errors import ParameterError
-from dforce.experiments import Approach, Dwell
+from dforce.experiments import Approach, Branches, Dwell, Experiment, FrequencySweep
 from dforce.experiments._experiment import Progress
 
 if TYPE_CHECKING:
@@ -42,15 +43,16 @@ def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None 
     from dforce.results import provenance
 
     if case.experiment is None:
-        raise ParameterError("the case says nothing under [experiment]; give kind = \"approach\" or \"dwell\"")
+        raise ParameterError("the case says nothing under [experiment]; give kind = \"approach\", say")
     text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; there is nothing to continue")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and "restart" in resume else None
-    data = case.experiment.run(case.problem, case.solver, _throttled(progress), usable)
+    data = case.experiment.run(case.problem, case.solver, _throttled(progress), usable, case)
     data.attrs = provenance(text, case.title) | data.attrs
+    data.attrs["advice"] = "\n".join(piece.text for piece in advice(case, data))
     return data
 
 
@@ -68,7 +70,7 @@ def approach(case: Case, zc: Any = None, progress: Progress | None = None, **set
     settings
         Other keys of the experiment: `direction`, `carry_state`, `start`, `harmonics`.
     """
-    return run(_with_experiment(case, Approach, zc, settings), progress)
+    return run(_with_experiment(case, Approach, {"zc": zc} | settings), progress)
 
 
 def dwell(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
@@ -85,14 +87,63 @@ def dwell(case: Case, zc: Any = None, progress: Progress | None = None, **settin
     settings
         Other keys of the experiment: `start`, `record`, `recorded_periods`, `harmonics`.
     """
-    return run(_with_experiment(case, Dwell, zc, settings), progress)
+    return run(_with_experiment(case, Dwell, {"zc": zc} | settings), progress)
 
 
-def _with_experiment(case: Case, kind: type[Approach] | type[Dwell], zc: Any, settings: dict[str, Any]) -> Case:
-    given = {} if zc is None else {"zc": zc}
+def branches(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+    """Return all steady states along the distance or another parameter, stable and unstable, through folds.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces; its experiment is not used, except that branches there give the defaults.
+    zc
+        Range of average distances, a pair such as ``("12 nm", "1 nm")``, from where there is one state; or, with
+        `parameter`, the one distance.
+    progress
+        See :func:`run`.
+    settings
+        Other keys of the experiment: `parameter` (a path such as ``"sample.youngs_modulus"``) with `start` and `stop`,
+        `largest_step`, `max_points`, `search`, `harmonics`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along the dimension `point`: the scalars of an approach, the parameter, `branch` (number of the connected curve),
+        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), and the Floquet multipliers.
+    """
+    return run(_with_experiment(case, Branches, {"zc": zc} | settings), progress)
+
+
+def frequency_sweep(
+    case: Case, frequency: Any = None, zc: Any = None, progress: Progress | None = None, **settings: Any
+) -> xr.Dataset:
+    """Return amplitude, phase and every other quantity against the drive frequency, at constant driving force.
+
+    The force is the one that gives the free amplitude `A0` at the case's own drive frequency.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces; its experiment is not used, except that a sweep there gives the defaults.
+    frequency
+        Frequencies of tone 1: an array (Hz), a list of texts with units, or a grid
+        ``{"start": ..., "stop": ..., "points": ...}``.
+    zc
+        Average distance (m), or text with a unit.
+    progress
+        See :func:`run`.
+    settings
+        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `carry_state`, `start`, `harmonics`.
+    """
+    return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
+
+
+def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any]) -> Case:
+    given = {key: value for key, value in settings.items() if value is not None}
     if isinstance(case.experiment, kind):
-        return case.replace(experiment=case.experiment.replace(**given, **settings))
-    return case.replace(experiment=kind(**given, **settings))
+        return case.replace(experiment=case.experiment.replace(**given))
+    return case.replace(experiment=kind(**given))
 
 
 def _throttled(progress: Progress | None) -> Progress:

@@ -388,7 +388,9 @@ def test_the_shell_completes_examples_and_models():
     done = program(
         env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce run figure-3", "COMP_CWORD": "2"},
     )
-    assert done.stdout.split() == [b"figure-3-air", b"figure-3-water"]
+    wanted = [name.encode() for name in df.examples() if name.startswith("figure-3")]
+    assert len(wanted) > 1
+    assert done.stdout.split() == wanted
 
 
 def test_help_loads_nothing_heavy():

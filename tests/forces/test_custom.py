@@ -299,7 +299,7 @@ def test_a_law_of_the_deflection_is_a_spring_beside_the_cantilever():
     assert float(settled.amplitude[0]) == pytest.approx(10e-9 / math.sqrt(2.0), rel=1e-5)
 
 
-@pytest.mark.parametrize("settings", [{"integrator": "rk4"}, {"integrator": "lsoda"}], ids=["rk4", "lsoda"])
+@pytest.mark.parametrize("settings", [{}, {"integrator": "lsoda"}, {"method": "periodic"}], ids=str)
 def test_where_the_law_has_no_value_the_point_says_so_and_the_run_goes_on(settings):
     broken = case(Custom(law="P1*log(d - 3e-9)", P1=1e-12), **settings)
     result = df.approach(broken, zc=[20e-9, 8e-9, 16e-9], carry_state=False)

@@ -99,7 +99,7 @@ def test_figure_5_without_viscosity_has_a_larger_amplitude_and_no_attraction():
 
 @pytest.mark.parametrize(("zc", "amplitude", "phase"), [(15, 9.99996346, 90.15488), (12, 9.99916311, 90.74126)])
 def test_figure_3_far_above_the_surface(zc, amplitude, phase):
-    case = df.example("figure-3-air-dmt").replace("solver.settle_tolerance", 1e-9)
+    case = df.example("figure-3-air").replace("solver.settle_tolerance", 1e-9)
     result = dwell(case, zc * NM, start="free")
     # the reference values: one formula that neglects harmonics, and a simulation, equal to some 1e-8 of A
     assert value(result, "amplitude") == pytest.approx(amplitude * NM, rel=3e-8)
@@ -107,7 +107,7 @@ def test_figure_3_far_above_the_surface(zc, amplitude, phase):
 
 
 def test_figure_3_attractive_and_repulsive_states_coexist():
-    case = df.example("figure-3-air-dmt").replace("solver.method", "transient")
+    case = df.example("figure-3-air").replace("solver.method", "transient")
     attractive = df.dwell(case, "8 nm", start={"amplitude": "7.8 nm", "phase": "128 deg"})
     repulsive = df.dwell(case, "8 nm", start={"amplitude": "8.3 nm", "phase": "56 deg"})
     assert value(attractive, "phase") == pytest.approx(128.5, abs=0.1)
@@ -118,7 +118,7 @@ def test_figure_3_attractive_and_repulsive_states_coexist():
 
 def test_figure_3_in_air_approach_and_retract_differ():
     """Steps of 0.25 nm throw the motion off the attractive branch on the way in; 9.7 nm ends the repulsive one."""
-    case = df.example("figure-3-air-dmt").replace("solver.method", "transient")
+    case = df.example("figure-3-air").replace("solver.method", "transient")
     curve = df.approach(case, zc=np.linspace(12 * NM, 3 * NM, 37), direction="both")
     assert (curve.status == df.Status.OK).all()
     approach = curve.sel(direction="approach").squeeze("tone")
@@ -142,7 +142,7 @@ def test_figure_3_slope_in_water():
 
 
 def test_figure_3_with_the_paper_s_jump_in_the_force_changes_branch_at_9_4_nm():
-    case = df.example("figure-3-air-dmt").replace("solver.method", "transient")
+    case = df.example("figure-3-air").replace("solver.method", "transient")
     forces = [df.forces.VanDerWaals(hamaker="2e-20 J", inside="off"), df.forces.Hertz()]
     curve = df.approach(case.replace(forces=forces), zc=np.linspace(12 * NM, 9.2 * NM, 29)).squeeze("tone")
     before, after = curve.sel(zc=9.4 * NM, method="nearest"), curve.sel(zc=9.3 * NM, method="nearest")

@@ -20,7 +20,7 @@ LEVELS = (
     ("kernel",),
     ("solvers", "observables"),
     ("experiments", "results", "prescribed"),
-    ("case", "plot", "advice"),
+    ("case", "plot", "validity"),
     ("runs", "findings", "timing"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),

@@ -79,22 +79,23 @@ def test_a_slow_curve_meets_the_relaxed_modulus_and_a_quick_one_the_instant_modu
     for speed, modulus in ((1e-8, 0.1e9), (1e2, 1e9)):
         deepest = df.force_curve(case(model), distance=distance, speed=speed).force[:, -1].values
         hertz = 4.0 / 3.0 * modulus / 0.91 * math.sqrt(R) * depth**1.5
-        # at 10 nm/s the contact grows for 0.1 s and at 100 m/s for 10 ps, 1e4 and 1e-6 relaxation times
-        np.testing.assert_allclose(deepest, hertz, rtol=1e-3)
+        # at 10 nm/s the contact grows for 0.1 s and at 100 m/s for 10 ps, 1e4 and 1e-6 relaxation times;
+        # the error of the surface made of elements is the inverse square of their number in contact, 24
+        np.testing.assert_allclose(deepest, hertz, rtol=2e-3)
 
 
 def test_forces_that_depend_on_distance_alone_are_the_same_both_ways():
     curve = df.force_curve(case(F.DMT(hamaker=2e-20)))
     approach, retract = curve.force.values
-    np.testing.assert_allclose(approach, retract, rtol=1e-9, atol=1e-9 * np.abs(approach).max())
+    np.testing.assert_array_equal(approach, retract)
     assert abs(float(curve.energy)) < 1e-9 * np.abs(approach).max() * 3e-9
 
 
 def test_distances_come_back_in_the_order_given():
     down = df.force_curve(case(F.JKR(surface_energy=0.05)), distance=np.linspace(2e-9, -1e-9, 7))
     up = df.force_curve(case(F.JKR(surface_energy=0.05)), distance=np.linspace(-1e-9, 2e-9, 7))
-    np.testing.assert_array_equal(up.distance, down.distance[::-1])
-    np.testing.assert_array_equal(up.force, down.force[:, ::-1])
+    np.testing.assert_allclose(up.distance, down.distance[::-1], atol=1e-24)  # as linspace rounds
+    np.testing.assert_allclose(up.force, down.force[:, ::-1], rtol=1e-12)
     texts = df.force_curve(case(), distance=["2 nm", "-1 nm", "0 nm"])
     np.testing.assert_allclose(texts.distance, [2e-9, -1e-9, 0.0])
 
@@ -122,7 +123,7 @@ def test_equal_models_have_names_of_their_own():
 
 def test_a_law_of_the_deflection_takes_an_average_distance():
     spring = case(F.Custom(law="-0.1*z"))
-    with pytest.raises(ParameterError, match="custom depends on the deflection z, .* give zc"):
+    with pytest.raises(ParameterError, match=r"custom depends on the deflection z, .* give zc"):
         df.force_curve(spring)
     curve = df.force_curve(spring, distance=[5e-9, 1e-9], zc="4 nm")
     np.testing.assert_allclose(curve.force[0], [-1e-10, 3e-10])

@@ -2,8 +2,23 @@
 
 from dforce.experiments._experiment import Experiment, Grid, InitialMotion
 from dforce.experiments.approach import Approach
+from dforce.experiments.branches import Branches, Span
 from dforce.experiments.dwell import Dwell
+from dforce.experiments.frequency_sweep import FrequencyGrid, FrequencySweep
 
-EXPERIMENTS: dict[str, type[Experiment]] = {"dwell": Dwell, "approach": Approach}
+EXPERIMENTS: dict[str, type[Experiment]] = {
+    "dwell": Dwell, "approach": Approach, "branches": Branches, "frequency_sweep": FrequencySweep,
+}  # fmt: skip
 
-__all__ = ["EXPERIMENTS", "Approach", "Dwell", "Experiment", "Grid", "InitialMotion"]
+__all__ = [
+    "EXPERIMENTS",
+    "Approach",
+    "Branches",
+    "Dwell",
+    "Experiment",
+    "FrequencyGrid",
+    "FrequencySweep",
+    "Grid",
+    "InitialMotion",
+    "Span",
+]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, Self
 
 import numpy as np
 import pydantic
 
 from dforce import units
 from dforce.errors import ParameterError, shorten
-from dforce.parameters import Parameters, param
+from dforce.parameters import Parameters, Quantity, param
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,6 +71,20 @@ class InitialMotion(Parameters):
 Start = Literal["free", "rest"] | InitialMotion
 
 
+class CaseLike(Protocol):
+    """What an experiment needs of a case to vary one of its parameters."""
+
+    @property
+    def problem(self) -> Problem:
+        """The problem in SI units."""
+
+    def quantity(self, path: str) -> Quantity:
+        """Return what is declared about the number at a path."""
+
+    def replace(self, path: str | None = None, value: Any = None) -> Self:
+        """Return the case with another value at a path."""
+
+
 class Experiment(Parameters):
     """What is done with a case; one subclass, in one file, for each kind."""
 
@@ -83,8 +97,9 @@ class Experiment(Parameters):
 
     @abstractmethod
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
-    ) -> xr.Dataset:
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        case: CaseLike | None = None,
+    ) -> xr.Dataset:  # fmt: skip
         """Do the experiment.
 
         Parameters
@@ -96,6 +111,8 @@ class Experiment(Parameters):
             KeyboardInterrupt, and what was computed is returned.
         earlier
             An interrupted result of the same experiment, to be continued.
+        case
+            What the problem was made from, for experiments that vary one of its parameters.
         """
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pydantic
 
 from dforce import units
+from dforce.experiments._experiment import CaseLike, Distances, Experiment, Grid, Progress, Start, initial_motion
 from dforce.parameters import param
 from dforce.quantities import JUMPS, OBSERVABLES
-from dforce.experiments._experiment import Distances, Experiment, Grid, Progress, Start, initial_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,8 +51,9 @@ class Approach(Experiment):
         return [*there, *back]
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
-    ) -> xr.Dataset:
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        case: CaseLike | None = None,
+    ) -> xr.Dataset:  # fmt: skip
         """Return the curve; see :class:`Experiment`."""
         from dforce.experiments._table import Table
         from dforce.results import Status, describe

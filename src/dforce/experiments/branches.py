@@ -70,7 +70,7 @@ class Branches(Experiment):
             if self.zc.start == self.zc.stop:
                 raise ParameterError("experiment.zc starts where it stops; give two distances")
             if self.start is not None or self.stop is not None:
-                raise ParameterError("experiment.start and stop go with a parameter; the range of zc is given by itself")
+                raise ParameterError("experiment.start and stop go with a parameter; zc is a range by itself")
         elif isinstance(self.zc, Span):
             raise ParameterError(f"experiment.zc is a range, and so is that of {self.parameter}; give one distance")
         elif self.start is None or self.stop is None:
@@ -90,10 +90,7 @@ class Branches(Experiment):
         among = [at(value) for value in (start, 0.5 * (start + stop), stop)]
         finest = max(among, key=lambda one: sample_count(one, settings))
         integrator = INTEGRATORS[settings.integrator](finest, settings, self.harmonics)
-        if isinstance(self.zc, Span):
-            place = integrator.place
-        else:
-            place = _placing(integrator, at, self.zc)
+        place = integrator.place if isinstance(self.zc, Span) else _placing(integrator, at, self.zc)
         period_map = PeriodMap(integrator, place, low, high)
         _refuse_changing_period(among)
         curves: list[Curve] = []
@@ -115,7 +112,7 @@ class Branches(Experiment):
             first = free_orbit(period_map, start / period_map.span)
             if first is not None:
                 grow(first if start < stop else first.reversed())
-            for done in range(1, total):  # noqa: B007 the watch reads it
+            for done in range(1, total):
                 share = (done - 1) / max(self.search - 1, 1)
                 for orbit in search(period_map, curves, (start + share * (stop - start)) / period_map.span, watch):
                     grow(orbit)
@@ -158,15 +155,12 @@ class Branches(Experiment):
     def _dataset(self, period_map: PeriodMap, curves: list[Curve], quantity: Quantity) -> xr.Dataset:
         from dforce.experiments._table import Table
         from dforce.results import describe
-        from dforce.solvers.transient import Steady
+        from dforce.solvers.continuation import as_steady
 
         orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
         table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator)
         for i, (_, orbit) in enumerate(orbits):
-            kept = orbit.multipliers[: period_map.motion_size]
-            multipliers = {"multiplier_modulus": np.abs(kept), "multiplier_angle": np.degrees(np.angle(kept))}
-            motion = period_map.motion(orbit.u[:-1], orbit.latched)
-            table.put((i,), Steady(orbit.values | multipliers, motion, True, True))
+            table.put((i,), as_steady(period_map, orbit))
         data = table.dataset()
         name = self._name()
         data.coords[name] = ("point", np.array([orbit.u[-1] for _, orbit in orbits], dtype=float) * period_map.span)

@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 
 from dforce.errors import ParameterError
-from dforce.experiments._experiment import Experiment, Progress, Start, initial_motion
+from dforce.experiments._experiment import CaseLike, Experiment, Progress, Start, initial_motion
 from dforce.parameters import param
 
 if TYPE_CHECKING:
@@ -38,8 +38,9 @@ class Dwell(Experiment):
     )
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None
-    ) -> xr.Dataset:
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        case: CaseLike | None = None,
+    ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
         from dforce.experiments._table import Table
         from dforce.results import Status

@@ -47,8 +47,8 @@ def _frequencies(given: Any) -> Any:
 class FrequencySweep(Experiment):
     """The drive frequency of tone 1 goes up or down at constant driving force; the motion settles at each.
 
-    The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument where the
-    drive is set at resonance and only its frequency is swept. So `A0` is the amplitude of the free curve at that frequency.
+    The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument
+    where the drive is set at resonance and only its frequency is swept: `A0` is the amplitude of the free curve there.
     """
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
@@ -72,9 +72,9 @@ class FrequencySweep(Experiment):
     def visits(self) -> list[tuple[int, ...]]:
         """Return the places of the result in the order in which the drive comes to them."""
         upward = [int(i) for i in np.argsort(self.frequencies(), kind="stable")]
-        if self.direction != "both":
-            return [(i,) for i in (upward if self.direction == "up" else reversed(upward))]
-        return [(i, 0) for i in upward] + [(i, 1) for i in reversed(upward)]
+        if self.direction == "both":
+            return [(i, 0) for i in upward] + [(i, 1) for i in reversed(upward)]
+        return [(i,) for i in (upward if self.direction == "up" else reversed(upward))]
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,

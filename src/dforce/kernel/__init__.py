@@ -75,14 +75,16 @@ class Kernel:
         self.what = what
         self.name = module.__name__
         self._announced = False
+        self._entries: dict[str, Callable[..., Any]] = {}
 
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; the first compilation of a kernel announces itself."""
-        if not self._announced and not store.is_compiled(self.module, name):
-            notices.announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
-            self._announced = True
-        function: Callable[..., Any] = getattr(self.module, name)
-        return function
+        if name not in self._entries:
+            if not self._announced and not store.is_compiled(self.module, name):
+                notices.announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
+                self._announced = True
+            self._entries[name] = getattr(self.module, name)
+        return self._entries[name]
 
 
 def signature(force: Force) -> tuple[Any, ...]:

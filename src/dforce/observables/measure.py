@@ -77,15 +77,21 @@ def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
 def refine(h: float, block: Any, i: int, t: float, stage: Any, sign: float, best: float, p: Any) -> float:
     """Return the extreme of sign times the force within step i, by golden section, no worse than `best`."""
     low, high = 0.0, 1.0
-    for _ in range(8):  # to a hundredth of the step, where the force is flat to a millionth
-        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        at_left = sign * force_within(left, h, block, i, t, stage, False, p)
-        at_right = sign * force_within(right, h, block, i, t, stage, False, p)
-        best = max(best, at_left, at_right)
+    left, right = 1.0 - GOLDEN, GOLDEN
+    at_left = sign * force_within(left, h, block, i, t, stage, False, p)
+    at_right = sign * force_within(right, h, block, i, t, stage, False, p)
+    best = max(best, at_left, at_right)
+    for _ in range(7):  # to a hundredth of the step, where the force is flat to a millionth
         if at_left > at_right:
-            high = right
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = sign * force_within(left, h, block, i, t, stage, False, p)
+            best = max(best, at_left)
         else:
-            low = left
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = sign * force_within(right, h, block, i, t, stage, False, p)
+            best = max(best, at_right)
     return best
 
 

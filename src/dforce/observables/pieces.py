@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 MOST_CUTS = 16  # within one step
@@ -40,27 +41,35 @@ def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float)
 def crossing_between(
     level: float, low: float, high: float, h: float, d0: float, v0: float, d1: float, v1: float
 ) -> float:
-    """Return where the interpolant passes a level between two shares of a step that bracket it, by bisection."""
+    """Return where the interpolant passes a level between two shares of a step that bracket it, by Newton in a bracket."""
     above = cubic(low, h, d0, v0, d1, v1) > level
+    s = 0.5 * (low + high)
     for _ in range(50):
-        middle = 0.5 * (low + high)
-        if (cubic(middle, h, d0, v0, d1, v1) > level) == above:
-            low = middle
+        miss = cubic(s, h, d0, v0, d1, v1) - level
+        if (miss > 0.0) == above:
+            low = s
         else:
-            high = middle
-    return 0.5 * (low + high)
+            high = s
+        slope = h * cubic_rate(s, h, d0, v0, d1, v1)
+        step = miss / slope if slope != 0.0 else 1.0
+        if not low < s - step < high:
+            step = s - 0.5 * (low + high)
+        s -= step
+        if abs(step) < 1e-15:
+            break
+    return s
 
 
 def turning(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
-    """Return where the interpolant turns between two ends with opposite velocities."""
-    low, high = 0.0, 1.0
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        if (cubic_rate(middle, h, d0, v0, d1, v1) > 0.0) == (v0 > 0.0):
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    """Return where the interpolant turns between two ends with opposite velocities: the root of a parabola."""
+    rise = 6.0 * (d1 - d0) / h
+    linear, square = rise - 4.0 * v0 - 2.0 * v1, 3.0 * (v0 + v1) - rise
+    root = math.sqrt(max(linear * linear - 4.0 * square * v0, 0.0))
+    q = -0.5 * (linear + (root if linear > 0.0 else -root))  # the sum of two numbers of one sign: no digits are lost
+    s = v0 / q if q != 0.0 else 0.5
+    if not 0.0 <= s <= 1.0:
+        s = q / square if square != 0.0 else 0.5
+    return min(max(s, 0.0), 1.0)
 
 
 def insert(cuts: Any, count: int, s: float) -> int:

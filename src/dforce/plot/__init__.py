@@ -10,6 +10,7 @@ holds on to; :func:`save` writes it.
 """
 
 from dforce.plot._style import FORMATS, save
+from dforce.plot.branches import branches, resonance
 from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import phase_portrait, spectrum, traces
@@ -18,11 +19,13 @@ from dforce.plot.overview import overview
 __all__ = [
     "FORMATS",
     "amplitude_phase",
+    "branches",
     "curve",
     "force_curve",
     "force_distance",
     "overview",
     "phase_portrait",
+    "resonance",
     "save",
     "spectrum",
     "traces",

@@ -137,13 +137,17 @@ def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, z
     far, near = float(path[0]), float(path[-1])
     turn = (far - near) / speed
     way = ((far - path) / speed).tolist()
+    # the way back begins just after the turn: both have the nearest distance, each with its velocity
+    times = [*way, math.nextafter(turn, math.inf), *(2.0 * turn - t for t in reversed(way[:-1]))]
+    # without roundings, so that a force of the distance alone is the very same both ways
+    given = dict(zip(times, [*path.tolist(), *reversed(path.tolist())], strict=True))
 
     def motion(t: float) -> tuple[float, float]:
-        # the way back begins just after the turn: both have the nearest distance, each with its velocity
-        return (far - speed * t, -speed) if t <= turn else (near + speed * (t - turn), speed)
+        if t <= turn:
+            return given.get(t, far - speed * t), -speed
+        return given.get(t, near + speed * (t - turn)), speed
 
-    there_again = [math.nextafter(turn, math.inf), *(2.0 * turn - t for t in reversed(way[:-1]))]
-    return _answer(force, motion, [*way, *there_again], tolerance, zc)
+    return _answer(force, motion, times, tolerance, zc)
 
 
 def _halves(values: Array) -> tuple[Array, Array]:
@@ -170,8 +174,8 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
     reached = depths[pressing > mode.k * tone.A0 / (2.0 * mode.Q)]
     depth = max(LEAST_DEPTH, 2.0 * float(reached[0]) if len(reached) else LEAST_DEPTH)
     felt = np.abs(total).max(axis=0) > FELT * np.abs(total[:, total[0] <= 0.0]).max(initial=0.0)
-    outside = path[felt & (path > problem.a0)]
-    start = max(NEAREST_START, float(outside.max()) if len(outside) else 0.0)
+    outermost = int(np.argmax(felt)) if felt.any() else len(path) - 1
+    start = max(NEAREST_START, float(path[max(outermost - 1, 0)]))
     return np.linspace(start, problem.a0 - min(depth, MOST_DEPTH), POINTS)
 
 

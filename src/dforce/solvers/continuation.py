@@ -25,7 +25,7 @@ from dforce.observables import measure
 from dforce.observables.finish import finish
 from dforce.observables.window import common_period, weights
 from dforce.solvers.integrator import Integrator, Motion, free_amplitudes, with_amplitudes
-from dforce.solvers.transient import Watch, decay_periods
+from dforce.solvers.transient import Steady, Watch, decay_periods
 
 NUDGE = 1e-6  # of the free amplitude, or of the parameter's range: distance of the neighbors that give derivatives
 MISS = 1e-10  # of the free amplitude: how far from its start an orbit may end
@@ -42,7 +42,8 @@ ASTRAY = 0.5  # of a step: an orbit farther from its prediction may be on anothe
 SHARP = 1e-7  # of a step: how well a special point is located
 SAME = 1e-5  # of the free amplitude: orbits nearer to each other are one
 NEAR = 0.05  # of the free amplitude: how near to a known curve an orbit is looked at closely
-SHARES, LAGS = (0.3, 0.7, 1.05), (20.0, 60.0, 100.0, 140.0)  # of the room for the amplitude, degrees: where a search starts
+SHARES = (0.3, 0.7, 1.05)  # of the room for the amplitude: with which a search starts
+LAGS = (20.0, 60.0, 100.0, 140.0)  # degrees: phase lags with which it starts
 SEARCH_DECAYS, MOST_SEARCH = 6, 1000  # decay times and periods after which Newton's method takes a search over
 ALIKE = 0.02  # of the free amplitude: a motion so near to an orbit settles there
 
@@ -80,6 +81,10 @@ class Orbit:
     gaps: Array
     special: str = ""
 
+    def reversed(self) -> Orbit:
+        """Return it with the tangent the other way."""
+        return replace(self, tangent=-self.tangent)
+
     @functools.cached_property
     def multipliers(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
         """Floquet multipliers over a common period, the largest first."""
@@ -102,7 +107,7 @@ class Curve:
 
     def __init__(self, start: Orbit) -> None:
         self.forth = [start]
-        self.back = [replace(start, tangent=-start.tangent)]
+        self.back = [start.reversed()]
 
     @property
     def points(self) -> list[Orbit]:
@@ -226,6 +231,8 @@ def correct(
         step = _solve(known, normal, np.append(-misses, 0.0))
         if step is None:
             return None
+        if abs(normal[-1]) == 1.0:  # the parameter is held, to the last digit
+            step[-1] = 0.0
         longest = float(np.abs(step).max())
         u = u + step * min(1.0, LARGEST / longest) if longest > 0.0 else u
         before = miss
@@ -253,7 +260,15 @@ def _solve(known: tuple[Array, Array], normal: Array, right: Array) -> Array | N
         found = np.linalg.solve(_bordered(*known, normal), right)
     except np.linalg.LinAlgError:
         return None
-    return found if np.isfinite(found).all() else None
+    return np.asarray(found, dtype=float) if np.isfinite(found).all() else None
+
+
+def as_steady(period_map: PeriodMap, orbit: Orbit) -> Steady:
+    """Return an orbit as what is found at a point, with its largest multipliers, two for each mode."""
+    kept = orbit.multipliers[: period_map.motion_size]
+    multipliers = {"multiplier_modulus": np.abs(kept), "multiplier_angle": np.degrees(np.angle(kept))}
+    motion = period_map.motion(orbit.u[:-1], orbit.latched)
+    return Steady(orbit.values | multipliers, motion, True, True, motion.y)
 
 
 def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int, watch: Watch) -> bool:
@@ -315,7 +330,8 @@ def _passes(last: Orbit, found: Orbit, start: Orbit) -> bool:
     chord, there = found.u - last.u, start.u - last.u
     share = float(there @ chord) / float(chord @ chord)
     aside = float(np.linalg.norm(there - share * chord))
-    return 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord)) and start.tangent @ chord > 0.0
+    along = float(start.tangent @ chord) > 0.0
+    return along and 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
 
 
 def specials(period_map: PeriodMap, a: Orbit, b: Orbit) -> list[Orbit]:
@@ -323,12 +339,10 @@ def specials(period_map: PeriodMap, a: Orbit, b: Orbit) -> list[Orbit]:
     found = []
     for name, test in _tests(a, b):
         if test(a) * test(b) < 0.0:
-            point = _located(period_map, a, b, test)
-            if point is not None:
-                found.append(replace(point, special=name))
+            found.append(replace(_located(period_map, a, b, test), special=name))
     if not found and a.is_stable != b.is_stable:
         point = _located(period_map, a, b, lambda orbit: abs(orbit.multipliers[0]) - 1.0)
-        found += [replace(point, special=TORUS)] if point is not None else []
+        found.append(replace(point, special=TORUS))
     return sorted(found, key=lambda point: float((point.u - a.u) @ (b.u - a.u)))
 
 
@@ -340,8 +354,8 @@ def _tests(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]
         yield GRAZING, lambda orbit, which=which: float(orbit.gaps[which])  # type: ignore[misc]
 
 
-def _located(period_map: PeriodMap, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit | None:
-    """Return the orbit between two neighbors at which a function passes zero; None where the way there is lost."""
+def _located(period_map: PeriodMap, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
+    """Return the orbit between two neighbors at which a function passes zero, or the one found nearest to that."""
     from scipy.optimize import brentq
 
     chord = b.u - a.u
@@ -359,8 +373,8 @@ def _located(period_map: PeriodMap, a: Orbit, b: Orbit, test: Callable[[Orbit], 
 
     try:
         return found[brentq(at, 0.0, 1.0, xtol=SHARP)]
-    except ArithmeticError:
-        return None
+    except ArithmeticError:  # the way there is lost, where the map is rough
+        return min(found.values(), key=lambda orbit: abs(test(orbit)))
 
 
 def crossings(curves: list[Curve], value: float) -> Iterator[Array]:

@@ -14,6 +14,7 @@ from dforce.kernel.slots import (
     distance,
     force,
     lane_drive,
+    mode_count,
     motion,
     moved,
     moved4,
@@ -29,9 +30,9 @@ REACH = 1e-3  # of the free amplitude: farther apart copies of one motion are no
 
 
 @inlined
-def smooth_step(y: Any, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float, p: Any) -> Any:
-    """Return the motion one step later under forces that are functions of the motion alone."""
-    k1 = motion(u0, force(distance(y, p), rate_of(y, p), t, None, None, p), y, p)
+def smooth_step(y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float, p: Any) -> Any:
+    """Return the motion one step later under forces that are functions of the motion alone; `f` is theirs at the start."""
+    k1 = motion(u0, f, y, p)
     ya = moved(y, 0.5 * h, k1)
     k2 = motion(u1, force(distance(ya, p), rate_of(ya, p), t + 0.5 * dt, None, None, p), ya, p)
     yb = moved(y, 0.5 * h, k2)
@@ -57,7 +58,9 @@ def advance_copies(
         t = start + i * dt
         u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         for j in range(lanes.shape[1]):
-            put_column(after, j, smooth_step(column(before, j), u0, u1, u2, h, t, dt, p))
+            y = column(before, j)
+            f = force(distance(y, p), rate_of(y, p), t, None, None, p)
+            put_column(after, j, smooth_step(y, f, u0, u1, u2, h, t, dt, p))
         d0, d1 = distance(column(before, 0), p), distance(column(after, 0), p)
         if comes_near(kinks, min(d0, d1), max(d0, d1), REACH * p[1]):
             for j in range(lanes.shape[1]):
@@ -78,19 +81,92 @@ def comes_near(kinks: Any, low: float, high: float, reach: float) -> bool:
     return False
 
 
-def advance_cases(lanes: Any, parameters: Any, drive: Any, points: int, cosine: Any, period: int) -> None:
-    """Advance motions of different problems with one tone each by one period, without cuts at kinks.
+def advance_cases(
+    lanes: Any, parameters: Any, drive: Any, points: int, cosine: Any, periods: int, lock_ins: Any
+) -> None:
+    """Advance motions of different problems with one tone each by whole periods, without cuts at kinks.
 
     `parameters` and `drive` hold the parameters and the scaled drive on each mode, one column a lane; `cosine` the drive's
-    phase at the ends and middles of the steps.
+    cosine, and behind it the sine, at the ends and middles of the steps, (2, 2 points + 1). `lock_ins` gets the real and
+    the imaginary part of each lane's complex amplitude over the last period. The forces must not depend on the time.
     """
     h = TAU / points
-    for i in range(points):
-        c0, c1, c2 = cosine[2 * i], cosine[2 * i + 1], cosine[2 * i + 2]
-        tau = period * TAU + i * h
+    lock_ins[:, :] = 0.0
+    for period in range(periods):
+        last = period == periods - 1
+        for i in range(points):
+            c0, c1, c2 = cosine[0, 2 * i], cosine[0, 2 * i + 1], cosine[0, 2 * i + 2]
+            if last:
+                add_lock_in(lanes, c0, cosine[1, 2 * i], (0.5 if i == 0 else 1.0) * 2.0 / points, lock_ins)
+            for j in range(lanes.shape[1]):
+                p = parameters_of(parameters, j)
+                u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
+                y = column(lanes, j)
+                f = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
+                put_column(lanes, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, p))
+    add_lock_in(lanes, cosine[0, 2 * points], cosine[1, 2 * points], 1.0 / points, lock_ins)
+
+
+def add_lock_in(lanes: Any, c: float, s: float, weight: float, lock_ins: Any) -> None:
+    """Add one sample of the total deflection to each lane's lock-in."""
+    for n in range(mode_count()):
         for j in range(lanes.shape[1]):
+            lock_ins[0, j] += weight * c * lanes[2 * n, j]
+            lock_ins[1, j] -= weight * s * lanes[2 * n, j]
+
+
+def advance_samples(
+    block: Any, parameters: Any, drive: Any, kinks: Any, tones: Any, case_of: Any, bases: Any, points: int, cosine: Any,
+    crossed: Any, nothing: Any, work: Any,
+) -> int:  # fmt: skip
+    """Advance motions of different problems with one tone each by one period, cut at kinks, and keep their samples.
+
+    block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
+    turns. Returns the row where the period ends. `kinks` has one column a lane, tones[case_of[j]] is the tone table of
+    lane j; `crossed` is scratch, `nothing` an empty array in the place of memory and branches.
+    """
+    h = TAU / points
+    rows, size = block.shape[0], block.shape[2]
+    place = 2 * mode_count()
+    for i in range(points):
+        here, there = block[i % rows], block[(i + 1) % rows]
+        c0, c1, c2 = cosine[0, 2 * i], cosine[0, 2 * i + 1], cosine[0, 2 * i + 2]
+        for j in range(size):
             p = parameters_of(parameters, j)
             u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
-            put_column(
-                lanes, j, smooth_step(column(lanes, j), u0, u1, u2, h, seconds(tau, p), seconds(h, p), p)
-            )
+            y = column(here, j)
+            f = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
+            here[place, j] = f
+            put_column(there, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, p))
+        if mark_crossed(here, there, parameters, kinks, crossed):
+            for j in range(size):
+                if crossed[j]:
+                    p = parameters_of(parameters, j)
+                    y, end = column(here, j), column(there, j)
+                    end = cut_step(
+                        y, end, i * h, h, 0, nothing, nothing, tones[case_of[j]], bases, kinks[:, j], work[0], work, p
+                    )
+                    put_column(there, j, end)
+    end_row = points % rows
+    last = block[end_row]
+    for j in range(size):
+        p = parameters_of(parameters, j)
+        y = column(last, j)
+        last[place, j] = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
+    return end_row
+
+
+def mark_crossed(here: Any, there: Any, parameters: Any, kinks: Any, crossed: Any) -> int:
+    """Mark the lanes that pass a kink between two samples; return whether there is any."""
+    for j in range(crossed.shape[0]):
+        crossed[j] = 0
+    for k in range(kinks.shape[0]):
+        for j in range(crossed.shape[0]):
+            p = parameters_of(parameters, j)
+            before = distance(column(here, j), p) > kinks[k, j]
+            after = distance(column(there, j), p) > kinks[k, j]
+            crossed[j] |= 1 if before != after else 0
+    found = 0
+    for j in range(crossed.shape[0]):
+        found |= crossed[j]
+    return found

@@ -137,6 +137,8 @@ class Follower:
             integrator.kinks, integrator.work, integrator.block, integrator.p, integrator.sizes, MISS, MOST_CORRECTIONS,
             ORDER, integrator.harmonics, orbits, jacobians, infos, rows,
         )  # fmt: skip
+        # where a law has no value on a part of the orbit, the orbits end
+        done = int(np.argmin(np.append(np.isfinite(jacobians[:done]).all(axis=(1, 2)), False)))
         if not done:
             return []
         infos = infos[:done]

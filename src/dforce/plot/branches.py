@@ -1,0 +1,157 @@
+"""Pictures of curves of states, and of resonance curves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+
+from dforce.errors import ParameterError
+from dforce.plot._style import BLUE, GRAY, VERMILLION, axis_text, color_cycle, head, new_figure, take, tidy
+from dforce.plot.distances import phase_axis
+from dforce.results import Status, reader_unit
+
+MARKS: dict[str, dict[str, Any]] = {
+    "fold": {"marker": "o", "label": "fold"},
+    "period_doubling": {"marker": "s", "label": "period doubling"},
+    "torus": {"marker": "D", "label": "torus"},
+    "grazing": {"marker": "|", "label": "grazing", "markersize": 9.0},
+    "end": {"marker": "x", "label": "end"},
+}
+SWEEPS: dict[str, dict[str, Any]] = {
+    "up": {"color": BLUE, "linestyle": "-", "label": "up →"},
+    "down": {"color": VERMILLION, "linestyle": (0, (4, 1.5)), "label": "← down"},
+}
+FORCES = ("peak_force", "min_force")
+
+
+def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw amplitude and phase of all states along the parameter: stable ones solid, unstable ones dashed.
+
+    Each connected curve has its own color; folds, period doublings and grazing points are marked.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no curves of states, or no such tone.
+    """
+    figure = new_figure(figure, 6.0, 6.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    _states(upper, _tone(take(dataset, "amplitude", "point"), tone), dataset)
+    _states(lower, _tone(take(dataset, "phase", "point"), tone), dataset)
+    _finish_pair(upper, lower, dataset)
+    _legend(upper, dataset)
+    return [upper, lower]
+
+
+def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw amplitude and phase of a tone against the frequency, upward and downward.
+
+    Raises
+    ------
+    ParameterError
+        When the result is no frequency sweep, or has no such tone.
+    """
+    figure = new_figure(figure, 6.0, 6.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for axes, name in ((upper, "amplitude"), (lower, "phase")):
+        _sweeps(axes, _tone(take(dataset, name, "frequency", "direction"), tone), dataset)
+    _finish_pair(upper, lower, dataset)
+    handles, labels = upper.get_legend_handles_labels()
+    if handles:
+        upper.legend(handles, labels, framealpha=0.85, fontsize="small", loc="best")
+    return [upper, lower]
+
+
+def branches_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw amplitude and phase of all states beside their forces and the energy that the sample takes."""
+    figure = new_figure(figure, 10.0, 6.0)
+    left, right = figure.subfigures(1, 2)
+    axes = branches(dataset, figure=left)
+    upper, lower = right.subplots(2, 1, sharex=True)
+    for name in FORCES:
+        _states(upper, take(dataset, name, "point"), dataset)
+    upper.set_ylabel(f"largest and lowest force ({reader_unit(dataset['peak_force'])[1]})")
+    _states(lower, take(dataset, "total_dissipated_energy", "point"), dataset)
+    upper.set_xlabel("")
+    return [*axes, upper, lower]
+
+
+def _tone(variable: xr.DataArray, tone: int) -> xr.DataArray:
+    if tone not in variable["tone"].values:
+        raise ParameterError(f"this result has no tone {tone}; it has {variable.sizes['tone']}, counted from 1")
+    return variable.sel(tone=tone, drop=True)
+
+
+def _states(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
+    """Draw a quantity along all curves, in pieces that are stable or not."""
+    along = str(dataset.attrs["along"])
+    across, x_unit = reader_unit(dataset[along])
+    scale, y_unit = reader_unit(variable)
+    x, y = np.asarray(dataset[along].values) / across, np.asarray(variable.values) / scale
+    curve, stable = dataset["branch"].values, dataset["stable"].values
+    numbers = np.unique(curve)
+    colors = dict(zip(numbers, color_cycle(len(numbers)), strict=True))
+    for number in numbers:
+        (points,) = np.nonzero(curve == number)
+        cuts = np.flatnonzero(np.diff(stable[points])) + 1
+        for piece in np.split(points, cuts):
+            # a piece reaches to the next one's first point, so that the curve has no gaps
+            reach = np.append(piece, piece[-1] + 1) if piece[-1] < points[-1] else piece
+            style: Any = "-" if stable[piece[0]] else (0, (3, 2))
+            axes.plot(x[reach], y[reach], color=colors[number], linestyle=style, linewidth=1.4)
+    for name, look in MARKS.items():
+        there = dataset["special"].values == name
+        if there.any():
+            axes.plot(x[there], y[there], linestyle="none", color="black", zorder=4, **({"markersize": 4.0} | look))
+    axes.set_xlabel(axis_text(dataset[along], x_unit))
+    axes.set_ylabel(axis_text(variable, y_unit))
+    tidy(axes)
+
+
+def _sweeps(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
+    across, x_unit = reader_unit(dataset["frequency"])
+    scale, y_unit = reader_unit(variable)
+    x = np.asarray(dataset["frequency"].values) / across
+    order = np.argsort(x, kind="stable")
+    ways = [str(way) for way in dataset["direction"].values] if "direction" in dataset.dims else [""]
+    for way in ways:
+        one = variable.sel(direction=way) if way else variable
+        status = dataset["status"].sel(direction=way) if way else dataset["status"]
+        y = np.asarray(one.values) / scale
+        look = SWEEPS.get(way, SWEEPS["up"] | {"label": ""})
+        axes.plot(x[order], y[order], linewidth=1.4, **look)
+        restless = (np.asarray(status.values) == Status.NOT_SETTLED) & np.isfinite(y)
+        if restless.any():
+            axes.plot(x[restless], y[restless], "o", markerfacecolor="none", color=look["color"], label="did not settle")
+    axes.set_xlabel(axis_text(dataset["frequency"], x_unit))
+    axes.set_ylabel(axis_text(variable, y_unit))
+    tidy(axes)
+
+
+def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset) -> None:
+    upper.set_xlabel("")
+    upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
+    phase_axis(lower)
+    held = dataset["zc"] if "zc" in dataset.coords and dataset["zc"].ndim == 0 else None
+    extra = ""
+    if held is not None:
+        scale, unit = reader_unit(held)
+        extra = f"at zc = {float(held) / scale:.4g} {unit}"
+    head(upper, dataset, extra)
+
+
+def _legend(axes: Axes, dataset: xr.Dataset) -> None:
+    stable = dataset["stable"].values
+    lines = [
+        Line2D([], [], color=GRAY, linestyle=style, label=label)
+        for style, label, there in (("-", "stable", stable.any()), ((0, (3, 2)), "unstable", not stable.all()))
+        if there
+    ]
+    handles, labels = axes.get_legend_handles_labels()
+    axes.legend([*lines, *handles], [*(str(line.get_label()) for line in lines), *labels], framealpha=0.85,
+                fontsize="small", loc="best")  # fmt: skip

@@ -1,0 +1,112 @@
+"""The steady motion along a parameter as an experiment finds it: carried from value to value, jumps and all.
+
+Where the orbit of the value before goes on and is stable, Newton's method gives it at once; else the transient from the
+last motion decides, as it would on an instrument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.solvers.continuation import Orbit, PeriodMap, along_parameter, as_steady, correct, orbit_from
+from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.orbit import AT_ONCE, MISS, ROUGH, SAME_STATE
+from dforce.solvers.transient import Steady, Watch, settle, steady
+
+ORDER = 2  # of the extrapolation that predicts the next orbit
+EXPECTED = 0.05  # of the free amplitude: an orbit farther from its prediction may be another state
+
+
+class Response:
+    """Carries the motion of one tone through values of a parameter; several tones settle in time at each.
+
+    Parameters
+    ----------
+    integrator
+        Integrates one problem after another of the same kind.
+    place
+        Puts the integrator at a value (SI) of the parameter.
+    low, high
+        Range of the parameter (SI).
+    """
+
+    def __init__(self, integrator: Integrator, place: Callable[[float], None], low: float, high: float) -> None:
+        self.integrator, self._place = integrator, place
+        self._map: PeriodMap | None = None
+        if integrator.settings.method == "periodic" and len(integrator.problem.tones) == 1:
+            self._map = PeriodMap(integrator, place, low, max(high, low * (1.0 + 1e-9)))
+        self._orbits: list[Orbit] = []  # the last ones without a transient in between
+        self._motion: Motion | None = None
+        self._value = 0.0
+
+    def go(self, value: float) -> None:
+        """Go to a value (SI) of the parameter; a motion carried along keeps its velocity."""
+        before = self.integrator.scales.speed
+        if self._map is None:
+            self._place(value)
+        else:
+            self._value = value / self._map.span
+            self._map.put(self._value)
+        if self._motion is not None:
+            y = np.array(self._motion.y)
+            y[1::2] *= before / self.integrator.scales.speed
+            self._motion = replace(self._motion, y=tuple(map(float, y)))
+
+    def carried(self, watch: Watch) -> Steady:
+        """Return the steady motion that follows from the one at the value before."""
+        watch()
+        if self._map is not None and self._orbits:
+            last, guess = self._orbits[-1], self._predicted()
+            across = along_parameter(self._map.size)
+            found = correct(self._map, guess, across, last.latched, (last.jacobian, last.slope))
+            if found is not None and found.is_stable and np.abs(found.u - guess).max() < EXPECTED:
+                return self._kept(self._map, found)
+        if self._motion is None:
+            raise RuntimeError("there is no motion to carry")
+        return self.settled(self._motion, watch)
+
+    def settled(self, motion: Motion, watch: Watch) -> Steady:
+        """Return the steady motion that settles from a given one."""
+        integrator, period_map = self.integrator, self._map
+        self._orbits = []
+        if period_map is None:
+            return self._left(steady(integrator, motion, watch))
+        near = self._orbit(period_map, motion, AT_ONCE)
+        if near is not None:
+            return self._kept(period_map, near)
+        rough, settled, drift = settle(integrator, motion, watch, ROUGH)
+        if settled:
+            polished = self._orbit(period_map, rough, SAME_STATE * max(drift, MISS))
+            if polished is not None:
+                return self._kept(period_map, polished, float(rough.period - motion.period))
+        return self._left(steady(integrator, rough if rough.is_finite else motion, watch))
+
+    def _predicted(self) -> Array:
+        """Return a guess for the next orbit by extrapolation through the last ones."""
+        guess = np.zeros_like(self._orbits[-1].u)
+        at = [float(orbit.u[-1]) for orbit in self._orbits]
+        for a, orbit in zip(at, self._orbits, strict=True):
+            guess += orbit.u * np.prod([(self._value - b) / (a - b) for b in at if b != a])
+        guess[-1] = self._value
+        return guess
+
+    def _orbit(self, period_map: PeriodMap, motion: Motion, room: float) -> Orbit | None:
+        """Return the stable orbit no farther than `room` from a motion."""
+        found = orbit_from(period_map, motion, self._value)
+        if found is None or not found.is_stable:
+            return None
+        return found if np.abs(found.u[:-1] - period_map.state(motion)).max() < room else None
+
+    def _kept(self, period_map: PeriodMap, orbit: Orbit, periods: float = 0.0) -> Steady:
+        known = [other for other in self._orbits if other.u[-1] != orbit.u[-1]]
+        self._orbits = [*known, orbit][-(ORDER + 1) :]
+        found = as_steady(period_map, orbit)
+        return self._left(replace(found, values=dict(found.values) | {"settling_periods": periods}))
+
+    def _left(self, found: Steady) -> Steady:
+        self._motion = found.motion if found.motion.is_finite else None
+        return found

@@ -1,0 +1,91 @@
+"""Periodic orbits: the steady state by shooting is the one that the transient settles to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import dforce as df
+
+NM = 1e-9
+SEEDS = range(6)
+
+
+def random_case(seed: int) -> tuple[df.Case, np.ndarray]:
+    """Return a case of DMT, Kelvin–Voigt on top in every second one, and distances in steps of 0.1 nm or less."""
+    rng = np.random.default_rng(seed)
+    A0 = 10 ** rng.uniform(0.0, 1.0) * NM
+    forces = [{"model": "dmt", "hamaker": 10 ** rng.uniform(-20.5, -19.3)}]
+    forces.append({"model": "kelvin_voigt", "viscosity": 10 ** rng.uniform(0.0, 2.5) if seed % 2 else 0.0})
+    case = df.Case(
+        cantilever=df.Cantilever(f0="60 kHz", k=10 ** rng.uniform(-0.3, 1.3), Q=10 ** rng.uniform(0.5, 2.3)),
+        drive=df.Drive(A0=A0),
+        tip=df.Tip(radius=10 ** rng.uniform(0.3, 1.3) * NM),
+        sample=df.Sample(youngs_modulus=10 ** rng.uniform(7.5, 10.0)),
+        forces=forces,
+    )
+    top, bottom = 1.2 * A0 + 1.5 * NM, 0.5 * A0
+    return case, np.linspace(top, bottom, 2 + int((top - bottom) / (0.1 * NM)))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_curve_of_orbits_is_the_curve_of_transients(seed):
+    case, zc = random_case(seed)
+    orbits, transients = (
+        df.approach(case.replace("solver.method", method), zc=zc, direction="both") for method in ("periodic", "transient")
+    )
+    sound = ((orbits.status == df.Status.OK) & (transients.status == df.Status.OK)).values
+    assert sound.mean() > 0.9
+    scale = case.problem.tones[0].A0
+    apart = np.abs(orbits.amplitude - transients.amplitude).squeeze("tone").values / scale
+    # what the transient has still to go when it counts as settled is 1e-6; 20 times that where multipliers are near one
+    differing = (apart > 2e-5) & sound
+    # a jump may come one step sooner or later, and stands at one point of each way
+    assert differing.sum() <= 2 * orbits.sizes["direction"]
+
+
+def test_table_1_has_its_multipliers_amplitude_and_phase():
+    result = df.run(df.example("table-1-am").replace("solver.points_per_period", 2048))
+    assert result.amplitude.item() == pytest.approx(4.0553735 * NM, abs=1e-6 * NM)
+    assert result.phase.item() == pytest.approx(54.20379, abs=1e-4)
+    assert result.multiplier_modulus.values[0] == pytest.approx(0.9691, abs=5e-5)
+    # a conservative force keeps areas, so the damping alone decides their product
+    assert np.prod(result.multiplier_modulus.values) == pytest.approx(np.exp(-2.0 * np.pi / 100.0), abs=1e-6)
+
+
+def test_an_orbit_ends_where_it_started():
+    curve = df.approach(df.example("figure-3-air"), zc=np.linspace(11 * NM, 3 * NM, 41))
+    assert (curve.status == df.Status.OK).all()
+    assert (curve.drift < 1e-9).all()
+    assert (curve.multiplier_modulus < 1.0).all()
+
+
+def test_a_jump_is_located_to_better_than_the_step():
+    case = df.example("figure-3-air").replace("experiment.start", {"amplitude": "9.1 nm", "phase": "70 deg"})
+    coarse = df.approach(case, zc=np.linspace(9.0 * NM, 10.6 * NM, 17), direction="retract")
+    # PHYSICS 6: in steps of 0.1 nm the retract keeps the repulsive branch up to 9.70 nm
+    assert coarse.phase.sel(zc=9.7 * NM, method="nearest") < 90.0 < coarse.phase.sel(zc=9.8 * NM, method="nearest")
+    assert coarse.jump_direction.values.tolist() == ["retract"]
+    # the transient in steps twenty times finer finds where the branch ends
+    transient = case.replace("solver.method", "transient")
+    there = np.concatenate([np.linspace(9.0, 9.75, 16), np.linspace(9.77, 9.82, 11)]) * NM
+    fine = df.approach(transient, zc=there, direction="retract")
+    last = float(fine.zc[fine.phase.squeeze("tone") < 90.0].max())
+    assert last < coarse.jump_zc.item() < last + 0.005 * NM
+
+
+def test_two_tones_share_a_common_period():
+    """Figure 6: the second frequency is 6.2 times the first, so that the motion repeats after five periods."""
+    case = df.example("figure-6")
+    orbit, transient = (df.dwell(case.replace("solver.method", method), "8 nm") for method in ("periodic", "transient"))
+    assert orbit.drift.item() < 1e-9
+    assert orbit.amplitude.values == pytest.approx(transient.amplitude.values, rel=2e-5)
+    assert orbit.phase.values == pytest.approx(transient.phase.values, abs=2e-3)
+
+
+def test_settings_that_only_a_transient_has_choose_it_or_are_refused():
+    assert df.SolverSettings().method == "periodic"
+    assert df.SolverSettings(integrator="lsoda").method == "transient"
+    assert df.SolverSettings(settle="fixed").method == "transient"
+    with pytest.raises(df.ParameterError, match="goes with method"):
+        df.SolverSettings(method="periodic", integrator="adaptive")
