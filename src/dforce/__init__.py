@@ -6,7 +6,6 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from dforce.validity import Advice, advice
     from dforce import forces, plot
     from dforce.case import About, Case, case_schema, example, load_case, save_case
     from dforce.errors import (
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from dforce.testing import check_force
     from dforce.timing import benchmark
     from dforce.units import parse, show
+    from dforce.validity import Advice, advice
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {

@@ -33,20 +33,30 @@ class Finding:
 
 @dataclass(frozen=True)
 class Jump:
-    """A sudden change of the first tone's motion from one distance to the next, in the order of travel."""
+    """A sudden change of the first tone's motion from one distance (or frequency) to the next, in order of travel."""
 
-    zc: float
+    at: float
     phase_before: float
     phase_after: float
 
 
 def summary(dataset: xr.Dataset) -> list[Finding]:
-    """Return what a reader looks for first in the result of a dwell, an approach or a force curve."""
+    """Return what a reader looks for first in the result of any experiment."""
+    if "point" in dataset.dims:
+        return list(_branches(dataset))
     if "zc" not in dataset.coords:
         return [finding for way, sweep in _ways(dataset) for finding in _force_curve(sweep, way)]
+    if _along(dataset) == "frequency":
+        return [finding for way, sweep in _ways(dataset) for finding in (_peak(sweep, way), *_curve(sweep, way))]
     if dataset["zc"].ndim == 0:
         return list(_dwell(dataset))
-    return [finding for way, sweep in _ways(dataset) for finding in _approach(sweep, way)]
+    return [finding for way, sweep in _ways(dataset) for finding in _curve(sweep, way)]
+
+
+def _along(dataset: xr.Dataset) -> str:
+    """Return what a curve goes along: the distance or the frequency."""
+    swept = "frequency" in dataset.dims and "amplitude" in dataset and "frequency" in dataset["amplitude"].dims
+    return "frequency" if swept else "zc"
 
 
 def count_status(dataset: xr.Dataset) -> dict[Status, int]:
@@ -80,23 +90,39 @@ def free_amplitudes(dataset: xr.Dataset) -> list[float]:
 
 
 def jumps(sweep: xr.Dataset, direction: str = "") -> list[Jump]:
-    """Return the jumps of a curve over zc in one direction.
+    """Return the jumps of a curve over distance or frequency in one direction.
 
-    A jump is a step of the first tone's complex amplitude of at least a tenth of the largest amplitude,
-    three times larger than the steps before and after it and twice the median step: a coarse grid shows none.
+    Where the orbits were followed, the jumps that were noted on the way count. Else a jump is a step of the first
+    tone's complex amplitude of at least a tenth of the largest amplitude, three times larger than the steps before and
+    after it and twice the median step: a coarse grid shows none.
     """
-    toward = np.argsort(sweep["zc"].values)
-    order = toward if direction == "retract" else toward[::-1]
-    first = sweep.isel(zc=order, tone=0)
-    zc, amplitude, phase = first["zc"].values, first["amplitude"].values, first["phase"].values
+    along = _along(sweep)
+    rising = np.argsort(sweep[along].values)
+    order = rising if direction in ("retract", "up") else rising[::-1]
+    first = sweep.isel({along: order, "tone": 0})
+    x, amplitude, phase = first[along].values, first["amplitude"].values, first["phase"].values
     there = np.isfinite(amplitude) & np.isfinite(phase)
-    zc, amplitude, phase = zc[there], amplitude[there], phase[there]
-    if len(zc) < 5:
+    x, amplitude, phase = x[there], amplitude[there], phase[there]
+    if along == "zc" and "corrections" in sweep:
+        return list(_noted(sweep, direction, x, phase))
+    if len(x) < 5:
         return []
     steps = np.abs(np.diff(amplitude * np.exp(-1j * np.radians(phase))))
     beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
     large = (steps > JUMP * amplitude.max()) & (steps > 3.0 * beside) & (steps > 2.0 * np.median(steps))
-    return [Jump(float(zc[i + 1]), float(phase[i]), float(phase[i + 1])) for i in np.flatnonzero(large)]
+    return [Jump(float(x[i + 1]), float(phase[i]), float(phase[i + 1])) for i in np.flatnonzero(large)]
+
+
+def _noted(
+    sweep: xr.Dataset, direction: str, x: np.ndarray[Any, Any], phase: np.ndarray[Any, Any]
+) -> Iterator[Jump]:
+    """Give the jumps noted in a result that belong to a direction, with the phases at the points on either side."""
+    if "jump_zc" not in sweep:
+        return
+    for at, way in zip(sweep["jump_zc"].values, sweep["jump_direction"].values, strict=True):
+        after = int(np.argmax((x <= at) if way == "approach" else (x >= at)))
+        if direction in ("", way) and after > 0:
+            yield Jump(float(at), float(phase[after - 1]), float(phase[after]))
 
 
 def _ways(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
@@ -150,7 +176,8 @@ EXTREMES = (
 )
 
 
-def _approach(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
+def _curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
+    along = sweep[_along(sweep)]
     free = free_amplitudes(sweep)
     for index, tone in enumerate(sweep["tone"].values):
         one = sweep.sel(tone=tone)
@@ -161,16 +188,52 @@ def _approach(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
             yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
     found = jumps(sweep, way)
     texts = [
-        f"{number(jump.zc, 'm')} ({jump.phase_before:.0f}° to {jump.phase_after:.0f}°)" for jump in found[:3]
+        f"{number(jump.at, _unit(along))} ({jump.phase_before:.0f}° to {jump.phase_after:.0f}°)" for jump in found[:3]
     ] + ([f"{len(found) - 3} more"] if len(found) > 3 else [])
-    yield Finding("jumps", "jumps", "; ".join(texts) or "none", [jump.zc for jump in found], "m", way)
+    yield Finding("jumps", "jumps", "; ".join(texts) or "none", [jump.at for jump in found], _unit(along), way)
     for name, label in EXTREMES:
         if name in sweep and np.isfinite(sweep[name].values).any():
             values = sweep[name].values
             index = int(np.nanargmin(values) if name == "min_force" else np.nanargmax(values))
-            place = f" at {number(float(sweep['zc'][index]), 'm')}" if values[index] else ""
+            place = f" at {number(float(along[index]), _unit(along))}" if values[index] else ""
             yield _finding(name, label, float(values[index]), _unit(sweep[name]), way, place)
     yield _points(sweep, way)
+
+
+def _peak(sweep: xr.Dataset, way: str) -> Finding:
+    amplitude = sweep["amplitude"].isel(tone=0).values
+    if not np.isfinite(amplitude).any():
+        return Finding("resonance", "resonance", "-", None, "Hz", way)
+    index = int(np.nanargmax(amplitude))
+    more = f" ({number(float(amplitude[index]), 'm')})"
+    return _finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
+
+
+SPECIALS = (
+    ("fold", "folds"), ("period_doubling", "period doublings"), ("torus", "tori"), ("grazing", "grazing"),
+    ("end", "curves end"),
+)  # fmt: skip
+
+
+def _branches(dataset: xr.Dataset) -> Iterator[Finding]:
+    along = dataset[str(dataset.attrs["along"])]
+    yield _range(along, str(along.name), _label(along), "")
+    if dataset["zc"].ndim == 0:
+        yield _finding("zc", "average distance", float(dataset["zc"]), "m")
+    curves = len(np.unique(dataset["branch"].values))
+    yield Finding("curves", "connected curves", str(curves), float(curves), "1")
+    for tone in dataset["tone"].values if "amplitude" in dataset else ():
+        tag = f", tone {tone}" if dataset.sizes["tone"] > 1 else ""
+        stable = dataset.isel(point=np.flatnonzero(dataset["stable"].values)).sel(tone=tone)
+        for name, label in (("amplitude", "stable amplitudes"), ("phase", "stable phase lags")):
+            yield _range(stable[name], f"{name}_tone{tone}", label + tag, "")
+    for name, label in SPECIALS:
+        places = [float(value) for value in along.values[dataset["special"].values == name]]
+        if places or name == "fold":
+            text = ", ".join(number(value, _unit(along)) for value in places[:5]) or "none"
+            more = f", {len(places) - 5} more" if len(places) > 5 else ""
+            yield Finding(name, label, text + more, places, _unit(along))
+    yield _points(dataset, "")
 
 
 def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from dforce.validity import advice
 from dforce.case import Case
 from dforce.errors import ParameterError
 from dforce.experiments import Approach, Branches, Dwell, Experiment, FrequencySweep
 from dforce.experiments._experiment import Progress
+from dforce.validity import advice
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,8 +103,8 @@ def branches(case: Case, zc: Any = None, progress: Progress | None = None, **set
     progress
         See :func:`run`.
     settings
-        Other keys of the experiment: `parameter` (a path such as ``"sample.youngs_modulus"``) with `start` and `stop`,
-        `largest_step`, `max_points`, `search`, `harmonics`.
+        Other keys of the experiment: `parameter` (a path such as ``"sample.youngs_modulus"``) with `start` and
+        `stop`, `largest_step`, `max_points`, `search`, `harmonics`.
 
     Returns
     -------
@@ -134,7 +134,8 @@ def frequency_sweep(
     progress
         See :func:`run`.
     settings
-        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `carry_state`, `start`, `harmonics`.
+        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `carry_state`, `start`,
+        `harmonics`.
     """
     return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
 

@@ -154,7 +154,7 @@ def prescribed(zc, amplitude, forces, radius=2e-9, modulus=1e9, frequency=50e3, 
         ready.block[i, -1] = sum(f(d, v, 0.0, *g.values()) for f, g in zip(law, problem.forces, strict=True))
     row = np.empty((1, ready.columns))
     ready.kernel.entry("measure")(
-        ready.block, 0, points, ready.tones, np.zeros(1), ready.p, ready.kinks, 5, ready.work[0], row[0]
+        ready.block, 0, points, ready.tones, np.zeros(1), ready.p, ready.kinks, 5, row[0]
     )
     return finish(problem, ready.scales, 5, row, np.ones(1))
 

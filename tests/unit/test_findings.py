@@ -37,8 +37,8 @@ def test_jumps_are_found_where_the_branches_change_places():
     dataset = synthetic.approach(spoiled=False)
     (on_approach,) = jumps(dataset.sel(direction="approach"), "approach")
     (on_retract,) = jumps(dataset.sel(direction="retract"), "retract")
-    assert on_approach.zc == pytest.approx(7.2e-9)  # the first point after the jump
-    assert on_retract.zc == pytest.approx(9.7e-9)
+    assert on_approach.at == pytest.approx(7.2e-9)  # the first point after the jump
+    assert on_retract.at == pytest.approx(9.7e-9)
     assert on_approach.phase_before > 90.0 > on_approach.phase_after
     assert on_retract.phase_before < 90.0 < on_retract.phase_after
 

@@ -66,9 +66,9 @@ class Table:
             indices.append(index)
         for stretch, places, indices in stretches.values():
             where = tuple(np.array(places, dtype=int).reshape(len(places), len(self.dims)).T)
-            for name, values in stretch.items():
-                array = self.arrays.setdefault(name, np.full(self.shape + values.shape[1:], np.nan))
-                array[where] = values[indices] if self.dims else values[indices][0]
+            for name, column in stretch.items():
+                array = self.arrays.setdefault(name, np.full(self.shape + column.shape[1:], np.nan))
+                array[where] = column[indices] if self.dims else column[indices][0]
         for array in self.arrays.values():
             array[self.status == Status.FAILED] = np.nan
         self.founds.clear()

@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 
 from dforce import units
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, UnitError
 from dforce.experiments._experiment import CaseLike, Experiment, Progress
 from dforce.parameters import Parameters, Quantity, param
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.continuation import Curve, PeriodMap
+    from dforce.solvers.continuation import Curve
+    from dforce.solvers.fixed_point import Orbit, PeriodMap
     from dforce.solvers.integrator import Integrator
 
 FREQUENCY = re.compile(r"drive(?:\.tones\.(\d+))?\.frequency")
@@ -82,7 +83,8 @@ class Branches(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return the points of all curves, one curve after the other; see :class:`Experiment`."""
-        from dforce.solvers.continuation import Curve, PeriodMap, free_orbit, search
+        from dforce.solvers.continuation import Curve, search
+        from dforce.solvers.fixed_point import PeriodMap, free_orbit
         from dforce.solvers.integrator import INTEGRATORS, sample_count
 
         start, stop, quantity, at = self._range(problem, case)
@@ -103,10 +105,11 @@ class Branches(Experiment):
             here = units.show(float(last.u[-1]) * period_map.span, quantity.unit, 4)
             return progress(done, total, f"curve {len(curves)}, {self._name()} = {here}")
 
-        def grow(orbit: Any) -> None:
-            curves.append(Curve(orbit))
-            left = self.max_points - sum(len(curve.points) for curve in curves[:-1])
-            curves[-1].grow(period_map, self.largest_step, left, watch)
+        def grow(orbit: Orbit) -> None:
+            left = self.max_points - sum(len(curve.points) for curve in curves)
+            if left > 1:
+                curves.append(Curve(orbit))
+                curves[-1].grow(period_map, self.largest_step, left, watch)
 
         try:
             first = free_orbit(period_map, start / period_map.span)
@@ -142,10 +145,11 @@ class Branches(Experiment):
             raise ParameterError("only a whole case has parameters to vary; run this with dforce.run")
         whole, path = case, self.parameter
         quantity = whole.quantity(path)
-        start, stop = units.parse(self.start, quantity.unit), units.parse(self.stop, quantity.unit)
+        start, stop = (_parsed(key, getattr(self, key), quantity.unit) for key in ("start", "stop"))
         if start == stop:
             raise ParameterError(f"the range of {path} starts where it stops; give two values")
-        whole.replace(path, start), whole.replace(path, stop)  # refuses values that are not allowed
+        for end in (start, stop):
+            whole.replace(path, end)  # refuses a value that is not allowed
         frequency = FREQUENCY.fullmatch(path)
         if frequency:
             tone = int(frequency[1] or 1) - 1
@@ -155,7 +159,7 @@ class Branches(Experiment):
     def _dataset(self, period_map: PeriodMap, curves: list[Curve], quantity: Quantity) -> xr.Dataset:
         from dforce.experiments._table import Table
         from dforce.results import describe
-        from dforce.solvers.continuation import as_steady
+        from dforce.solvers.fixed_point import as_steady
 
         orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
         table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator)
@@ -173,6 +177,13 @@ class Branches(Experiment):
             data[name].attrs.update({key: word for key, word in words.items() if word})
         data.attrs |= {"along": name, "samples_per_period": period_map.integrator.points}
         return describe(data)
+
+
+def _parsed(key: str, given: Any, unit: str) -> float:
+    try:
+        return units.parse(given, unit)
+    except UnitError as error:
+        raise ParameterError(f"experiment.{key} {error}") from None
 
 
 def _placing(integrator: Integrator, at: Callable[[float], Problem], zc: float) -> Callable[[float], None]:

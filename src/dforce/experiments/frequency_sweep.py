@@ -71,10 +71,12 @@ class FrequencySweep(Experiment):
 
     def visits(self) -> list[tuple[int, ...]]:
         """Return the places of the result in the order in which the drive comes to them."""
-        upward = [int(i) for i in np.argsort(self.frequencies(), kind="stable")]
-        if self.direction == "both":
-            return [(i, 0) for i in upward] + [(i, 1) for i in reversed(upward)]
-        return [(i,) for i in (upward if self.direction == "up" else reversed(upward))]
+        upward: list[int] = [int(i) for i in np.argsort(self.frequencies(), kind="stable")]
+        if self.direction == "up":
+            return [(i,) for i in upward]
+        if self.direction == "down":
+            return [(i,) for i in reversed(upward)]
+        return [(i, way) for way, order in enumerate((upward, reversed(upward))) for i in order]
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,

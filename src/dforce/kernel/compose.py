@@ -41,7 +41,7 @@ def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[...
     linker = Linker()
     what = " + ".join(force.name for force in forces) or "no force"
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and {what}"))
-    count = parameter_count(modes) + sum(len(force.arguments()) for force in forces)
+    count = parameter_count(modes) + sum(len(force.numbers()) for force in forces)
     for text in (*_sizes(modes, forces), *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, count)):
         linker.emit(text, "inlined")
     for text in _forces(linker, modes, forces):

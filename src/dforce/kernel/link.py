@@ -21,7 +21,7 @@ import numpy as np
 from dforce.errors import ForceError
 from dforce.kernel import slots
 
-RESERVED = {"math", "np", "njit", "compiled", "entry", "OPTIONS"}  # names of the composed module's own
+RESERVED = {"math", "np", "njit", "compiled", "inlined", "entry", "INNER", "OPTIONS"}  # the composed module's own names
 
 
 class Linker:
@@ -45,8 +45,11 @@ class Linker:
         chosen = wanted if wanted not in self._taken else f"{wanted}_{len(self._taken)}"
         self._taken.add(chosen)
         self._names[function] = chosen
+        own = inspect.unwrap(function).__globals__
         replacements = {
-            used: self._resolve(function, used) for used in sorted(global_names(node)) if used not in vars(builtins)
+            used: self._resolve(own, used, function.__qualname__)
+            for used in sorted(global_names(node))
+            if used in own or used not in vars(builtins)
         }
         node = _Renamer(replacements).visit(node)
         node.name = chosen
@@ -57,11 +60,11 @@ class Linker:
         """Add text to the module, as a function with this decorator where one is given."""
         self.text.append(f"@{decorator}\n{text}" if decorator else text)
 
-    def _resolve(self, function: Callable[..., Any], used: str) -> ast.expr:
-        where = getattr(inspect.unwrap(function), "__globals__", {})
-        if used not in where:
-            raise ForceError(f"'{function.__qualname__}' uses '{used}', which is not defined")
-        value = where[used]
+    def _resolve(self, own: dict[str, Any], used: str, user: str) -> ast.expr:
+        """Return what stands in the text for a name that a function reads from its file."""
+        if used not in own:
+            raise ForceError(f"'{user}' uses '{used}', which is not defined")
+        value = own[used]
         literal = _literal(value)
         if literal is not None:
             return literal
@@ -74,7 +77,7 @@ class Linker:
         if isinstance(value, FunctionType):
             return ast.Name(self.add(value), ast.Load())
         raise ForceError(
-            f"'{function.__qualname__}' uses '{used}', a {type(value).__name__}; a law may use only numbers, "
+            f"'{user}' uses '{used}', a {type(value).__name__}; a law may use only numbers, "
             "functions of math and functions of its own file"
         )
 

@@ -74,43 +74,44 @@ def measure_cases(
     size, place = block.shape[2], 2 * mode_count()
     forces = measure_motions(block, points, bases[0], harmonics, out)
     acc, kind = np.zeros((ROWS, size)), np.empty(size, np.int64)
-    near = np.empty(size)
+    near, steps, phasors = np.empty(size), np.empty(size), np.empty((2, 1))
     sums, cuts, pair = np.empty((size, SUMS)), np.empty(MOST_CUTS + 1), np.empty((2, place + 1))
     for j in range(size):
         clear(sums[j])
+        steps[j] = TAU / points / parameters[3, j]  # in seconds
         near[j] = parameters[4, j]
         for k in range(kinks.shape[0]):
             near[j] = max(near[j], kinks[k, j])
         acc[LOW, j], acc[HIGH, j], acc[D_FIRST, j], acc[D_LAST, j] = np.inf, -np.inf, np.inf, -np.inf
-    half = 0.5 * TAU / points
     for i in range(points):
         here, there = block[i], block[i + 1]
-        angle = bases[0] + 2.0 * half * i
-        extremes(here, there, parameters, points, i, acc)
-        if smooth_steps(here, there, parameters, near, points, angle, acc, kind):
+        angle = bases[0] + TAU / points * i
+        phasors[0, 0], phasors[1, 0] = math.cos(angle), math.sin(angle)
+        extremes(here, there, parameters, steps, i, acc)
+        if smooth_steps(here, there, parameters, near, steps, points, angle, acc, kind):
             if whole_steps(here, there, parameters, kinks, kind):
-                plain_steps(here, there, parameters, points, angle, i, acc, kind)
+                plain_steps(here, there, parameters, steps, points, angle, i, acc, kind)
             for j in range(size):
                 if kind[j] == 2:
                     p = parameters_of(parameters, j)
                     copy_pair(here, there, j, pair)
                     measure_pieces(
-                        pair, 0, i, TAU / points / p[3], 0.0, points, tones[case_of[j]], bases, p, kinks[:, j], work[0],
-                        cuts, sums[j], forces, out[j],
+                        pair, 0, i, steps[j], 0.0, points, tones[case_of[j]], phasors, p, kinks[:, j], work[0], cuts,
+                        sums[j], forces, out[j],
                     )  # fmt: skip
-    steps = np.empty((2, size), np.int64)
+    where = np.empty((2, size), np.int64)
     for j in range(size):
         p = parameters_of(parameters, j)
         finish_lane(p, points, forces, acc[:, j], sums[j], out[j])
         high, low = acc[HIGH, j] >= sums[j, F_HIGH], acc[LOW, j] <= sums[j, F_LOW]
-        steps[0, j] = int(acc[HIGH_AT, j] if high else sums[j, AT_HIGH])
-        steps[1, j] = int(acc[LOW_AT, j] if low else sums[j, AT_LOW])
+        where[0, j] = int(acc[HIGH_AT, j] if high else sums[j, AT_HIGH])
+        where[1, j] = int(acc[LOW_AT, j] if low else sums[j, AT_LOW])
         acc[HIGH, j] = max(acc[HIGH, j], sums[j, F_HIGH])
         acc[LOW, j] = -min(acc[LOW, j], sums[j, F_LOW])
-    before = np.maximum(steps - 1, 0)
-    for which in (before, steps):
-        refine_lanes(block, parameters, points, 1.0, which[0], acc[HIGH])
-        refine_lanes(block, parameters, points, -1.0, which[1], acc[LOW])
+    before = np.maximum(where - 1, 0)
+    for which in (before, where):
+        refine_lanes(block, parameters, steps, 1.0, which[0], acc[HIGH])
+        refine_lanes(block, parameters, steps, -1.0, which[1], acc[LOW])
     for j in range(size):
         out[j, F_MAX], out[j, F_MIN] = acc[HIGH, j], -acc[LOW, j]
 
@@ -186,13 +187,13 @@ def add_product(even: Any, odd: Any, n: int, c: float, s: float, acc: Any, place
         acc[place + 1, j] -= s * odd[n, j]
 
 
-def extremes(here: Any, there: Any, parameters: Any, points: int, i: int, acc: Any) -> None:
+def extremes(here: Any, there: Any, parameters: Any, steps: Any, i: int, acc: Any) -> None:
     """Take the extremes at sample i, and the largest speed in the step from it."""
     place = 2 * mode_count()
     at = float(i)
     for j in range(here.shape[1]):
         p = parameters_of(parameters, j)
-        h = TAU / points / p[3]
+        h = steps[j]
         a, b = column(here, j), column(there, j)
         d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
         f = here[place, j]
@@ -213,7 +214,7 @@ def extremes(here: Any, there: Any, parameters: Any, points: int, i: int, acc: A
 
 
 def smooth_steps(
-    here: Any, there: Any, parameters: Any, near: Any, points: int, angle: float, acc: Any, kind: Any
+    here: Any, there: Any, parameters: Any, near: Any, steps: Any, points: int, angle: float, acc: Any, kind: Any
 ) -> int:
     """Measure the lanes whose step lies outside all kinks by Simpson's rule; return whether there are others.
 
@@ -226,7 +227,7 @@ def smooth_steps(
     c1, s1 = math.cos(angle + turn), math.sin(angle + turn)
     for j in range(here.shape[1]):
         p = parameters_of(parameters, j)
-        h = TAU / points / p[3]
+        h = steps[j]
         a, b = column(here, j), column(there, j)
         d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
         dm, vm = between(0.5, h, d0, v0, d1, v1), rate_between(0.5, h, d0, v0, d1, v1)
@@ -272,7 +273,7 @@ def whole_steps(here: Any, there: Any, parameters: Any, kinks: Any, kind: Any) -
 
 
 def plain_steps(
-    here: Any, there: Any, parameters: Any, points: int, angle: float, i: int, acc: Any, kind: Any
+    here: Any, there: Any, parameters: Any, steps: Any, points: int, angle: float, i: int, acc: Any, kind: Any
 ) -> None:
     """Measure the lanes of kind 1 by Gauss–Legendre quadrature over the whole step."""
     at = float(i)
@@ -281,7 +282,7 @@ def plain_steps(
         c, sine = math.cos(angle + s * TAU / points), math.sin(angle + s * TAU / points)
         for j in range(here.shape[1]):
             p = parameters_of(parameters, j)
-            h = TAU / points / p[3]
+            h = steps[j]
             a, b = column(here, j), column(there, j)
             d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
             d, v = between(s, h, d0, v0, d1, v1), rate_between(s, h, d0, v0, d1, v1)
@@ -324,18 +325,18 @@ def finish_lane(p: Any, points: int, forces: int, acc: Any, sums: Any, out: Any)
     out[Z_MIN], out[Z_MAX] = (d_min - p[0]) / p[1], (d_max - p[0]) / p[1]
 
 
-def refine_lanes(block: Any, parameters: Any, points: int, sign: float, steps: Any, best: Any) -> None:
+def refine_lanes(block: Any, parameters: Any, steps: Any, sign: float, which: Any, best: Any) -> None:
     """Raise `best` to the largest force times sign in one step of each lane, by golden section as in ``refine``."""
     size, place = best.shape[0], 2 * mode_count()
     ends = np.empty((2, place + 1, size))
     for j in range(size):
         for k in range(place):
-            ends[0, k, j], ends[1, k, j] = block[steps[j], k, j], block[steps[j] + 1, k, j]
+            ends[0, k, j], ends[1, k, j] = block[which[j], k, j], block[which[j] + 1, k, j]
     # ends of the bracket, its inner points, and the force there
     low, high, left, right = np.zeros(size), np.ones(size), np.full(size, 1.0 - GOLDEN), np.full(size, GOLDEN)
     at_left, at_right = np.empty(size), np.empty(size)
-    force_at(ends, parameters, points, sign, left, at_left)
-    force_at(ends, parameters, points, sign, right, at_right)
+    force_at(ends, parameters, steps, sign, left, at_left)
+    force_at(ends, parameters, steps, sign, right, at_right)
     point, found, to_left = np.empty(size), np.empty(size), np.empty(size, np.int64)
     for j in range(size):
         best[j] = max(best[j], at_left[j], at_right[j])
@@ -350,19 +351,19 @@ def refine_lanes(block: Any, parameters: Any, points: int, sign: float, steps: A
             point[j] = s
             left[j], right[j] = (s if leftward else kept), (kept if leftward else s)
             at_left[j], at_right[j] = at_kept, at_kept
-        force_at(ends, parameters, points, sign, point, found)
+        force_at(ends, parameters, steps, sign, point, found)
         for j in range(size):
             at_left[j] = found[j] if to_left[j] else at_left[j]
             at_right[j] = at_right[j] if to_left[j] else found[j]
             best[j] = found[j] if found[j] > best[j] else best[j]
 
 
-def force_at(ends: Any, parameters: Any, points: int, sign: float, point: Any, found: Any) -> None:
+def force_at(ends: Any, parameters: Any, steps: Any, sign: float, point: Any, found: Any) -> None:
     """Write each lane's force times sign at a share of the step between two samples."""
     here, there = ends[0], ends[1]
     for j in range(point.shape[0]):
         p = parameters_of(parameters, j)
-        h = TAU / points / p[3]
+        h = steps[j]
         a, b = column(here, j), column(there, j)
         d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
         d, v = between(point[j], h, d0, v0, d1, v1), rate_between(point[j], h, d0, v0, d1, v1)

@@ -2,8 +2,8 @@
 
 Deflections are summed over the samples. Forces are not smooth, so their averages are taken piece by piece: each step
 between samples is cut where the motion turns, where the force has a kink and where a branch switches, and each piece
-is integrated by Gauss–Legendre quadrature on the cubic Hermite interpolant of the motion. The same pieces give the
-contact time and the extremes between samples. Next to a kink a force may start like the root of the distance to it,
+is integrated by Gauss–Legendre quadrature on the cubic Hermite interpolant of the motion, and of the forces' memory. The
+same pieces give the contact time and the extremes between samples. Next to a kink a force may start like the root of the distance to it,
 which the substitution s = u^2 (3 - 2u) makes smooth.
 """
 
@@ -14,43 +14,70 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.slots import distance, force, latch_count, memory_size, mode_count, motion_of, rate_of, switch
+from dforce.kernel.slots import (
+    distance,
+    evolve,
+    force,
+    latch_count,
+    memory_size,
+    mode_count,
+    motion_of,
+    rate_of,
+    switch,
+)
 from dforce.observables.lockin import TAU, deflection, lock_in_column
 from dforce.observables.pieces import MOST_CUTS, cubic, cubic_rate, cut_at, fastest, insert, turning
 
 # columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
 Z, F, F_Z, F_V, CONTACT, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST = range(12)
 
-# Gauss–Legendre on (0, 1) with three nodes; behind them with six, after the substitution for pieces of a cut step, and
-# just inside both ends, without weight, where the force has its extremes at a kink
-PLAIN, CUT = 3, 11
+# Gauss–Legendre on (0, 1) with three nodes, for whole steps and pieces of a step that turns; then, without weight, just
+# inside both ends of a piece, where the force has its extremes at a kink; then six after the substitution, for pieces that
+# end at a kink
+PLAIN, TURNED, CUT = 3, 5, 11
 NODES = (
     0.1127016653792583, 0.5, 0.8872983346207417,
-    0.003343283942477668, 0.0763627911457814, 0.3244323018146883, 0.6755676981853117, 0.9236372088542186, 0.9966567160575223,
     1e-9, 0.999999999,
+    0.003343283942477668, 0.0763627911457814, 0.3244323018146883, 0.6755676981853117, 0.9236372088542186, 0.9966567160575223,
 )  # fmt: skip
 WEIGHTS = (
     0.2777777777777778, 0.4444444444444444, 0.2777777777777778,
-    0.01676846244060248, 0.1522780409672892, 0.3309534965921084, 0.3309534965921084, 0.1522780409672892, 0.01676846244060248,
     0.0, 0.0,
+    0.01676846244060248, 0.1522780409672892, 0.3309534965921084, 0.3309534965921084, 0.1522780409672892, 0.01676846244060248,
 )  # fmt: skip
 BENT = 0.01  # relative second difference of the force over a step up to which Simpson's rule is good to a millionth
 GOLDEN = 0.6180339887498949
 
 
 def force_within(s: float, h: float, block: Any, i: int, t: float, stage: Any, late: bool, p: Any) -> float:
-    """Return the force at the share s of step i; `late` takes the branches from the step's end."""
+    """Return the force at the share s of step i; `late` takes the branches from the step's end.
+
+    `stage` holds room for the memory and, behind it, its rates of change at both ends of the step (see `rates_of_memory`).
+    """
     a, b = motion_of(block, i), motion_of(block, i + 1)
     d = cubic(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
     rate = cubic_rate(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
     place = 2 * mode_count()
-    for k in range(memory_size()):
-        stage[k] = (1.0 - s) * block[i, place + k] + s * block[i + 1, place + k]
-    place += memory_size()
+    size = memory_size()
+    for k in range(size):
+        start, end = block[i, place + k], block[i + 1, place + k]
+        stage[k] = cubic(s, h * p[3], start, stage[size + k], end, stage[2 * size + k])
+    place += size
     if latch_count():
         which = i + 1 if late else i
         return force(d, rate, t + s * h, stage, block[which, place : place + latch_count()], p)
     return force(d, rate, t + s * h, stage, stage, p)
+
+
+def rates_of_memory(h: float, block: Any, i: int, t: float, stage: Any, p: Any) -> None:
+    """Write the rates of change of the forces' memory at both ends of step i behind the room for the memory."""
+    size = memory_size()
+    place = 2 * mode_count()
+    for end in range(2):
+        y = motion_of(block, i + end)
+        memory = block[i + end, place : place + size]
+        change = stage[(1 + end) * size : (2 + end) * size]
+        evolve(distance(y, p), rate_of(y, p), t + end * h, memory, memory, change, p)
 
 
 def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
@@ -76,6 +103,8 @@ def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
 
 def refine(h: float, block: Any, i: int, t: float, stage: Any, sign: float, best: float, p: Any) -> float:
     """Return the extreme of sign times the force within step i, by golden section, no worse than `best`."""
+    if memory_size():
+        rates_of_memory(h, block, i, t, stage, p)
     low, high = 0.0, 1.0
     left, right = 1.0 - GOLDEN, GOLDEN
     at_left = sign * force_within(left, h, block, i, t, stage, False, p)
@@ -96,12 +125,13 @@ def refine(h: float, block: Any, i: int, t: float, stage: Any, sign: float, best
 
 
 def measure(
-    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, harmonics: int, stage: Any, out: Any
+    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, harmonics: int, out: Any
 ) -> None:
     """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
     for k in range(out.shape[0]):
         out[k] = 0.0
     forces = measure_motion(block, points, tones, bases, harmonics, out)
+    stage = np.zeros(max(3 * memory_size(), 1))
     measure_force(block, period, points, tones, bases, p, kinks, stage, forces, out)
 
 
@@ -188,6 +218,8 @@ def measure_force(
         f0, f1 = block[i, last], block[i + 1, last]
         d_min, d_max = min(d_min, d0), max(d_max, d0)
         fast = max(fast, fastest(h, d0, v0, d1, v1))
+        if memory_size():
+            rates_of_memory(h, block, i, t, stage, p)
         if f0 > f_max:
             f_max, highest = f0, i
         if f0 < f_min:
@@ -218,7 +250,7 @@ def measure_force(
                 out[CONTACT] += 1.0 / points
             add_smooth(phasors, 0.0, 0.0, 0.0, 0.0, forces, out)
             continue
-        measure_pieces(block, i, i, h, t, points, tones, bases, p, kinks, stage, cuts, sums, forces, out)
+        measure_pieces(block, i, i, h, t, points, tones, phasors, p, kinks, stage, cuts, sums, forces, out)
         add_smooth(phasors, 0.0, 0.0, 0.0, 0.0, forces, out)
     if sums[F_HIGH] > f_max:
         f_max, highest = sums[F_HIGH], int(sums[AT_HIGH])
@@ -248,14 +280,15 @@ def clear(sums: Any) -> None:
 
 
 def measure_pieces(
-    block: Any, i: int, at: int, h: float, t: float, points: int, tones: Any, bases: Any, p: Any, kinks: Any, stage: Any,
-    cuts: Any, sums: Any, forces: int, out: Any,
+    block: Any, i: int, at: int, h: float, t: float, points: int, tones: Any, phasors: Any, p: Any, kinks: Any,
+    stage: Any, cuts: Any, sums: Any, forces: int, out: Any,
 ) -> None:  # fmt: skip
     """Measure the force over the step from sample i of the block, piece by piece; it is step `at` of the period."""
     a, b = motion_of(block, i), motion_of(block, i + 1)
     d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
     turn = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
-    count = insert(cuts, 0, turn)
+    turns = insert(cuts, 0, turn)
+    count = turns
     contact_is_kink = False
     for kink in kinks:
         count = cut_at(cuts, count, kink, turn, h, d0, v0, d1, v1)
@@ -266,7 +299,8 @@ def measure_pieces(
     if latch_count():
         switched = switching_share(block, i, h, t, p)
         count = insert(cuts, count, switched)
-    first, after = (PLAIN, CUT) if count > 0 else (0, PLAIN)
+    first, after = (PLAIN, CUT) if count > turns else (0, TURNED if turns else PLAIN)
+    simple = memory_size() == 0 and latch_count() == 0
     cuts[count] = 1.0
     d = cubic(turn, h, d0, v0, d1, v1)
     sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], d), max(sums[D_HIGH], d)
@@ -278,20 +312,32 @@ def measure_pieces(
             out[CONTACT] += (high - low) / points
         for q in range(first, after):
             s = low + NODES[q] * (high - low)
-            f = force_within(s, h, block, i, t, stage, middle > switched, p)
+            d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
+            if simple:
+                f = force(d, rate, t + s * h, stage, stage, p)
+            else:
+                f = force_within(s, h, block, i, t, stage, middle > switched, p)
             weight = WEIGHTS[q] * (high - low)
             if f > sums[F_HIGH]:
                 sums[F_HIGH], sums[AT_HIGH] = f, at
             if f < sums[F_LOW]:
                 sums[F_LOW], sums[AT_LOW] = f, at
             sums[SUM] += weight * f
-            sums[SUM_Z] += weight * f * (cubic(s, h, d0, v0, d1, v1) - p[0])
-            sums[SUM_V] += weight * f * cubic_rate(s, h, d0, v0, d1, v1)
+            sums[SUM_Z] += weight * f * (d - p[0])
+            sums[SUM_V] += weight * f * rate
             for j in range(tones.shape[0]):
-                angle = tones[j, 0] * (TAU / points * (at + s)) + bases[j]
-                out[forces + 2 * j] += 2.0 * weight * f * math.cos(angle) / points
-                out[forces + 2 * j + 1] -= 2.0 * weight * f * math.sin(angle) / points
+                c, sine = turned(phasors[0, j], phasors[1, j], tones[j, 0] * TAU / points * s)
+                out[forces + 2 * j] += 2.0 * weight * f * c / points
+                out[forces + 2 * j + 1] -= 2.0 * weight * f * sine / points
         low = high
+
+
+def turned(c: float, s: float, x: float) -> Any:
+    """Return the cosine and sine of an angle increased by x, a small angle (to the last digit below 0.4)."""
+    q = x * x
+    cos_x = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0)))))
+    sin_x = x * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0 * (1.0 - q / 156.0))))))
+    return c * cos_x - s * sin_x, s * cos_x + c * sin_x
 
 
 def kink_between(d0: float, d1: float, kinks: Any, a0: float) -> bool:

@@ -9,9 +9,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from dforce.errors import ParameterError
-from dforce.plot._style import BLUE, GRAY, VERMILLION, axis_text, color_cycle, head, new_figure, take, tidy
+from dforce.plot._style import BLUE, GRAY, VERMILLION, Floats, axis_text, color_cycle, head, new_figure, take, tidy
 from dforce.plot.distances import phase_axis
 from dforce.results import Status, reader_unit
 
@@ -26,7 +27,9 @@ SWEEPS: dict[str, dict[str, Any]] = {
     "up": {"color": BLUE, "linestyle": "-", "label": "up →"},
     "down": {"color": VERMILLION, "linestyle": (0, (4, 1.5)), "label": "← down"},
 }
+UNSTABLE = (0, (3, 2))  # dashes
 FORCES = ("peak_force", "min_force")
+ENERGIES = ("total_virial", "total_dissipated_energy")
 
 
 def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
@@ -41,9 +44,9 @@ def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = Non
     """
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    _states(upper, _tone(take(dataset, "amplitude", "point"), tone), dataset)
-    _states(lower, _tone(take(dataset, "phase", "point"), tone), dataset)
-    _finish_pair(upper, lower, dataset)
+    _states(upper, [_tone(take(dataset, "amplitude", "point"), tone)], dataset)
+    _states(lower, [_tone(take(dataset, "phase", "point"), tone)], dataset)
+    _finish_pair(upper, lower, dataset, str(dataset.attrs["along"]))
     _legend(upper, dataset)
     return [upper, lower]
 
@@ -60,7 +63,7 @@ def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = No
     upper, lower = figure.subplots(2, 1, sharex=True)
     for axes, name in ((upper, "amplitude"), (lower, "phase")):
         _sweeps(axes, _tone(take(dataset, name, "frequency", "direction"), tone), dataset)
-    _finish_pair(upper, lower, dataset)
+    _finish_pair(upper, lower, dataset, "frequency")
     handles, labels = upper.get_legend_handles_labels()
     if handles:
         upper.legend(handles, labels, framealpha=0.85, fontsize="small", loc="best")
@@ -68,15 +71,13 @@ def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = No
 
 
 def branches_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw amplitude and phase of all states beside their forces and the energy that the sample takes."""
+    """Draw amplitude and phase of all states beside their forces and energies."""
     figure = new_figure(figure, 10.0, 6.0)
-    left, right = figure.subfigures(1, 2)
+    left, right = figure.subfigures(1, 2, squeeze=False)[0]
     axes = branches(dataset, figure=left)
     upper, lower = right.subplots(2, 1, sharex=True)
-    for name in FORCES:
-        _states(upper, take(dataset, name, "point"), dataset)
-    upper.set_ylabel(f"largest and lowest force ({reader_unit(dataset['peak_force'])[1]})")
-    _states(lower, take(dataset, "total_dissipated_energy", "point"), dataset)
+    _states(upper, [take(dataset, name, "point") for name in FORCES], dataset, "largest and lowest force")
+    _states(lower, [take(dataset, name, "point") for name in ENERGIES], dataset, "virial, dissipated energy")
     upper.set_xlabel("")
     return [*axes, upper, lower]
 
@@ -87,12 +88,19 @@ def _tone(variable: xr.DataArray, tone: int) -> xr.DataArray:
     return variable.sel(tone=tone, drop=True)
 
 
-def _states(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
-    """Draw a quantity along all curves, in pieces that are stable or not."""
-    along = str(dataset.attrs["along"])
-    across, x_unit = reader_unit(dataset[along])
-    scale, y_unit = reader_unit(variable)
-    x, y = np.asarray(dataset[along].values) / across, np.asarray(variable.values) / scale
+def _states(axes: Axes, variables: list[xr.DataArray], dataset: xr.Dataset, text: str = "") -> None:
+    """Draw quantities of one unit along all curves, in pieces that are stable or not."""
+    along = dataset[str(dataset.attrs["along"])]
+    across, x_unit = reader_unit(along)
+    scale, y_unit = reader_unit(max(variables, key=lambda variable: float(np.abs(variable).max())))
+    for variable in variables:
+        _pieces(axes, np.asarray(along.values) / across, np.asarray(variable.values) / scale, dataset)
+    axes.set_xlabel(axis_text(along, x_unit))
+    axes.set_ylabel(f"{text} ({y_unit})" if text else axis_text(variables[0], y_unit))
+    tidy(axes)
+
+
+def _pieces(axes: Axes, x: Floats, y: Floats, dataset: xr.Dataset) -> None:
     curve, stable = dataset["branch"].values, dataset["stable"].values
     numbers = np.unique(curve)
     colors = dict(zip(numbers, color_cycle(len(numbers)), strict=True))
@@ -102,15 +110,12 @@ def _states(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
         for piece in np.split(points, cuts):
             # a piece reaches to the next one's first point, so that the curve has no gaps
             reach = np.append(piece, piece[-1] + 1) if piece[-1] < points[-1] else piece
-            style: Any = "-" if stable[piece[0]] else (0, (3, 2))
+            style: Any = "-" if stable[piece[0]] else UNSTABLE
             axes.plot(x[reach], y[reach], color=colors[number], linestyle=style, linewidth=1.4)
     for name, look in MARKS.items():
         there = dataset["special"].values == name
         if there.any():
             axes.plot(x[there], y[there], linestyle="none", color="black", zorder=4, **({"markersize": 4.0} | look))
-    axes.set_xlabel(axis_text(dataset[along], x_unit))
-    axes.set_ylabel(axis_text(variable, y_unit))
-    tidy(axes)
 
 
 def _sweeps(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
@@ -127,16 +132,20 @@ def _sweeps(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
         axes.plot(x[order], y[order], linewidth=1.4, **look)
         restless = (np.asarray(status.values) == Status.NOT_SETTLED) & np.isfinite(y)
         if restless.any():
-            axes.plot(x[restless], y[restless], "o", markerfacecolor="none", color=look["color"], label="did not settle")
+            ring = {"markerfacecolor": "none", "color": look["color"], "label": "did not settle"}
+            axes.plot(x[restless], y[restless], "o", **ring)
     axes.set_xlabel(axis_text(dataset["frequency"], x_unit))
     axes.set_ylabel(axis_text(variable, y_unit))
     tidy(axes)
 
 
-def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset) -> None:
+def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset, along: str) -> None:
     upper.set_xlabel("")
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
-    phase_axis(lower)
+    if along == "frequency":  # off resonance the phase says nothing of attraction or repulsion
+        lower.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10]))
+    else:
+        phase_axis(lower)
     held = dataset["zc"] if "zc" in dataset.coords and dataset["zc"].ndim == 0 else None
     extra = ""
     if held is not None:
@@ -147,11 +156,10 @@ def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset) -> None:
 
 def _legend(axes: Axes, dataset: xr.Dataset) -> None:
     stable = dataset["stable"].values
-    lines = [
-        Line2D([], [], color=GRAY, linestyle=style, label=label)
-        for style, label, there in (("-", "stable", stable.any()), ((0, (3, 2)), "unstable", not stable.all()))
-        if there
-    ]
+    looks: list[tuple[Any, str, bool]] = [
+        ("-", "stable", bool(stable.any())), (UNSTABLE, "unstable", not stable.all()),
+    ]  # fmt: skip
+    lines = [Line2D([], [], color=GRAY, linestyle=style, label=label) for style, label, there in looks if there]
     handles, labels = axes.get_legend_handles_labels()
     axes.legend([*lines, *handles], [*(str(line.get_label()) for line in lines), *labels], framealpha=0.85,
                 fontsize="small", loc="best")  # fmt: skip

@@ -8,6 +8,7 @@ from matplotlib.figure import FigureBase
 
 from dforce.errors import ParameterError
 from dforce.plot._style import head, new_figure
+from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
@@ -21,7 +22,8 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes
     """Draw a whole result and return all its axes.
 
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
-    gives traces, spectrum, force against distance and phase portrait; a force curve gives itself.
+    gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
+    of all states; a frequency sweep gives the resonance curve; a force curve gives itself.
 
     Raises
     ------
@@ -34,9 +36,11 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes
         return [force_curve(dataset, figure)]
     if "zc" in dataset.dims and "amplitude" in dataset:
         return _approach(dataset, figure)
-    raise ParameterError(
-        "this dataset is neither an approach, a dwell nor a force curve; there is no overview of it"
-    )
+    if "point" in dataset.dims and "amplitude" in dataset:
+        return branches_overview(dataset, figure)
+    if "frequency" in dataset.dims and "amplitude" in dataset:
+        return resonance(dataset, figure=figure)
+    raise ParameterError("this dataset is the result of no experiment, nor a force curve; there is no overview of it")
 
 
 def _approach(dataset: xr.Dataset, figure: FigureBase | None) -> list[Axes]:

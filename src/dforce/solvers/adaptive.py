@@ -154,7 +154,7 @@ def march(
         phases(tones, first + i, bases)
         y = advance(y, memory, latched, first + i, points, tones, bases, kinks, tolerance, sizes, work, block, p)
         if every:
-            measure(block, first + i, points, tones, bases, p, kinks, harmonics, work[0], out[i])
+            measure(block, first + i, points, tones, bases, p, kinks, harmonics, out[i])
         else:
             lock_in(block, points, tones, bases, out[i])
     return y

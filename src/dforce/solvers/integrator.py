@@ -215,8 +215,7 @@ class LSODA(Integrator):
             phases(self.tones, period, bases)
             if every:
                 measured(
-                    self.block, period, self.points, self.tones, bases, self.p, self.kinks, self.harmonics, self.work[0],
-                    out[row],
+                    self.block, period, self.points, self.tones, bases, self.p, self.kinks, self.harmonics, out[row],
                 )  # fmt: skip
             else:
                 lock_in(self.block, self.points, self.tones, bases, out[row])

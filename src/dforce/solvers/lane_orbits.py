@@ -16,7 +16,6 @@ from dforce.solvers.lanes import advance_samples
 from dforce.solvers.shooting import (
     CONTRACTS,
     CONVERGED,
-    FRESH,
     LARGEST,
     LOST,
     SHORTEST,
@@ -27,6 +26,7 @@ from dforce.solvers.shooting import (
 )
 
 NUDGE = 2e-7  # of the free amplitude: distance of the neighbors; one side is enough this near
+NEAR_ENOUGH = 1e-5  # of the free amplitude: a tangent so near to the orbit is its own
 WIDTH = 4  # lanes are filled up to a multiple of this: the width of a vector register
 MARCHING, DONE, GONE = 0, 1, 2  # what a case is doing at a distance
 
@@ -95,12 +95,33 @@ def take_tangents(
                 jacobians[case, i, k] = (block[end, i, j * size + k] - ends[case, i]) / NUDGE
 
 
-def predict_tangent(jacobians: Any, zc: Any, i: int, order: int, flat: Any, out: Any) -> None:
-    """Write a guess of the tangent at distance i by extrapolation through those before it; `flat` is scratch."""
-    size = out.shape[0]
-    predict(jacobians.reshape((jacobians.shape[0], size * size)), zc, i, 0, order, flat)
-    for k in range(size * size):
-        out[k // size, k % size] = flat[k]
+def predict_tangent(jacobians: Any, zc: Any, i: int, out: Any) -> None:
+    """Write a guess of the tangent at distance i: the line through those at the two distances before it."""
+    weight = (zc[i] - zc[i - 1]) / (zc[i - 1] - zc[i - 2]) if i > 1 else 0.0
+    for a in range(out.shape[0]):
+        for b in range(out.shape[1]):
+            out[a, b] = jacobians[i - 1, a, b]
+            if i > 1:
+                out[a, b] += weight * (jacobians[i - 1, a, b] - jacobians[i - 2, a, b])
+
+
+def take_slopes(
+    which: Any, count: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any, bases: Any,
+    points: int, cosine: Any, nothing: Any, work: Any, tangents: Any, slopes: Any,
+) -> None:  # fmt: skip
+    """Write how the orbits of some cases change with the distance (per meter), for the first step along it."""
+    size = motions.shape[1]
+    change, matrix = np.empty(size), np.empty((size, size))
+    block = np.empty((2, size + 1, padded(count)))
+    farther = here + NUDGE * parameters[1]
+    _, _, _, end = march_lanes(
+        which, count, 1, motions, farther, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
+    )
+    for j in range(count):
+        case = which[j]
+        for k in range(size):
+            change[k] = (block[end, k, j] - motions[case, k]) / (NUDGE * parameters[1, case])
+        correction(tangents[case], change, matrix, slopes[case])
 
 
 def follow_cases(
@@ -118,25 +139,28 @@ def follow_cases(
     cases, size = starts.shape
     motions, ends, begun, steps = starts.copy(), np.empty((cases, size)), np.empty((cases, size)), np.empty((cases, size))
     here, before, shorter = np.empty(cases), np.empty(cases), np.empty(cases)
-    fresh, known, state = np.empty(cases), np.empty(cases, np.int64), np.full(cases, MARCHING)
+    state, guessed = np.full(cases, MARCHING), np.zeros(cases, np.int64)  # guessed: whether the tangent is a guess
+    moved = np.empty(cases)  # how far since the tangent was taken
     tangents, miss, matrix = np.zeros((cases, size, size)), np.empty(size), np.empty((size, size))
     active, marching, wanting = np.empty(cases, np.int64), np.empty(cases, np.int64), np.empty(cases, np.int64)
     place = np.empty(cases, np.int64)
-    nothing, flat = np.empty(0), np.empty(size * size)
+    nothing = np.empty(0)
     done[:] = 0
-    main = np.empty((points + 1, size + 1, padded(cases)))
+    main, slopes = np.empty((points + 1, size + 1, padded(cases))), np.zeros((cases, size))
     for i in range(zc.shape[1]):
         count = 0
         for case in range(cases):
             if done[case] == i and i < counts[case]:
                 active[count], place[case] = case, count
                 count += 1
-                here[case], before[case], shorter[case], fresh[case] = zc[case, i], np.inf, 1.0, np.inf
-                state[case], known[case] = MARCHING, 1 if i > 0 else 0
+                here[case], before[case], shorter[case], moved[case] = zc[case, i], np.inf, 1.0, np.inf
+                state[case], guessed[case] = MARCHING, 1 if i > 0 else 0
                 infos[case, i, 1], infos[case, i, 2], infos[case, i, 3] = 0, LOST, np.inf
                 if i > 0:
                     predict(orbits[case], zc[case], i, 0, order, motions[case])
-                    predict_tangent(jacobians[case], zc[case], i, order, flat, tangents[case])
+                    predict_tangent(jacobians[case], zc[case], i, tangents[case])
+                if i == 1:
+                    motions[case] += slopes[case] * (zc[case, 1] - zc[case, 0])
         if count == 0:
             return
         if padded(count) != main.shape[2]:
@@ -166,13 +190,12 @@ def follow_cases(
                     going += 1
                 if state[case] == GONE:
                     continue
-                stale = state[case] == DONE and fresh[case] > FRESH
-                tried = worst > before[case] and shorter[case] > SHORTEST
-                slow = known[case] == 0 or (attempt > 0 and worst > CONTRACTS * before[case])
-                if stale or (state[case] == MARCHING and not tried and slow):
+                too_far = worst > before[case] and shorter[case] > SHORTEST
+                slow = guessed[case] == 0 and moved[case] == np.inf or (worst > CONTRACTS * before[case] and not too_far)
+                if (state[case] == DONE and moved[case] > NEAR_ENOUGH) or (state[case] == MARCHING and slow):
                     wanting[wanted] = case
                     wanted += 1
-                    fresh[case], known[case] = worst, 1
+                    moved[case] = 0.0
                     infos[case, i, 3] = worst
             if wanted > 0:
                 take_tangents(
@@ -197,6 +220,7 @@ def follow_cases(
                     shorter[case] = min(1.0, LARGEST / longest) if longest > 0.0 else 1.0
                 for k in range(size):
                     motions[case, k] = begun[case, k] + shorter[case] * steps[case, k]
+                    moved[case] = max(moved[case], shorter[case] * abs(steps[case, k]))
             block = main if left == count else np.empty((points + 1, size + 1, padded(left)))
             march_lanes(
                 marching, left, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
@@ -216,3 +240,8 @@ def follow_cases(
             infos[case, i, 2] = CONVERGED
             orbits[case, i], jacobians[case, i], rows[case, i] = motions[case], tangents[case], measured[j]
             done[case] = i + 1
+        if i == 0 and zc.shape[1] > 1:
+            take_slopes(
+                active, count, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
+                tangents, slopes,
+            )  # fmt: skip

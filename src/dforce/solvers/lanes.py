@@ -23,22 +23,27 @@ from dforce.kernel.slots import (
     rate_of,
     row,
 )
-from dforce.solvers._loops import TAU, passed, seconds
-from dforce.solvers.rk4 import cut_step
+from dforce.observables.measure import turned
+from dforce.observables.pieces import crossing
+from dforce.solvers._loops import TAU, held, interval, margin, passed, seconds
+from dforce.solvers.rk4 import NEAR, cut_step, step
 
+TRIES = 4  # to land behind a kink
 REACH = 1e-3  # of the free amplitude: farther apart copies of one motion are not meant to be
 
 
 @inlined
-def smooth_step(y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float, p: Any) -> Any:
+def smooth_step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float, memory: Any, latched: Any, p: Any
+) -> Any:
     """Return the motion one step later under forces that are functions of the motion alone; `f` is theirs at the start."""
     k1 = motion(u0, f, y, p)
     ya = moved(y, 0.5 * h, k1)
-    k2 = motion(u1, force(distance(ya, p), rate_of(ya, p), t + 0.5 * dt, None, None, p), ya, p)
+    k2 = motion(u1, force(distance(ya, p), rate_of(ya, p), t + 0.5 * dt, memory, latched, p), ya, p)
     yb = moved(y, 0.5 * h, k2)
-    k3 = motion(u1, force(distance(yb, p), rate_of(yb, p), t + 0.5 * dt, None, None, p), yb, p)
+    k3 = motion(u1, force(distance(yb, p), rate_of(yb, p), t + 0.5 * dt, memory, latched, p), yb, p)
     yc = moved(y, h, k3)
-    k4 = motion(u2, force(distance(yc, p), rate_of(yc, p), t + dt, None, None, p), yc, p)
+    k4 = motion(u2, force(distance(yc, p), rate_of(yc, p), t + dt, memory, latched, p), yc, p)
     return moved4(y, h, k1, k2, k3, k4)
 
 
@@ -59,8 +64,8 @@ def advance_copies(
         u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         for j in range(lanes.shape[1]):
             y = column(before, j)
-            f = force(distance(y, p), rate_of(y, p), t, None, None, p)
-            put_column(after, j, smooth_step(y, f, u0, u1, u2, h, t, dt, p))
+            f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
+            put_column(after, j, smooth_step(y, f, u0, u1, u2, h, t, dt, memory, latched, p))
         d0, d1 = distance(column(before, 0), p), distance(column(after, 0), p)
         if comes_near(kinks, min(d0, d1), max(d0, d1), REACH * p[1]):
             for j in range(lanes.shape[1]):
@@ -70,7 +75,8 @@ def advance_copies(
                     put_column(after, j, end)
         before, after = after, before
     if points % 2:
-        lanes[:, :] = before
+        for j in range(lanes.shape[1]):
+            put_column(lanes, j, column(before, j))
 
 
 def comes_near(kinks: Any, low: float, high: float, reach: float) -> bool:
@@ -103,7 +109,7 @@ def advance_cases(
                 u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
                 y = column(lanes, j)
                 f = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
-                put_column(lanes, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, p))
+                put_column(lanes, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, None, None, p))
     add_lock_in(lanes, cosine[0, 2 * points], cosine[1, 2 * points], 1.0 / points, lock_ins)
 
 
@@ -137,16 +143,15 @@ def advance_samples(
             y = column(here, j)
             f = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
             here[place, j] = f
-            put_column(there, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, p))
+            put_column(there, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, None, None, p))
         if mark_crossed(here, there, parameters, kinks, crossed):
             for j in range(size):
                 if crossed[j]:
                     p = parameters_of(parameters, j)
-                    y, end = column(here, j), column(there, j)
-                    end = cut_step(
-                        y, end, i * h, h, 0, nothing, nothing, tones[case_of[j]], bases, kinks[:, j], work[0], work, p
-                    )
-                    put_column(there, j, end)
+                    put_column(there, j, cut_lane(
+                        column(here, j), column(there, j), here[place, j], i, drive, j, kinks[:, j], tones[case_of[j]],
+                        bases, points, cosine, nothing, work, p,
+                    ))  # fmt: skip
     end_row = points % rows
     last = block[end_row]
     for j in range(size):
@@ -154,6 +159,47 @@ def advance_samples(
         y = column(last, j)
         last[place, j] = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
     return end_row
+
+
+def cut_lane(
+    y: Any, end: Any, f: float, i: int, drive: Any, j: int, kinks: Any, tones: Any, bases: Any, points: int, cosine: Any,
+    nothing: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion after step i of one lane, cut at a kink as in ``rk4.cut_step``.
+
+    Newton's method finds the kink, and the drive comes from the table by rotation. A step with more than one event is left
+    to ``cut_step``.
+    """
+    h = TAU / points
+    dt = seconds(h, p)
+    c0, s0 = cosine[0, 2 * i], cosine[1, 2 * i]
+    which = passed(y, end, 0.0, nothing, kinks, p)
+    limits = interval(y, kinks, p)
+    first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
+    first += 0.5 * NEAR * h
+    for _ in range(TRIES):
+        if not 0.0 < first < h:
+            break
+        cm, sm = turned(c0, s0, 0.5 * first)
+        ch, sh = turned(c0, s0, first)
+        um, uh = lane_drive(drive, j, cm), lane_drive(drive, j, ch)
+        landed = step(y, f, lane_drive(drive, j, c0), um, uh, first, 0.0, nothing, nothing, limits, nothing, work, p)
+        past = margin(which, y, landed, 0.0, nothing, kinks, p)
+        wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
+        if not 0.0 < past < wanted:
+            first -= (past - 0.5 * wanted) / wanted * NEAR * h
+            continue
+        if passed(y, landed, 0.0, nothing, kinks, p) != which:
+            break
+        limits = interval(landed, kinks, p)
+        cm, sm = turned(ch, sh, 0.5 * (h - first))
+        f = force(held(distance(landed, p), limits), rate_of(landed, p), 0.0, None, None, p)
+        um, ue = lane_drive(drive, j, cm), lane_drive(drive, j, cosine[0, 2 * i + 2])
+        behind = step(landed, f, uh, um, ue, h - first, 0.0, nothing, nothing, limits, nothing, work, p)
+        if passed(landed, behind, 0.0, nothing, kinks, p) >= 0:
+            break
+        return behind
+    return cut_step(y, end, i * h, h, 0, nothing, nothing, tones, bases, kinks, work[0], work, p)
 
 
 def mark_crossed(here: Any, there: Any, parameters: Any, kinks: Any, crossed: Any) -> int:

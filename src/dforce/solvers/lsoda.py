@@ -60,7 +60,7 @@ def make_integrator(entry: Any, arguments: tuple[Any, ...], state: Any, tau: flo
         "lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most
     )
     solver.set_f_params(*arguments)
-    solver.set_initial_value(state, tau)
+    solver.set_initial_value(state.copy(), tau)  # SciPy works in place
     return solver
 
 
@@ -101,7 +101,7 @@ class Flow:
 
     def _go(self, end: float, block: Any, row: int) -> int:
         """Integrate to a time, sample, and return which latch must switch, or -1."""
-        self.state, self.tau = self.solver.integrate(end), end
+        self.state, self.tau = self.solver.integrate(end).copy(), end
         if not self.solver.successful():
             self.state = np.full_like(self.state, np.nan)
         return self.sample(block, row)

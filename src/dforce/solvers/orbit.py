@@ -145,8 +145,8 @@ class Follower:
         stretch = finish_all(
             integrator.problem, integrator.scales, integrator.harmonics, rows[:done], weights(self.frequencies, common)
         )
-        multipliers = np.linalg.eigvals(jacobians[:done])
-        multipliers = np.take_along_axis(multipliers, np.argsort(-np.abs(multipliers), axis=1, kind="stable"), 1)
+        found = np.linalg.eigvals(jacobians[:done])
+        multipliers = np.take_along_axis(found, np.argsort(-np.abs(found), axis=1, kind="stable"), 1)
         stretch |= {
             "settling_periods": np.zeros(done),
             "drift": infos[:, 0],

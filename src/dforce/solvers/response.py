@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.solvers.continuation import Orbit, PeriodMap, along_parameter, as_steady, correct, orbit_from
+from dforce.solvers.fixed_point import Orbit, PeriodMap, along_parameter, as_steady, correct, orbit_from
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.orbit import AT_ONCE, MISS, ROUGH, SAME_STATE
 from dforce.solvers.transient import Steady, Watch, settle, steady

@@ -209,7 +209,7 @@ def march(
             tabulate(tones, bases, points, table)
         y = advance(y, memory, latched, first + i, points, tones, bases, table, kinks, stage, work, block, p)
         if every:
-            measure(block, first + i, points, tones, bases, p, kinks, harmonics, stage, out[i])
+            measure(block, first + i, points, tones, bases, p, kinks, harmonics, out[i])
         else:
             lock_in(block, points, tones, bases, out[i])
     return y

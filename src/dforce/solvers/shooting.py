@@ -263,11 +263,11 @@ def follow(
             for j in range(2 * mode_count()):
                 jacobians[i, k, j] = jacobian[k, j]
         if common == 1:
-            measure(block, first, points, tones, bases, here, kinks, harmonics, stage, rows[i, 0])
+            measure(block, first, points, tones, bases, here, kinks, harmonics, rows[i, 0])
             continue
         for k in range(common):
             phases(tones, first + k, bases)
             tabulate(tones, bases, points, table)
             y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, here)
-            measure(block, first + k, points, tones, bases, here, kinks, harmonics, stage, rows[i, k])
+            measure(block, first + k, points, tones, bases, here, kinks, harmonics, rows[i, k])
     return zc.shape[0]

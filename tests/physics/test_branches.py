@@ -1,0 +1,218 @@
+"""Curves of states: what they must agree with is the transient, the exact identities of PHYSICS 5, and each other."""
+
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce.errors import ParameterError
+
+NM = 1e-9
+FOLD = 9.794e-9  # of figure 3 with DMT: the adaptive transient keeps the repulsive state at 9.78 nm and jumps before 9.80 nm
+
+
+@pytest.fixture(scope="module")
+def case():
+    return df.example("figure-3-branches")
+
+
+@pytest.fixture(scope="module")
+def states(case):
+    return df.run(case)
+
+
+def of_curve(states, number):
+    return states.isel(point=np.flatnonzero(states["branch"].values == number))
+
+
+def at(states, zc):
+    """Return amplitude (m), phase (degrees) and stability of all states at a distance, by linear interpolation."""
+    found = []
+    for number in np.unique(states["branch"]):
+        curve = of_curve(states, number)
+        x, a, phi = curve["zc"].values, curve["amplitude"].values[:, 0], curve["phase"].values[:, 0]
+        for i in np.flatnonzero((x[:-1] - zc) * (x[1:] - zc) <= 0):
+            s = (zc - x[i]) / (x[i + 1] - x[i])
+            found.append((a[i] + s * (a[i + 1] - a[i]), phi[i] + s * (phi[i + 1] - phi[i]), bool(curve["stable"][i])))
+    return sorted(found)
+
+
+def test_the_repulsive_branch_of_figure_3_folds_where_the_transient_loses_it(case, states):
+    folds = states["zc"].values[states["special"].values == "fold"]
+    assert folds == pytest.approx([FOLD], abs=1e-4 * NM)
+    zc = np.array([9.5, 9.6, 9.7, 9.75, 9.78, 9.81]) * NM
+    start = {"amplitude": "9.74 nm", "phase": "77 deg"}
+    slow = df.approach(case.replace("solver.method", "transient"), zc=zc, direction="retract", start=start)
+    assert (slow["phase"].values[:-1, 0] < 90).all()
+    assert slow["phase"].values[-1, 0] > 100
+
+
+def test_two_stable_states_and_an_unstable_one_between_them_exist_at_8_nm(states):
+    attractive, unstable, repulsive = at(states, 8 * NM)
+    assert (attractive[2], unstable[2], repulsive[2]) == (True, False, True)
+    assert attractive[1] > unstable[1] > 90 > repulsive[1]
+    assert [len(at(states, zc * NM)) for zc in (2, 5, 9.7, 9.9, 11)] == [3, 3, 3, 1, 1]
+
+
+def test_the_repulsive_branch_is_detached_from_the_attractive_one_and_found_by_the_search(states):
+    assert list(np.unique(states["branch"])) == [1, 2]
+    first, second = of_curve(states, 1), of_curve(states, 2)
+    assert first["zc"].values[[0, -1]] == pytest.approx([12 * NM, 1 * NM], abs=1e-18)
+    assert first["stable"].all()
+    assert second["zc"].values[[0, -1]] == pytest.approx([1 * NM, 1 * NM], abs=1e-18)
+
+
+@pytest.mark.parametrize(("number", "direction"), [(1, "approach"), (2, "retract")])
+def test_stable_states_are_those_of_the_transient(case, states, number, direction):
+    curve = of_curve(states, number)
+    # in steps small enough that the transient stays on its branch
+    chosen = curve.isel(point=np.flatnonzero(curve["stable"].values & (np.abs(curve["zc"].values - 8.6 * NM) < 1.1 * NM))[::3]).sortby("zc")
+    first = chosen.isel(point=0 if direction == "retract" else -1)
+    start = {"amplitude": float(first["amplitude"][0]), "phase": np.radians(float(first["phase"][0]))}
+    settings = case.replace("solver", {"method": "transient", "settle_tolerance": 1e-8})
+    slow = df.approach(settings, zc=chosen["zc"].values, direction=direction, start=start)
+    assert slow["amplitude"].values[:, 0] == pytest.approx(chosen["amplitude"].values[:, 0], abs=1e-7 * 10 * NM)
+    assert slow["phase"].values[:, 0] == pytest.approx(chosen["phase"].values[:, 0], abs=1e-5)
+
+
+def test_the_identities_hold_on_every_orbit_stable_or_not(case, states):
+    mode, tone = case.problem.modes[0], case.problem.tones[0]
+    a, phi = states["amplitude"].values[:, 0], np.radians(states["phase"].values[:, 0])
+    energy = np.pi * tone.force * a
+    force = np.abs(states["min_force"].values) * states["contact_fraction"].values.clip(0.01)
+    assert (~states["stable"]).sum() > 100
+    assert np.abs(mode.k * states["mean_deflection"] - states["mean_force"]).max() < 1e-4 * force.max()
+    virial = -mode.k * a * tone.A0 * np.cos(phi) / (2 * mode.Q)
+    assert states["virial"].values[:, 0] == pytest.approx(virial, abs=1e-5 * energy.max())
+    loss = np.pi * mode.k * a / mode.Q * (tone.A0 * np.sin(phi) - a)
+    assert states["dissipated_energy"].values[:, 0] == pytest.approx(loss, abs=1e-5 * energy.max())
+    # DMT takes nothing from the motion
+    assert np.abs(states["total_dissipated_energy"].values).max() < 1e-5 * energy.max()
+
+
+def test_multipliers_multiply_to_the_damping_of_one_period(case, states):
+    error = np.abs(states["multiplier_modulus"].values.prod(axis=1) * np.exp(2 * np.pi / case.problem.modes[0].Q) - 1)
+    assert np.median(error) < 2e-6
+    # an orbit that grazes the surface has neighbors that touch it and others that do not
+    assert error.max() < 1e-4
+
+
+def test_a_multiplier_passes_one_at_a_fold(states):
+    fold = states.isel(point=np.flatnonzero(states["special"].values == "fold"))
+    assert fold["multiplier_modulus"].values[:, 0] == pytest.approx(1.0, abs=1e-5)
+    assert fold["multiplier_angle"].values[:, 0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_fold_is_the_same_with_an_integrator_that_controls_its_steps(case):
+    near = {"zc": ("9.9 nm", "9.3 nm"), "search": 2, "largest_step": 0.05}
+    adaptive = df.branches(case.replace("solver", {"integrator": "adaptive"}), **near)
+    fold = adaptive["zc"].values[adaptive["special"].values == "fold"]
+    assert fold == pytest.approx([FOLD], abs=1e-4 * NM)
+
+
+def test_branches_along_a_parameter_meet_those_along_the_distance(case):
+    along_zc = df.branches(case, zc=("12 nm", "9 nm"), largest_step=0.04, search=3)
+    stiffer = df.branches(
+        case.replace(experiment=None), zc="9 nm", parameter="sample.youngs_modulus", start="1 GPa", stop="2 GPa",
+        largest_step=0.04, search=2,
+    )  # fmt: skip
+    assert stiffer["youngs_modulus"].attrs["units"] == "Pa"
+    assert float(stiffer["zc"]) == 9e-9
+    here = np.sort(along_zc["amplitude"].values[np.isclose(along_zc["zc"], 9e-9, rtol=1e-12, atol=0.0), 0])
+    there = np.sort(stiffer["amplitude"].values[np.isclose(stiffer["youngs_modulus"], 1e9, rtol=1e-12), 0])
+    assert len(here) == 3
+    assert there == pytest.approx(here, rel=1e-8)
+
+
+def test_an_s_shaped_curve_along_the_free_amplitude_is_followed_through_both_folds(case):
+    curve = df.branches(case, zc="9 nm", parameter="drive.A0", start="2 nm", stop="20 nm", search=0)
+    assert set(np.unique(curve["branch"])) == {1}
+    folds = curve["A0"].values[curve["special"].values == "fold"]
+    assert len(folds) == 2
+    low, high = sorted(folds)
+    slow = case.replace("solver.method", "transient")
+    # below the folds there is the attractive state alone, above them the repulsive one
+    below = df.dwell(slow.replace("drive.A0", 0.99 * low), zc="9 nm", start={"amplitude": "9.26 nm", "phase": "68 deg"})
+    above = df.dwell(slow.replace("drive.A0", 1.01 * high), zc="9 nm", start={"amplitude": "8.9 nm", "phase": "118 deg"})
+    assert float(below["phase"][0]) > 90 > float(above["phase"][0])
+
+
+def test_the_drive_frequency_is_varied_at_constant_force(case):
+    far = df.branches(
+        case, zc="60 nm", parameter="drive.frequency", start="48.8 kHz", stop="49 kHz", search=0, largest_step=0.05
+    )
+    mode, force = case.problem.modes[0], case.problem.tones[0].force
+    r = far["frequency"].values / mode.f0
+    exact = force / mode.k / np.abs(1 - r**2 + 1j * r / mode.Q)
+    # the attraction at 60 nm shifts the resonance by H R / (18 k d^3) = 1e-8, times Q on the flanks
+    assert far["amplitude"].values[:, 0] == pytest.approx(exact, rel=1e-5)
+
+
+def test_a_curve_that_closes_ends_where_it_began(case):
+    sticky = case.replace("forces", [df.forces.JKR(surface_energy="30 mJ/m^2")])
+    loop = df.branches(sticky, zc=("12 nm", "1 nm"), search=3)
+    closed = of_curve(loop, 2)
+    for name in ("zc", "amplitude", "phase"):
+        assert closed[name].values[0] == pytest.approx(closed[name].values[-1], rel=1e-12)
+    assert (closed["special"].values == "fold").sum() == 2
+    assert np.unique(loop["branch"]).size == 2
+
+
+def test_tones_without_a_common_period_are_refused_in_one_sentence():
+    case = df.example("table-1-bimodal").replace("drive.tones.2.frequency", 282e3 * 1.00012345)
+    with pytest.raises(ParameterError, match="have no common period of up to 200 periods"):
+        df.branches(case, zc=("12 nm", "3 nm"))
+    with pytest.raises(ParameterError, match="ratio of the tones' frequencies changes"):
+        df.branches(
+            df.example("figure-6"), zc="8 nm", parameter="drive.tones.1.frequency", start="49 kHz", stop="51 kHz"
+        )
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"zc": "9 nm"}, "one distance; give a range, or a parameter"),
+        ({"zc": ("9 nm", "9 nm")}, "starts where it stops"),
+        ({"zc": ("9 nm", "8 nm"), "start": 1.0}, "start and stop go with a parameter"),
+        ({"zc": ("9 nm", "8 nm"), "parameter": "drive.A0"}, "is a range, and so is that of drive.A0"),
+        ({"zc": "9 nm", "parameter": "drive.A0", "start": "1 nm"}, "experiment.start and stop .* are missing"),
+        ({"zc": "9 nm", "parameter": "drive.frequncy", "start": 1e4, "stop": 2e4}, "did you mean 'drive.frequency'"),
+        ({"zc": "9 nm", "parameter": "drive.A0", "start": "1 GPa", "stop": 2e-9}, "experiment.start is '1 GPa', which is a pressure"),
+        ({"zc": "9 nm", "parameter": "cantilever.Q", "start": 0.1, "stop": 9.0}, "is not above 0.5"),
+        ({"zc": "9 nm", "parameter": "solver.method", "start": 1.0, "stop": 2.0}, "is no quantity"),
+    ],
+)
+def test_a_range_that_makes_no_sense_is_refused_in_one_sentence(case, settings, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        df.branches(case.replace(experiment=None), **settings)
+
+
+def test_ctrl_c_keeps_the_points_that_are_done(case):
+    calls = 0
+
+    def stop_soon(done, total, note):
+        nonlocal calls
+        calls += 1
+        if calls > 3:
+            raise KeyboardInterrupt
+
+    part = df.run(case.replace("experiment.largest_step", 0.001), progress=stop_soon)
+    assert part.attrs["interrupted"] == 1
+    assert 1 < part.sizes["point"] < 1000
+    assert np.isfinite(part["amplitude"]).all()
+
+
+def test_branches_survive_being_written_and_read(states, tmp_path):
+    assert df.read(df.write(states, tmp_path / "states.nc")).identical(states)
+    lines = df.write(states, tmp_path / "states.csv").read_text(encoding="utf-8").splitlines()
+    header = next(line for line in lines if line.startswith("point,"))
+    assert {"zc (m)", "branch", "stable", "special"} <= set(header.split(","))
+
+
+def test_branches_have_a_picture_and_a_summary(states):
+    upper, lower, *_ = df.plot.overview(states)
+    assert len(upper.get_lines()) == 4  # attractive, repulsive, unstable, and the mark of the fold
+    assert lower.get_xlabel().startswith("average distance")
+    found = {finding.name: finding for finding in df.summary(states)}
+    assert found["fold"].value == pytest.approx([FOLD], abs=1e-4 * NM)
+    assert found["fold"].text == "9.794 nm"
+    assert found["curves"].value == 2

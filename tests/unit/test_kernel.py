@@ -1,0 +1,248 @@
+"""The compiled tip equation: equal to the plain one, compiled once, kept on disk, and never for a parameter's sake."""
+
+import math
+import os
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce import kernel
+from dforce.forces import Force
+from dforce.kernel import store
+from dforce.kernel.compose import compose
+from dforce.problem import Problem
+from dforce.solvers.integrator import ENTRIES, INTEGRATORS, free_amplitudes, with_amplitudes
+
+PROBE = '''
+import sys
+import dforce as df
+from dforce import kernel
+from dforce.kernel.slots import distance, force, rate_of
+from dforce.problem import Problem
+
+def probe(y, p):
+    return force(distance(y, p), rate_of(y, p), 0.0, y, y, p)
+
+if __name__ == "__main__":
+    problem = Problem.build(
+        df.Cantilever(f0=5e4, k=0.9, Q=10), df.Drive(A0=1e-8), df.Tip(radius=2e-9), df.Sample(youngs_modulus=1e9),
+        forces=[df.forces.Hertz()],
+    )
+    loaded = kernel.load(problem, {"probe": probe})
+    entry = loaded.entry("probe")
+    value = entry((-0.5, 0.0), kernel.parameters(problem, 4.5e-9))
+    print(value, sum(entry.stats.cache_hits.values()), sum(entry.stats.cache_misses.values()), loaded.module.__file__)
+'''
+
+
+def problem(forces=(), modes=1, Q=10.0, zc_modulus=1e9, hamaker=2e-20, viscosity=50.0):
+    forces = forces or [df.forces.DMT(hamaker=hamaker), df.forces.KelvinVoigt(viscosity=viscosity)]
+    return Problem.build(
+        df.Cantilever(modes=[{"f0": 5e4 * 6.3**n, "k": 0.9 * 39**n, "Q": Q} for n in range(modes)]),
+        df.Drive(A0="10 nm"), df.Tip(radius="2 nm"), df.Sample(youngs_modulus=zc_modulus), forces=forces,
+    )  # fmt: skip
+
+
+def plain(problem):
+    """Return the composed module run as plain Python: numba's place is taken by a decorator that does nothing."""
+    stand_in = types.ModuleType("numba")
+    stand_in.njit = lambda **options: lambda function: function
+    real, module = sys.modules["numba"], {}
+    sys.modules["numba"] = stand_in
+    try:
+        exec(compose(len(problem.modes), problem.forces, ENTRIES), module)
+    finally:
+        sys.modules["numba"] = real
+    return types.SimpleNamespace(**module)
+
+
+@pytest.mark.parametrize(("integrator", "points"), [("rk4", 64), ("adaptive", 32)])
+def test_compiled_equals_plain_python(integrator, points):
+    asked = problem()
+    chosen = df.SolverSettings(method="transient", integrator=integrator, points_per_period=points)
+    ready = INTEGRATORS[integrator](asked, chosen, 3)
+    ready.place(6e-9)
+    start = with_amplitudes(ready, free_amplitudes(ready))
+    compiled, rows = ready.observe(start, 1)
+    ready.kernel.entry = lambda name, module=plain(asked): getattr(module, name)
+    try:
+        interpreted, plain_rows = ready.observe(start, 1)
+    finally:
+        del ready.kernel.entry
+    # the compiler may fuse and reorder products: some last digits, and many steps
+    assert compiled.y == pytest.approx(interpreted.y, rel=1e-11)
+    size = np.abs(plain_rows).max() * 1e-13
+    assert rows == pytest.approx(plain_rows, rel=1e-9, abs=size)
+
+
+def test_parameters_never_recompile():
+    runs = [
+        (problem(), "rk4", 64),
+        (problem(Q=250.0, hamaker=0.0, viscosity=0.0), "rk4", 320),
+        (problem(zc_modulus=1e7, hamaker=1e-19), "rk4", 128),
+    ]
+    kernels = set()
+    for asked, integrator, points in runs:
+        chosen = df.SolverSettings(method="transient", integrator=integrator, points_per_period=points)
+        ready = INTEGRATORS[integrator](asked, chosen, 1 + points // 64)
+        ready.place(points * 1e-10)
+        ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 2)
+        kernels.add(ready.kernel)
+    assert len(kernels) == 1
+    assert len(kernels.pop().module.march_rk4.signatures) == 1
+
+
+def test_a_force_with_another_number_of_states_or_coefficients_is_another_kernel():
+    few, many = df.forces.SLS(elements=6), df.forces.SLS(elements=12)
+    bound = [problem([force]).forces[0] for force in (few, many, df.forces.SLS(elements=6, instant_modulus=2e9))]
+    assert kernel.signature(bound[0]) != kernel.signature(bound[1])
+    assert kernel.signature(bound[0]) == kernel.signature(bound[2])
+
+
+def test_tuples_of_numbers_reach_the_law_as_they_are():
+    """SLS takes tuples between plain numbers; a lone force, and one behind it, must both get their own."""
+    asked = problem([df.forces.SLS(elements=4), df.forces.Capillary(formation="1 nm")])
+    sample, neck = asked.forces
+    module = plain(asked)
+    p = kernel.parameters(asked, 6e-9)
+    memory, latched = np.linspace(0.0, 1e-10, sample.memory), np.ones(1)
+    for d in (-1e-9, 0.5e-9):
+        expected = sample.law(d, 0.0, 0.0, memory, *sample.values()) + neck.law(d, 0.0, 0.0, 1.0, *neck.values())
+        assert module.force(d, 0.0, 0.0, memory, latched, p) == expected
+    assert module.at_distance(p, 5e-9) == (5e-9, *p[1:])
+
+
+class Broken(Force):
+    """A law that numba cannot compile is refused before anything is written."""
+
+    @staticmethod
+    def law(d, rate, t):
+        return PATHS[0]
+
+
+PATHS = ["text"]
+
+
+def test_a_law_that_reads_changing_values_is_refused():
+    with pytest.raises(df.ForceError, match="a list"):
+        compose(1, [Broken()], {})
+
+
+# --- the store -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("DFORCE_CACHE_DIR", str(tmp_path / "not there yet"))
+    return tmp_path / "not there yet"
+
+
+def test_modules_are_named_by_their_text_and_by_what_compiles_it(folder, monkeypatch):
+    first, second = store.place("a = 1\n"), store.place("a = 2\n")
+    assert first != second
+    assert first.is_relative_to(folder)
+    assert store.place("a = 1\n") == first
+    monkeypatch.setattr(store.importlib.metadata, "version", lambda name: "another")
+    assert store.place("a = 1\n") != first
+
+
+def test_a_changed_law_is_a_new_module(tmp_path):
+    import importlib.util
+
+    text = "from dforce.forces import Force\n\nclass Pull(Force):\n    @staticmethod\n    def law(d, rate, t):\n        return -{}\n"
+    names = []
+    for number in ("1e-9", "2e-9"):
+        path = tmp_path / f"pull_{number}.py"
+        path.write_text(text.format(number), encoding="utf-8")
+        spec = importlib.util.spec_from_file_location("pull", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        names.append(store.fingerprint(compose(1, [module.Pull()], {})))
+    assert names[0] != names[1]
+
+
+def test_a_folder_that_cannot_be_written_is_replaced_for_this_process(tmp_path, monkeypatch):
+    taken = tmp_path / "a file"
+    taken.write_text("not a folder", encoding="utf-8")
+    monkeypatch.setenv("DFORCE_CACHE_DIR", str(taken / "cache"))
+    path = store.place("b = 1\n")
+    assert path.read_text(encoding="utf-8") == "b = 1\n"
+    assert not path.is_relative_to(tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_read_only_folder_is_replaced_for_this_process(folder):
+    folder.mkdir()
+    folder.chmod(0o500)
+    assert not store.place("b = 2\n").is_relative_to(folder)
+
+
+def test_a_module_cut_short_by_a_crash_is_written_again(folder):
+    path = store.place("c = 1\n")
+    path.write_text("c =", encoding="utf-8")
+    assert store.place("c = 1\n") == path
+    assert path.read_text(encoding="utf-8") == "c = 1\n"
+
+
+def test_only_the_oldest_kernels_are_forgotten_and_nothing_else_is_touched(folder, monkeypatch):
+    monkeypatch.setattr(store, "MOST_KERNELS", 3)
+    mine = folder / "my photographs"
+    mine.mkdir(parents=True)
+    (mine / "kernel_of_truth.py").write_text("", encoding="utf-8")
+    os.utime(mine, (1, 1))
+    paths = [store.place(f"d = {i}\n") for i in range(3)]
+    for age, path in enumerate(paths):
+        os.utime(path.parent, (1000.0 + age, 1000.0 + age))
+    store.place("d = 0\n")  # used again: now the newest
+    latest = store.place("d = 3\n")
+    assert [path.exists() for path in (*paths, latest)] == [True, False, True, True]
+    assert mine.exists()
+
+
+# --- other processes -------------------------------------------------------------------------------------------------
+
+
+def start(tmp_path, cache):
+    script = tmp_path / "probe.py"
+    script.write_text(PROBE, encoding="utf-8")
+    environment = {**os.environ, "DFORCE_CACHE_DIR": str(cache), "PYTHONPATH": str(Path(df.__file__).parent.parent)}
+    return subprocess.Popen(
+        [sys.executable, str(script)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def finish(process):
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    value, hits, misses, path = out.split(maxsplit=3)
+    depth = 0.165e-9 + 0.5e-9
+    assert float(value) == pytest.approx(4 / 3 * (1e9 / 0.91) * math.sqrt(2e-9) * depth**1.5, rel=1e-12)
+    return int(hits), int(misses), Path(path.strip()), err
+
+
+def test_a_second_process_starts_without_compiling_and_only_the_first_says_so(tmp_path):
+    """Two at once first: they must not trip over each other."""
+    cache = tmp_path / "cache"
+    together = [start(tmp_path, cache), start(tmp_path, cache)]
+    first, other = finish(together[0]), finish(together[1])
+    assert first[2] == other[2]
+    assert first[2].is_relative_to(cache)
+    assert "Compiling the tip equation for hertz" in first[3] + other[3]
+    hits, misses, path, err = finish(start(tmp_path, cache))
+    assert (hits, misses) == (1, 0)
+    assert path == first[2]
+    assert err == ""
+
+
+def test_without_a_folder_for_kernels_everything_still_works(tmp_path):
+    taken = tmp_path / "taken"
+    taken.write_text("", encoding="utf-8")
+    hits, misses, path, err = finish(start(tmp_path, taken / "cache"))
+    assert (hits, misses) == (0, 1)
+    assert "Compiling" in err
+    assert not path.exists()  # the temporary folder went with the process
