@@ -10,17 +10,18 @@ from dforce import kernel
 from dforce.experiments._experiment import initial_motion
 from dforce.forces import REGISTRY
 from dforce.kernel.compose import compose
-from dforce.observables.measure import F, F_V, FIRST, Z, measure
+from dforce.observables.measure import F_V, FIRST, F, Z, measure
 from dforce.problem import Problem
 from dforce.solvers._loops import phases
 from dforce.solvers.adaptive import advance
-from dforce.solvers.integrator import INTEGRATORS
+from dforce.solvers.integrator import INTEGRATORS, sample_count
 
 TAU = 2 * math.pi
 # twelve decay times of a lever with Q = 5: the free motion has died out to 1e-16, and the memory below with it
 PERIODS = 60
-# A contact of rigid bodies lasts 1.5 % of the period; between 256 samples of it the cubic misses 3e-5 of the energy
-SAMPLES = {"lennard_jones": 1024, "morse": 1024}
+# a tap of rigid bodies turns the tip within 1 % of the period, two of 256 samples, and the layers of a liquid pass in as
+# few; the closure of PHYSICS 5.10 is that of 4096 samples
+SAMPLES = {"lennard_jones": 4096, "morse": 1024, "solvation": 1024}
 # relaxation times that end within the run, and a modulus that a stiff lever feels
 CHANGES = {"power_law": {"modulus_at_reference": "300 MPa", "reference_time": "1 us", "longest_time": "10 us"}}
 
@@ -37,9 +38,8 @@ def lever(force):
     )
 
 
-def go_on(
-    y, memory, latched, periods, points, tones, bases, kinks, tolerance, sizes, work, block, p
-):  # fmt: skip
+def go_on(y, memory, latched, periods, points, tones, bases, kinks, tolerance, sizes, work, block, p):
+    """Advance whole periods; compiled without the measurement, which takes most of a kernel's compile time."""
     for i in range(periods):
         phases(tones, i, bases)
         y = advance(y, memory, latched, i, points, tones, bases, kinks, tolerance, sizes, work, block, p)
@@ -57,9 +57,10 @@ def plain(text):
 def test_what_the_drive_gives_is_what_cantilever_and_sample_take(name):
     model = REGISTRY[name]
     problem = lever(model(**{**model.example, **CHANGES.get(name, {})}))
-    points = SAMPLES.get(name, 256)
-    settings = df.SolverSettings(method="transient", integrator="adaptive", points_per_period=points)
-    ready = INTEGRATORS["adaptive"](problem, settings, 60)
+    settings = df.SolverSettings(method="transient", integrator="adaptive", points_per_period=SAMPLES.get(name, 256))
+    points = sample_count(problem, settings)
+    harmonics = min(2 * points // 5, 400)
+    ready = INTEGRATORS["adaptive"](problem, settings, harmonics)
     ready.place(16e-9)
     start = initial_motion(ready, "free")
     entries = {"go_on": go_on, "measure": measure}
@@ -71,24 +72,102 @@ def test_what_the_drive_gives_is_what_cantilever_and_sample_take(name):
     assert end == pytest.approx(ready.block[0, :2], abs=1e-8)  # periodic: nothing is left over at the end of a period
     row = np.empty(ready.columns)
     text = compose(1, problem.forces, entries)
-    plain(text)["measure"](
-        ready.block, PERIODS - 1, points, ready.tones, bases, ready.p, ready.kinks, 60, row
-    )
+    plain(text)["measure"](ready.block, PERIODS - 1, points, ready.tones, bases, ready.p, ready.kinks, harmonics, row)
     mode, tone, length = problem.modes[0], problem.tones[0], ready.scales.length
     total = length * complex(*row[FIRST + 2 : FIRST + 4])
     given = -math.pi * tone.force * total.imag
-    harmonics = length * np.abs(row[FIRST + 4 : FIRST + 124 : 2] + 1j * row[FIRST + 5 : FIRST + 125 : 2])
+    pairs = row[FIRST + 4 : FIRST + 4 + 2 * harmonics]
+    parts = length * np.hypot(pairs[::2], pairs[1::2])
     damping = mode.k / (TAU * mode.f0 * mode.Q)  # m w0 / Q
     mean_square = (ready.block[:-1, 1] ** 2).mean() * ready.scales.speed**2
     taken = -row[F_V] / tone.frequency
     # PHYSICS 5.4 and 5.10: 1e-5 of pi F0 A, with the damping from the velocity and from the harmonics
     scale = math.pi * tone.force * abs(total)
     assert taken == pytest.approx(given - damping * mean_square / tone.frequency, abs=1e-5 * scale)
-    squares = (np.arange(1, 61) ** 2 * harmonics**2).sum()
+    squares = (np.arange(1, harmonics + 1) ** 2 * parts**2).sum()
     assert taken == pytest.approx(given - math.pi * mode.k / mode.Q * squares, abs=1e-5 * scale)
-    # 5.1: the mean force bends the lever
-    assert row[F] == pytest.approx(mode.k * row[Z] * length, abs=1e-5 * tone.force)
+    # 5.1: the mean force bends the lever, to the 1e-4 of 5.10
+    assert row[F] == pytest.approx(mode.k * row[Z] * length, rel=1e-4, abs=1e-6 * tone.force)
     if model.dissipative:
-        assert taken > 1e-4 * scale  # so that the balance says something of the loss
+        assert taken > 1e-5 * scale  # so that the balance says something of the loss
     else:
         assert abs(taken) < 1e-5 * scale
+
+
+def soft(forces, **solver):
+    """Return a case with a lever that settles within a hundred periods."""
+    return df.Case(
+        cantilever=df.Cantilever(f0="50 kHz", k="5 N/m", Q=20), drive=df.Drive(A0="20 nm"),
+        tip=df.Tip(radius="10 nm"), sample=df.Sample(youngs_modulus="1 GPa", poisson_ratio=0.3),
+        forces=forces, solver=df.SolverSettings(**solver),
+    )  # fmt: skip
+
+
+# a memory that outlasts the time between two taps by half, and a neck that forms and breaks in each
+REMEMBERING = [df.forces.SLS(elements=16, relaxation_time="30 us"), df.forces.Capillary()]
+ADHESIVE = [df.forces.JKR(surface_energy="50 mJ/m^2")]
+WAYS = {
+    "lsoda": {"method": "transient", "integrator": "lsoda"},
+    # RK4 is of order 2 where a contact's force begins or ends like a root, so it gets four times the samples
+    "rk4": {"method": "transient", "integrator": "rk4", "points_per_period": 1024},
+    "periodic": {"method": "periodic", "points_per_period": 1024},
+}
+
+
+def check_same(found, reference, a0=20e-9):
+    """Agree to what integrators and measurement leave: 1e-6 of A0, and 1e-5 of pi F0 A in energy (PHYSICS 5.10)."""
+    energy = math.pi * 5.0 * a0 / 20 * reference.amplitude.values.min()
+    np.testing.assert_allclose(found.amplitude, reference.amplitude, atol=1e-6 * a0)
+    np.testing.assert_allclose(found.phase, reference.phase, atol=2e-3)
+    for name in ("total_dissipated_energy", "total_virial"):
+        np.testing.assert_allclose(found[name], reference[name], atol=1e-5 * energy)
+    for name in ("peak_force", "min_force", "contact_time"):
+        np.testing.assert_allclose(found[name], reference[name], rtol=1e-5)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_memory_and_branches_are_the_same_in_every_solver(way):
+    reference = df.dwell(soft(REMEMBERING, integrator="adaptive", settle_tolerance=1e-8), "16 nm")
+    found = df.dwell(soft(REMEMBERING, **WAYS[way], settle_tolerance=1e-8), "16 nm")
+    check_same(found, reference)
+
+
+def test_memory_and_branches_are_carried_from_distance_to_distance():
+    """Not so where the sample is forgotten: it takes tens of periods more to sag again."""
+    zc = np.linspace(17e-9, 13e-9, 5)
+    curves = {
+        method: df.approach(soft(REMEMBERING, method=method, settle_tolerance=1e-8), zc=zc, direction="both")
+        for method in ("transient", "periodic")
+    }
+    assert (curves["periodic"].status == df.Status.OK).all()
+    check_same(curves["periodic"], curves["transient"])
+    back = curves["transient"].sel(direction="retract")
+    check_same(back, curves["transient"].sel(direction="approach"))
+
+
+def test_an_adhesive_contact_is_a_periodic_orbit_like_any_other():
+    case = soft(ADHESIVE, settle_tolerance=1e-8)
+    orbit = df.dwell(case, "16 nm")
+    check_same(orbit, df.dwell(case.replace("solver.method", "transient"), "16 nm"))
+    assert float(orbit.multiplier_modulus.max()) < 1.0
+    assert float(orbit.drift) < 1e-8
+
+
+def test_samples_resolve_the_fastest_relaxation():
+    slow, fast = (
+        sample_count(soft([model]).problem, df.SolverSettings())
+        for model in (df.forces.SLS(relaxation_time="10 us"), df.forces.SLS(relaxation_time="10 ns"))
+    )
+    assert slow == 256
+    assert fast == 4000  # half of 10 ns a step, in 20 us
+    with pytest.raises(df.ParameterError, match="sls relaxes in 1e-15 s"):
+        sample_count(soft([df.forces.SLS(relaxation_time="1e-15 s")]).problem, df.SolverSettings())
+
+
+def test_a_relaxation_faster_than_the_sampling_asked_for_leaves_the_relaxed_sample():
+    """RK4 with 256 steps would be unstable: the step is 4 relaxation times."""
+    model = df.forces.SLSSimple(relaxation_time="20 ns", instant_modulus="1 GPa", relaxed_modulus="0.5 GPa")
+    found = df.dwell(soft([model], method="transient"), "16 nm")
+    relaxed = soft([df.forces.Hertz()], method="transient").replace("sample.youngs_modulus", "0.5 GPa")
+    # what is left of the memory is some tau / contact time = 0.6 %
+    assert float(found.amplitude[0]) == pytest.approx(float(df.dwell(relaxed, "16 nm").amplitude[0]), rel=0.01)

@@ -27,16 +27,16 @@ def test_the_free_curve_is_that_of_the_harmonic_oscillator(case):
     free = df.frequency_sweep(case.replace("forces", []), zc="60 nm", direction="up")
     exact = response(case.problem.modes[0], case.problem.tones[0].force, free["frequency"].values)
     # RK4 with 256 points a period shifts the resonance by 3e-9, which Q = 255 makes 2e-6 on the flanks
-    assert free["amplitude"].values[:, 0] == pytest.approx(np.abs(exact), rel=3e-6)
+    assert free["amplitude"].values[:, 0] == pytest.approx(np.abs(exact), rel=3e-6, abs=0.0)
     assert free["phase"].values[:, 0] == pytest.approx(-np.degrees(np.angle(exact)), abs=2e-4)
 
 
 def test_the_driving_force_is_the_one_that_gives_a0_at_the_cases_own_frequency(case):
     off = case.replace("drive.frequency", "48 kHz").replace("forces", [])
     swept = df.frequency_sweep(off, frequency=["48 kHz", "48.9 kHz"], zc="60 nm", direction="up")
-    assert swept["amplitude"].values[0, 0] == pytest.approx(10e-9, rel=3e-6)
+    assert swept["amplitude"].values[0, 0] == pytest.approx(10e-9, rel=3e-6, abs=0.0)
     # 10 nm off resonance takes ten times the force, and so 93 nm at resonance
-    assert swept["amplitude"].values[1, 0] == pytest.approx(off.problem.tones[0].force / 0.9 * 255, rel=3e-6)
+    assert swept["amplitude"].values[1, 0] == pytest.approx(off.problem.tones[0].force / 0.9 * 255, rel=3e-6, abs=0.0)
 
 
 def test_a_small_motion_sees_the_gradient_of_the_force_as_a_stiffness(case):
@@ -47,7 +47,7 @@ def test_a_small_motion_sees_the_gradient_of_the_force_as_a_stiffness(case):
     gradient = 2e-20 * 2e-9 / (3 * (zc + float(swept["mean_deflection"][0])) ** 3)
     exact = response(mode, small.problem.tones[0].force, swept["frequency"].values, -gradient)
     # the next term of the force is smaller by (A/d)^2 = 1e-7
-    assert swept["amplitude"].values[:, 0] == pytest.approx(np.abs(exact), rel=1e-5)
+    assert swept["amplitude"].values[:, 0] == pytest.approx(np.abs(exact), rel=1e-5, abs=0.0)
 
 
 def test_the_curves_up_and_down_differ_where_two_states_exist(both_ways):
@@ -96,7 +96,7 @@ def test_two_tones_settle_in_time():
     assert (swept["status"] == df.Status.OK).all()
     # out of reach of the force, which is 1e-14 N there
     free = np.abs(case.problem.free.sum(axis=1))
-    assert swept["amplitude"].values[1] == pytest.approx(free, rel=1e-4)
+    assert swept["amplitude"].values[1] == pytest.approx(free, rel=1e-4, abs=0.0)
 
 
 def test_ctrl_c_keeps_the_frequencies_that_are_done(case):

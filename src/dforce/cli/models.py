@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import textwrap
 from pathlib import Path
 from typing import Annotated, Any, get_args
@@ -13,6 +14,8 @@ import dforce as df
 from dforce.cli._names import complete_models
 from dforce.cli._page import first_sentence, math, readable, width
 from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, console, print_json
+
+ZERO = re.compile(r"^0 .*")  # a zero with its unit
 
 
 def models(
@@ -114,10 +117,12 @@ def _list(registry: list[type[df.Force]]) -> None:
     table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), show_header=False)
     table.add_column(no_wrap=True, style="bold")
     table.add_column()
+    room = width() - max(len(model.name) for model in registry) - 3
     for model in registry:
-        lines = [first_sentence(model.__doc__ or "")]
-        keys = model.keys()
-        lines += [f"  {_line(_parameter(model, key))}" for key in keys]
+        lines = [textwrap.fill(first_sentence(model.__doc__ or ""), room)]
+        for key in list(model.keys()):
+            line = _line(_parameter(model, key))
+            lines.append(textwrap.fill(line, room, initial_indent="  ", subsequent_indent="      "))
         table.add_row(model.name, Text("\n".join(lines)))
     terminal = console()
     terminal.print(table, soft_wrap=False)
@@ -135,11 +140,16 @@ def _line(about: dict[str, Any]) -> str:
     if about.get("default") not in (None, ""):
         words.append(f"default {_shown(about['default'])}")
     signs = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
-    words += [f"{sign} {_shown(about[bound])}" for bound, sign in signs.items() if bound in about]
+    # the unit stands behind the name already
+    words += [f"{sign} {ZERO.sub('0', _shown(about[bound]))}" for bound, sign in signs.items() if bound in about]
     return f"{text}: {', '.join(words)}" if words else text
 
 
 def _shown(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " and ".join(map(_shown, value))
+    if isinstance(value, float):
+        return f"{value:g}"
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

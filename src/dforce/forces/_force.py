@@ -57,7 +57,7 @@ class Force(Parameters):
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale`
             is a size (in the states' unit) that tolerances are measured by; states start at zero, the rested
-            sample.
+            sample. `fastest_rate` is the rate (1/s) of the fastest relaxation, which solvers resolve.
         `switch(latched, d, rate, t, *arguments)`
             for a force with two branches (a neck that is there or not): the branch changes where the value of
             this function becomes positive, at the start of a motion too. The law then takes `latched` (0.0 or
@@ -112,6 +112,11 @@ class Force(Parameters):
                 f"the force '{cls.name}' of {cls.__module__} is already defined in {known.__module__}; rename one"
             )
         REGISTRY[cls.name] = cls
+
+    @property
+    def fastest_rate(self) -> float:
+        """Inverse of the shortest time in which the force's memory relaxes (1/s); 0 without such a time."""
+        return 0.0
 
     def law_function(self) -> Callable[..., float]:
         """Return the law of this force: its class's, unless the law is itself a parameter."""

@@ -76,6 +76,11 @@ class Viscoelastic(Force):
         return tuple(1.0 / time for _, time in self.arms())
 
     @property
+    def fastest_rate(self) -> float:
+        """Inverse of the shortest relaxation time (1/s)."""
+        return max(self.rates)
+
+    @property
     def reach(self) -> float:
         """Radius of contact that the elements cover (m)."""
         return sqrt(self.radius * (self.radius if self.max_indentation is None else self.max_indentation))

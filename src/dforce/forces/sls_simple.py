@@ -65,6 +65,11 @@ class SLSSimple(Force):
         """Inverse relaxation time (1/s)."""
         return 1.0 / self.relaxation_time
 
+    @property
+    def fastest_rate(self) -> float:
+        """Inverse relaxation time (1/s)."""
+        return self.speed
+
     @staticmethod
     def law(
         d: float, rate: float, t: float, memory: Any, stiffness: float, share: float, speed: float, a0: float

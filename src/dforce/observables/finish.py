@@ -46,6 +46,17 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
 
 def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Array]:
     """Return the same for many motions at once: `rows` of shape (motions, periods, columns), results (motions, ...)."""
+    length, period = np.array([scales.length]), np.array([1.0 / problem.tones[0].frequency])
+    return finish_each(problem, harmonics, rows, weights, length, period, np.array([problem.a0]))
+
+
+def finish_each(
+    problem: Problem, harmonics: int, rows: Array, weights: Array, length: Array, period: Array, a0: Array
+) -> dict[str, Array]:
+    """Return the same for motions of different problems, whose scales and contact distances are arrays (motions,).
+
+    Of `problem` only the modes' and tones' numbers count, and which tone drives which mode.
+    """
     modes, tones = len(problem.modes), len(problem.tones)
     mean = np.einsum("k,ikc->ic", weights, rows)
     pairs = mean[:, m.FIRST :: 2] + 1j * mean[:, m.FIRST + 1 :: 2]
@@ -55,21 +66,21 @@ def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, we
     of_force = pairs[:, tones * (modes + 1) + harmonics :]
     driver = [driving_tone(problem, n) for n in range(modes)]
     of_modes = by_tone[:, driver, range(modes)]
-    work = of_force[:, driver] * of_modes.conj() * scales.length
-    period = 1.0 / problem.tones[0].frequency
-    z_mean = mean[:, m.Z] * scales.length
-    z_min = rows[:, :, m.Z_MIN].min(1) * scales.length
-    z_max = rows[:, :, m.Z_MAX].max(1) * scales.length
+    lengths = length[:, None]
+    work = of_force[:, driver] * of_modes.conj() * lengths
+    z_mean = mean[:, m.Z] * length
+    z_min = rows[:, :, m.Z_MIN].min(1) * length
+    z_max = rows[:, :, m.Z_MAX].max(1) * length
     d_min = rows[:, :, m.D_MIN].min(1)
     values = {
-        "amplitude": np.abs(total) * scales.length,
+        "amplitude": np.abs(total) * lengths,
         "phase": phase_lag(total),
-        "mode_amplitude": np.abs(of_modes) * scales.length,
+        "mode_amplitude": np.abs(of_modes) * lengths,
         "mode_phase": phase_lag(of_modes),
     }
     if tones == 1:
         values |= {
-            "harmonic_amplitude": np.abs(of_harmonics) * scales.length,
+            "harmonic_amplitude": np.abs(of_harmonics) * lengths,
             "harmonic_phase": phase_lag(of_harmonics),
         }
     return values | {
@@ -81,7 +92,7 @@ def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, we
         "min_force": rows[:, :, m.F_MIN].min(1),
         "mean_force": mean[:, m.F],
         "min_distance": d_min,
-        "max_indentation": np.maximum(problem.a0 - d_min, 0.0),
+        "max_indentation": np.maximum(a0 - d_min, 0.0),
         "contact_time": mean[:, m.CONTACT] * period,
         "contact_fraction": mean[:, m.CONTACT],
         "peak_velocity": rows[:, :, m.V_MAX].max(1),

@@ -45,7 +45,7 @@ from dforce.observables.measure import (
     clear,
     measure_pieces,
 )
-from dforce.observables.pieces import MOST_CUTS
+from dforce.observables.pieces import MOST_CUTS, fastest
 
 # rows of the sums: force, force times deflection and velocity, its lock-in, contact; extremes and the steps they are in
 S_F, S_FZ, S_FV, S_RE, S_IM, S_CONTACT, LOW, HIGH, LOW_AT, HIGH_AT, D_FIRST, D_LAST, FAST, ROWS = range(14)
@@ -59,10 +59,10 @@ def between(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -> f
 
 
 @inlined
-def rate_between(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -> float:
-    """Return the slope of the Hermite interpolant at the share s of a step."""
+def rate_between(s: float, inverse: float, x0: float, v0: float, x1: float, v1: float) -> float:
+    """Return the slope of the Hermite interpolant at the share s of a step; `inverse` is one over its length."""
     r = 1.0 - s
-    return 6.0 * s * r * (x1 - x0) / h + r * (r - 2.0 * s) * v0 + s * (s - 2.0 * r) * v1
+    return 6.0 * s * r * (x1 - x0) * inverse + r * (r - 2.0 * s) * v0 + s * (s - 2.0 * r) * v1
 
 
 def measure_cases(
@@ -74,11 +74,12 @@ def measure_cases(
     size, place = block.shape[2], 2 * mode_count()
     forces = measure_motions(block, points, bases[0], harmonics, out)
     acc, kind = np.zeros((ROWS, size)), np.empty(size, np.int64)
-    near, steps, phasors = np.empty(size), np.empty(size), np.empty((2, 1))
+    near, steps, phasors = np.empty(size), np.empty((2, size)), np.empty((2, 1))
     sums, cuts, pair = np.empty((size, SUMS)), np.empty(MOST_CUTS + 1), np.empty((2, place + 1))
     for j in range(size):
         clear(sums[j])
-        steps[j] = TAU / points / parameters[3, j]  # in seconds
+        steps[0, j] = TAU / points / parameters[3, j]  # in seconds, and the inverse
+        steps[1, j] = 1.0 / steps[0, j]
         near[j] = parameters[4, j]
         for k in range(kinks.shape[0]):
             near[j] = max(near[j], kinks[k, j])
@@ -87,7 +88,7 @@ def measure_cases(
         here, there = block[i], block[i + 1]
         angle = bases[0] + TAU / points * i
         phasors[0, 0], phasors[1, 0] = math.cos(angle), math.sin(angle)
-        extremes(here, there, parameters, steps, i, acc)
+        extremes(here, there, parameters, steps, i, acc, kind)
         if smooth_steps(here, there, parameters, near, steps, points, angle, acc, kind):
             if whole_steps(here, there, parameters, kinks, kind):
                 plain_steps(here, there, parameters, steps, points, angle, i, acc, kind)
@@ -96,7 +97,7 @@ def measure_cases(
                     p = parameters_of(parameters, j)
                     copy_pair(here, there, j, pair)
                     measure_pieces(
-                        pair, 0, i, steps[j], 0.0, points, tones[case_of[j]], phasors, p, kinks[:, j], work[0], cuts,
+                        pair, 0, i, steps[0, j], 0.0, points, tones[case_of[j]], phasors, p, kinks[:, j], work[0], cuts,
                         sums[j], forces, out[j],
                     )  # fmt: skip
     where = np.empty((2, size), np.int64)
@@ -187,13 +188,13 @@ def add_product(even: Any, odd: Any, n: int, c: float, s: float, acc: Any, place
         acc[place + 1, j] -= s * odd[n, j]
 
 
-def extremes(here: Any, there: Any, parameters: Any, steps: Any, i: int, acc: Any) -> None:
-    """Take the extremes at sample i, and the largest speed in the step from it."""
+def extremes(here: Any, there: Any, parameters: Any, steps: Any, i: int, acc: Any, kind: Any) -> None:
+    """Take the extremes at sample i, and the largest speed in the step from it; `kind` is scratch."""
     place = 2 * mode_count()
     at = float(i)
     for j in range(here.shape[1]):
         p = parameters_of(parameters, j)
-        h = steps[j]
+        inverse = steps[1, j]
         a, b = column(here, j), column(there, j)
         d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
         f = here[place, j]
@@ -203,14 +204,20 @@ def extremes(here: Any, there: Any, parameters: Any, steps: Any, i: int, acc: An
         acc[LOW, j] = f if f < acc[LOW, j] else acc[LOW, j]
         acc[D_FIRST, j] = d0 if d0 < acc[D_FIRST, j] else acc[D_FIRST, j]
         acc[D_LAST, j] = d0 if d0 > acc[D_LAST, j] else acc[D_LAST, j]
-        rise = 6.0 * (d1 - d0) / h
+        acc[FAST, j] = abs(v0) if abs(v0) > acc[FAST, j] else acc[FAST, j]
+        rise = 6.0 * (d1 - d0) * inverse
         first, last = rise - 4.0 * v0 - 2.0 * v1, 2.0 * v0 + 4.0 * v1 - rise
-        apart = first - last
-        inside = first * last < 0.0
-        s = first / (apart if inside else 1.0)
-        peak = abs(rate_between(s, h, d0, v0, d1, v1)) if inside else abs(v1)
-        fast = abs(v0) if abs(v0) > peak else peak
-        acc[FAST, j] = fast if fast > acc[FAST, j] else acc[FAST, j]
+        kind[j] = 1 if first * last < 0.0 else 0
+    found = 0
+    for j in range(here.shape[1]):
+        found |= kind[j]
+    if found:
+        for j in range(here.shape[1]):
+            if kind[j]:  # the acceleration changes its sign: the speed has a peak between the samples
+                p = parameters_of(parameters, j)
+                a, b = column(here, j), column(there, j)
+                speed = fastest(steps[0, j], distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
+                acc[FAST, j] = max(acc[FAST, j], speed)
 
 
 def smooth_steps(
@@ -227,10 +234,10 @@ def smooth_steps(
     c1, s1 = math.cos(angle + turn), math.sin(angle + turn)
     for j in range(here.shape[1]):
         p = parameters_of(parameters, j)
-        h = steps[j]
+        h, inverse = steps[0, j], steps[1, j]
         a, b = column(here, j), column(there, j)
         d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
-        dm, vm = between(0.5, h, d0, v0, d1, v1), rate_between(0.5, h, d0, v0, d1, v1)
+        dm, vm = between(0.5, h, d0, v0, d1, v1), rate_between(0.5, inverse, d0, v0, d1, v1)
         f0, f1 = here[place, j], there[place, j]
         fm = force(dm, vm, 0.0, None, None, p)
         nearest = d0 if d0 < d1 else d1
@@ -282,10 +289,10 @@ def plain_steps(
         c, sine = math.cos(angle + s * TAU / points), math.sin(angle + s * TAU / points)
         for j in range(here.shape[1]):
             p = parameters_of(parameters, j)
-            h = steps[j]
+            h, inverse = steps[0, j], steps[1, j]
             a, b = column(here, j), column(there, j)
             d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
-            d, v = between(s, h, d0, v0, d1, v1), rate_between(s, h, d0, v0, d1, v1)
+            d, v = between(s, h, d0, v0, d1, v1), rate_between(s, inverse, d0, v0, d1, v1)
             f = force(d, v, 0.0, None, None, p)
             chosen = kind[j] == 1
             weighted = share / points * f if chosen else 0.0
@@ -363,8 +370,8 @@ def force_at(ends: Any, parameters: Any, steps: Any, sign: float, point: Any, fo
     here, there = ends[0], ends[1]
     for j in range(point.shape[0]):
         p = parameters_of(parameters, j)
-        h = steps[j]
+        h, inverse = steps[0, j], steps[1, j]
         a, b = column(here, j), column(there, j)
         d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
-        d, v = between(point[j], h, d0, v0, d1, v1), rate_between(point[j], h, d0, v0, d1, v1)
+        d, v = between(point[j], h, d0, v0, d1, v1), rate_between(point[j], inverse, d0, v0, d1, v1)
         found[j] = sign * force(d, v, 0.0, None, None, p)

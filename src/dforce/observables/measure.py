@@ -2,9 +2,9 @@
 
 Deflections are summed over the samples. Forces are not smooth, so their averages are taken piece by piece: each step
 between samples is cut where the motion turns, where the force has a kink and where a branch switches, and each piece
-is integrated by Gauss–Legendre quadrature on the cubic Hermite interpolant of the motion, and of the forces' memory. The
-same pieces give the contact time and the extremes between samples. Next to a kink a force may start like the root of the distance to it,
-which the substitution s = u^2 (3 - 2u) makes smooth.
+is integrated by Gauss–Legendre quadrature on the cubic Hermite interpolant of the motion and of the forces' memory.
+The same pieces give the contact time and the extremes between samples. Next to a kink a force may start like the root
+of the distance to it, which the substitution s = u^2 (3 - 2u) makes smooth.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ GOLDEN = 0.6180339887498949
 def force_within(s: float, h: float, block: Any, i: int, t: float, stage: Any, late: bool, p: Any) -> float:
     """Return the force at the share s of step i; `late` takes the branches from the step's end.
 
-    `stage` holds room for the memory and, behind it, its rates of change at both ends of the step (see `rates_of_memory`).
+    `stage` has room for the memory and, behind it, its rates of change at both ends of the step (`rates_of_memory`).
     """
     a, b = motion_of(block, i), motion_of(block, i + 1)
     d = cubic(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dforce import kernel
+from dforce.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
@@ -29,6 +30,8 @@ ENTRIES: dict[str, Callable[..., Any]] = {
     "phases": _loops.phases,
 }
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
+RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
+MOST_POINTS = 1_000_000  # samples per period that a force's relaxation may ask for
 ROUND = 16  # sample counts are multiples of this
 STEPS_PER_PERIOD = 60  # of the fastest mode, that LSODA takes at least: so that it cannot step over a contact
 
@@ -52,7 +55,13 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
     """Return the samples per period of the first tone: as asked, or more where a mode or tone needs it.
 
     RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term; the step h is made small
-    enough for :data:`PHASE_ERROR`. Every tone and mode gets at least 32 samples per period.
+    enough for :data:`PHASE_ERROR`. Every tone and mode gets at least 32 samples per period, and the relaxation of a
+    force's memory a step of at most :data:`RELAXED` of its time.
+
+    Raises
+    ------
+    ParameterError
+        When a force relaxes so fast that more than :data:`MOST_POINTS` samples are needed.
     """
     first = problem.tones[0].frequency
     needs = [32.0 * tone.frequency / first for tone in problem.tones]
@@ -61,6 +70,13 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
         if settings.integrator == "rk4":
             least = max(least, 2.0 * math.pi * (2.0 * mode.Q / (120.0 * PHASE_ERROR)) ** 0.25)
         needs.append(least * mode.f0 / first)
+    for force in problem.forces:
+        needs.append(force.fastest_rate / (RELAXED * first))
+        if needs[-1] > MOST_POINTS:
+            raise ParameterError(
+                f"{force.name} relaxes in {1.0 / force.fastest_rate:.3g} s, so fast beside the period of "
+                f"{1.0 / first:.3g} s that more than {MOST_POINTS} samples per period are needed; give a longer time"
+            )
     if max(needs) <= settings.points_per_period:
         return settings.points_per_period
     return ROUND * math.ceil(max(needs) / ROUND)

@@ -76,7 +76,7 @@ class Follower:
             if not motion.is_finite:
                 return
             while last.orbit is not None and done < len(zc):
-                part = _one_way(zc, done)
+                part = one_way(zc, done)
                 watch()
                 found = self._follow(motion, part)
                 # the point before came along, where the direction is kept: it is what the extrapolation starts from
@@ -196,7 +196,7 @@ def _distance(a: Motion, b: Motion) -> float:
     return max(abs(p - q) for p, q in zip(a.y, b.y, strict=True)) if a.is_finite and b.is_finite else math.inf
 
 
-def _one_way(zc: Array, done: int) -> Array:
+def one_way(zc: Array, done: int) -> Array:
     """Return the distances to come, as far as they go one way, led by the one before where it is another."""
     start = done - 1 if zc[done] != zc[done - 1] else done
     steps = np.sign(np.diff(zc[start : done + CHUNK]))

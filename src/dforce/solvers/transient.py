@@ -154,7 +154,7 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
     start = motion.period
     if settings.settle == "fixed":
         motion, _ = march(integrator, motion, settings.periods, watch)
-        settled, drift = True, math.nan
+        settled, drift = False, math.nan
     else:
         motion, settled, drift = settle(integrator, motion, watch)
     periods = motion.period - start
@@ -164,7 +164,10 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
     motion, rows = observe(integrator, motion, count, watch)
     values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, count))
     values |= {"settling_periods": float(periods), "drift": drift}
-    return Steady(values, motion, settled, _repeats(integrator, rows, frequencies))
+    repeats = _repeats(integrator, rows, frequencies)
+    if settings.settle == "fixed":
+        settled = repeats  # the only sign that the count was long enough
+    return Steady(values, motion, settled, repeats)
 
 
 def _repeats(integrator: Integrator, rows: Array, frequencies: list[float]) -> bool:

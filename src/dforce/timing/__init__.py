@@ -66,6 +66,7 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     """
     table = _Table(2 if quick else 7, progress or (lambda name: None))
     _periods(table)
+    _five_forces(table)
     _then_and_now(table, (POINTS,) if quick else (128, 256, 512))
     _curves(table)
     if not quick:
@@ -181,6 +182,21 @@ def _periods(table: _Table) -> None:
         table.time(name, lambda i=integrator, m=motion: i.lock_in(m, periods), periods, U, limit)  # type: ignore[misc]
     integrator, motion = _ready(case, zc, integrator="adaptive")
     table.time("composed adaptive, Hertz", lambda: integrator.lock_in(motion, 100), 100, U)
+
+
+def _five_forces(table: _Table) -> None:
+    """Time five forces at once against the sum of a run with each."""
+    five = [
+        {"model": "dmt", "hamaker": 2e-20}, {"model": "kelvin_voigt", "viscosity": 10.0}, {"model": "electrostatic"},
+        {"model": "hydration"}, {"model": "capillary"},
+    ]  # fmt: skip
+    case, periods = example(CASE).replace("cantilever.k", 5.0), 400
+    zc = case.experiment.zc  # type: ignore[union-attr]
+    runs = [_ready(case.replace("forces", forces), zc) for forces in ([force] for force in five)]
+    each = "five runs, a force each"
+    table.time(each, lambda: [integrator.lock_in(motion, periods) for integrator, motion in runs], periods, U)
+    integrator, motion = _ready(case.replace("forces", five), zc)
+    table.time("one run, five forces", lambda: integrator.lock_in(motion, periods), periods, each, 1.5)
 
 
 def _as_given(case: Case) -> list[dict[str, Any]]:

@@ -1,0 +1,123 @@
+"""Runs: progress, Ctrl-C, going on later with the same numbers, and what a result says about itself."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dforce as df
+from dforce import runs
+
+
+@pytest.fixture(autouse=True)
+def every_call_of_progress(monkeypatch):
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", 1e9)
+
+
+def approach(integrator="rk4", direction="both", carry_state=True, **solver):
+    case = df.example("table-1-am").replace("cantilever.Q", 20)
+    experiment = df.Approach(
+        zc=[4.8e-9, 4.5e-9, 4.2e-9, 4e-9], direction=direction, carry_state=carry_state, start="rest"
+    )
+    settings = df.SolverSettings(**{"method": "transient", "integrator": integrator, **solver})
+    return case.replace(experiment=experiment, solver=settings)
+
+
+def stop_after(points, calls=2):
+    """Return a progress function that presses Ctrl-C a little after so many points."""
+    seen = 0
+
+    def progress(done, total, note):
+        nonlocal seen
+        if done >= points:
+            seen += 1
+            if seen == calls:
+                raise KeyboardInterrupt
+
+    return progress
+
+
+SOLVERS = [
+    {"integrator": "rk4"},
+    {"integrator": "rk4", "carry_state": False},
+    {"integrator": "rk4", "direction": "approach", "settle": "fixed", "periods": 50},
+    {"integrator": "adaptive"},
+    {"integrator": "lsoda", "direction": "approach"},
+]
+
+
+@pytest.mark.parametrize("settings", SOLVERS, ids=str)
+@pytest.mark.parametrize("points", [0, 3])
+def test_a_run_that_was_stopped_goes_on_to_the_same_numbers_bit_for_bit(settings, points, tmp_path):
+    case = approach(**settings)
+    whole = df.run(case)
+    part = df.run(case, stop_after(points))
+    assert part.attrs["interrupted"] == 1
+    assert int((part.status != df.Status.NOT_COMPUTED).sum()) == points
+    df.write(part, tmp_path / "part.nc")
+    rest = df.run(case, resume=df.read(tmp_path / "part.nc"))
+    assert "interrupted" not in rest.attrs
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(rest[name].values, whole[name].values, err_msg=str(name))
+    xr.testing.assert_equal(rest.drop_attrs(), whole.drop_attrs())
+
+
+def test_points_done_before_ctrl_c_are_those_of_the_whole_run():
+    case = approach(direction="approach")
+    whole, part = df.run(case), df.run(case, stop_after(2))
+    done = (part.status != df.Status.NOT_COMPUTED).values
+    assert done.tolist() == [True, True, False, False]
+    np.testing.assert_array_equal(part.amplitude.values[done], whole.amplitude.values[done])
+    assert np.isnan(part.amplitude.values[~done]).all()
+
+
+def test_a_run_can_be_stopped_twice():
+    case = approach(direction="approach")
+    first = df.run(case, stop_after(1))
+    second = df.run(case, stop_after(3), resume=first)
+    assert int((second.status != df.Status.NOT_COMPUTED).sum()) == 3
+    last = df.run(case, resume=second)
+    np.testing.assert_array_equal(last.amplitude.values, df.run(case).amplitude.values)
+
+
+def test_ctrl_c_during_a_dwell_gives_a_result_that_says_so():
+    case = df.example("table-1-am").replace("solver.method", "transient")
+    result = df.run(case, stop_after(0))
+    assert result.attrs["interrupted"] == 1
+    assert int(result.status) == df.Status.NOT_COMPUTED
+
+
+def test_only_an_unfinished_run_of_the_same_case_goes_on():
+    case = approach(direction="approach")
+    part, whole = df.run(case, stop_after(1)), df.run(case)
+    with pytest.raises(df.ParameterError, match="complete"):
+        df.run(case, resume=whole)
+    with pytest.raises(df.ParameterError, match="another case"):
+        df.run(case.replace("cantilever.k", "1 N/m"), resume=part)
+    with pytest.raises(df.ParameterError, match="experiment"):
+        df.run(case.replace(experiment=None))
+
+
+def test_a_result_holds_its_case_and_repeats_itself_from_it():
+    result = df.run(approach(direction="approach"))
+    again = df.run(df.Case.from_toml(result.attrs["case"]))
+    np.testing.assert_array_equal(again.amplitude.values, result.amplitude.values)
+    assert result.attrs["dforce_version"] == df.__version__
+    assert result.amplitude.attrs["units"] == "m"
+    assert result.phase.attrs["units"] == "degree"
+
+
+def test_progress_is_throttled_but_the_end_is_always_told(monkeypatch):
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", 1e-3)
+    calls = []
+    df.run(approach(), lambda done, total, note: calls.append((done, total)))
+    assert calls[0] == (0, 8)
+    assert calls[-1] == (8, 8)
+    assert len(calls) == 2
+
+
+def test_settings_given_in_python_override_those_of_the_case():
+    case = approach(direction="approach")
+    curve = df.approach(case, zc="4.5 nm", harmonics=3)
+    assert curve.sizes == {"zc": 1, "tone": 1, "mode": 1, "harmonic": 3}
+    with pytest.raises(df.ParameterError, match="harmonic"):
+        df.approach(case, zc="4.5 nm", harmonic=3)
