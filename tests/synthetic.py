@@ -105,8 +105,7 @@ def dwell(zc=4e-9, amplitude=4.05e-9, phase=54.2, periods=8, samples=256, f0=48.
             "mode_deflection": (("mode", "time"), deflection[None]),
             "spectrum": ("frequency", spectrum[keep]),
         },
-        {"zc": zc, "time": time, "frequency": frequency[keep]}
-        | {"tone": [1], "mode": [1], "harmonic": range(1, 5)},
+        {"zc": zc, "time": time, "frequency": frequency[keep]} | {"tone": [1], "mode": [1], "harmonic": range(1, 5)},
     )
     dataset.attrs.update(provenance(CASE, "Synthetic dwell"))
     return describe(dataset)

@@ -1,4 +1,4 @@
-"""The tip equation written a second time, straight from its formulas, for SciPy's DOP853: nothing of dForce's kernel is used.
+"""The tip equation written a second time, from its formulas, for SciPy's DOP853; it uses nothing of dForce.
 
     m z'' + (m w0 / Q) z' + k z = sum_j F_j cos(w_j t + theta_j) + F(d, d')    for each mode,    d = zc + sum z
 

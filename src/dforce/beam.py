@@ -110,12 +110,12 @@ def hydrodynamic_function(reynolds: float) -> complex:
     ratio = complex(kve(1, -1j * root)) / complex(kve(0, -1j * root))
     circle = 1.0 + 4.0j * ratio / root
     tau = math.log10(reynolds)
-    real = _polynomial(
-        tau, 0.91324, -0.48274, 0.46842, -0.12886, 0.044055, -0.0035117, 0.00069085
-    ) / _polynomial(tau, 1.0, -0.56964, 0.48690, -0.13444, 0.045155, -0.0035862, 0.00069085)
-    imaginary = _polynomial(
-        tau, -0.024134, -0.029256, 0.016294, -0.00010961, 0.000064577, -0.000044510
-    ) / _polynomial(tau, 1.0, -0.59702, 0.55182, -0.18357, 0.079156, -0.014369, 0.0028361)
+    real = _polynomial(tau, 0.91324, -0.48274, 0.46842, -0.12886, 0.044055, -0.0035117, 0.00069085) / _polynomial(
+        tau, 1.0, -0.56964, 0.48690, -0.13444, 0.045155, -0.0035862, 0.00069085
+    )
+    imaginary = _polynomial(tau, -0.024134, -0.029256, 0.016294, -0.00010961, 0.000064577, -0.000044510) / _polynomial(
+        tau, 1.0, -0.59702, 0.55182, -0.18357, 0.079156, -0.014369, 0.0028361
+    )
     return complex(real, imaginary) * circle
 
 
@@ -164,9 +164,7 @@ def fluid_mode(
     )
 
 
-def sader_stiffness(
-    frequency: float, Q: float, length: float, width: float, density: float, viscosity: float
-) -> float:
+def sader_stiffness(frequency: float, Q: float, length: float, width: float, density: float, viscosity: float) -> float:
     r"""Return the static spring constant (N/m) from frequency (Hz) and Q of mode 1 in a fluid.
 
     .. math:: k = 0.1906\, \rho\, b^2 L\, Q\, \Gamma_i(\omega)\, \omega^2

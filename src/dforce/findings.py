@@ -113,9 +113,7 @@ def jumps(sweep: xr.Dataset, direction: str = "") -> list[Jump]:
     return [Jump(float(x[i + 1]), float(phase[i]), float(phase[i + 1])) for i in np.flatnonzero(large)]
 
 
-def _noted(
-    sweep: xr.Dataset, direction: str, x: np.ndarray[Any, Any], phase: np.ndarray[Any, Any]
-) -> Iterator[Jump]:
+def _noted(sweep: xr.Dataset, direction: str, x: np.ndarray[Any, Any], phase: np.ndarray[Any, Any]) -> Iterator[Jump]:
     """Give the jumps noted in a result that belong to a direction, with the phases at the points on either side."""
     if "jump_zc" not in sweep:
         return

@@ -68,12 +68,8 @@ class Medium(Parameters):
     name: str | None = pydantic.Field(
         None, max_length=50, description="a known medium: air, water or vacuum, with its values at 298.15 K"
     )
-    density: float | None = param(
-        None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid"
-    )
-    viscosity: float | None = param(
-        None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid"
-    )
+    density: float | None = param(None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid")
+    viscosity: float | None = param(None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid")
     permittivity: float | None = param(
         None,
         unit="1",
@@ -109,9 +105,7 @@ class Medium(Parameters):
 class Mode(Parameters):
     """One eigenmode of the cantilever, a point mass m = k / (2 pi f0)^2 on a spring with viscous damping."""
 
-    f0: float = param(
-        unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping"
-    )
+    f0: float = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
     k: float = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
     # at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
     Q: float = param(
@@ -180,9 +174,7 @@ class Beam(Parameters):
             why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
             raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
         if Q <= 0.5:
-            raise ParameterError(
-                f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5"
-            )
+            raise ParameterError(f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5")
         return ModeNumbers(f0, free.stiffness, Q)
 
 
@@ -198,9 +190,7 @@ class Cantilever(Parameters):
     Q: float | None = param(
         None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor of the only mode, above 0.5"
     )
-    modes: tuple[Mode, ...] = pydantic.Field(
-        (), max_length=MOST_MODES, description="modes, the softest first"
-    )
+    modes: tuple[Mode, ...] = pydantic.Field((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Beam | None = pydantic.Field(None, description="a rectangular cantilever, instead of its modes")
 
     @pydantic.model_validator(mode="after")
@@ -271,12 +261,8 @@ class Drive(Parameters):
     mode: int | None = pydantic.Field(
         None, ge=1, le=MOST_MODES, description="mode of the only tone, from 1; left out: 1"
     )
-    phase: float = param(
-        "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the only tone"
-    )
-    tones: tuple[Tone, ...] = pydantic.Field(
-        (), max_length=MOST_MODES, description="tones, instead of a single one"
-    )
+    phase: float = param("0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the only tone")
+    tones: tuple[Tone, ...] = pydantic.Field((), max_length=MOST_MODES, description="tones, instead of a single one")
     acts_on: Literal["all_modes", "own_mode"] = pydantic.Field(
         "all_modes",
         description="all_modes: a tone is a force on the tip, so on every mode; own_mode: only on its own",
@@ -307,9 +293,7 @@ class Drive(Parameters):
         return (_tone("drive.mode", self.needed("A0"), self, self.mode or 1, modes),)
 
 
-def _tone(
-    path: str, A0: float, given: Tone | Drive, mode: int, modes: tuple[ModeNumbers, ...]
-) -> ToneNumbers:
+def _tone(path: str, A0: float, given: Tone | Drive, mode: int, modes: tuple[ModeNumbers, ...]) -> ToneNumbers:
     if mode > len(modes):
         count = "1 mode" if len(modes) == 1 else f"{len(modes)} modes"
         raise ParameterError(f"{path} = {mode}, but the cantilever has only {count}")
@@ -321,9 +305,7 @@ def _tone(
 class Tip(Parameters):
     """The tip; without a Young's modulus it is rigid."""
 
-    radius: float | None = param(
-        None, unit="m", symbol="R", above="0 nm", high="1 mm", doc="radius of the tip's apex"
-    )
+    radius: float | None = param(None, unit="m", symbol="R", above="0 nm", high="1 mm", doc="radius of the tip's apex")
     youngs_modulus: float | None = param(
         None,
         unit="Pa",
@@ -351,9 +333,7 @@ class Sample(Parameters):
     youngs_modulus: float | None = param(
         None, unit="Pa", symbol="E_s", above="0 GPa", high="10 TPa", doc="Young's modulus of the sample"
     )
-    poisson_ratio: float = param(
-        0.3, unit="1", symbol=r"\nu_s", low=0.0, high=0.5, doc="Poisson's ratio of the sample"
-    )
+    poisson_ratio: float = param(0.3, unit="1", symbol=r"\nu_s", low=0.0, high=0.5, doc="Poisson's ratio of the sample")
     thickness: float | None = param(
         None,
         unit="m",

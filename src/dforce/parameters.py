@@ -48,14 +48,10 @@ class Quantity:
             if bound is not None:
                 number[key] = units.parse(bound, self.unit)
         text = {"type": "string", "pattern": r"^\s*[-+]?[0-9.]"}
-        kept: dict[str, Any] = {
-            key: schema[key] for key in ("title", "description", "default") if key in schema
-        }
+        kept: dict[str, Any] = {key: schema[key] for key in ("title", "description", "default") if key in schema}
         forms = [schema, *schema.get("anyOf", [])]
         one: list[dict[str, Any]] = [number, text]
-        several = (
-            [{"type": "array", "items": {"anyOf": one}}] if any("items" in form for form in forms) else []
-        )
+        several = [{"type": "array", "items": {"anyOf": one}}] if any("items" in form for form in forms) else []
         tables = [{"$ref": form["$ref"]} for form in forms if "$ref" in form]  # such as a grid
         schema.clear()
         schema.update(kept, anyOf=[*one, *several, *tables])
@@ -131,9 +127,7 @@ def param(
 
 def shared(path: str) -> Any:
     """Declare a parameter that comes from the instrument, so that one tip serves every force."""
-    return pydantic.Field(
-        None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path)
-    )
+    return pydantic.Field(None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path))
 
 
 def _unit_of(text: str) -> str:
@@ -225,9 +219,7 @@ class Parameters(pydantic.BaseModel):
             return data
         for key in data:
             if key in cls.shared_fields():
-                raise ParameterError(
-                    f"takes '{key}' from the instrument: give {cls.shared_fields()[key]} instead"
-                )
+                raise ParameterError(f"takes '{key}' from the instrument: give {cls.shared_fields()[key]} instead")
             if key not in cls.model_fields:
                 hint = nearest(shorten(str(key), 40), cls.keys())
                 raise ParameterError(f"has no parameter '{shorten(str(key), 40)}'{hint}")
@@ -263,9 +255,7 @@ class Parameters(pydantic.BaseModel):
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some parameters changed, validated again."""
-        given = {
-            name: getattr(self, name) for name in self.model_fields_set if name not in self.shared_fields()
-        }
+        given = {name: getattr(self, name) for name in self.model_fields_set if name not in self.shared_fields()}
         return type(self)(**(given | changes))
 
     def _repr_fields(self) -> Iterator[tuple[str, str]]:

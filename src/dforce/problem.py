@@ -138,9 +138,7 @@ def instrument_values(
     """
     sections: dict[str, Parameters] = {"tip": tip, "sample": sample, "contact": contact, "medium": medium}
     values: dict[str, float | None] = {
-        f"{section}.{name}": getattr(given, name)
-        for section, given in sections.items()
-        for name in given.quantities()
+        f"{section}.{name}": getattr(given, name) for section, given in sections.items() for name in given.quantities()
     }
     values |= {f"cantilever.{name}": getattr(modes[0], name) for name in ("f0", "k", "Q")}
     values["contact.E_eff"] = effective_modulus(tip, sample)
@@ -155,9 +153,7 @@ def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
     for path in paths:
         if path not in values:
             hint = nearest(path, values)
-            raise ForceError(
-                f"{force.name} takes '{path}' from the instrument, which has no such value{hint}"
-            )
+            raise ForceError(f"{force.name} takes '{path}' from the instrument, which has no such value{hint}")
     try:
         return force.bind(values)
     except ParameterError as error:

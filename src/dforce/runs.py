@@ -43,14 +43,14 @@ def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None 
     from dforce.results import provenance
 
     if case.experiment is None:
-        raise ParameterError("the case says nothing under [experiment]; give kind = \"approach\", say")
+        raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')
     text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; there is nothing to continue")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and "restart" in resume else None
-    data = case.experiment.run(case.problem, case.solver, _throttled(progress), usable, case)
+    data = case.experiment.run(case.problem, case.solver, throttled(progress), usable, case)
     data.attrs = provenance(text, case.title) | data.attrs
     data.attrs["advice"] = "\n".join(piece.text for piece in advice(case, data))
     return data
@@ -147,7 +147,7 @@ def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any
     return case.replace(experiment=kind(**given))
 
 
-def _throttled(progress: Progress | None) -> Progress:
+def throttled(progress: Progress | None) -> Progress:
     """Return a progress function that passes on few enough calls."""
     if progress is None:
         return lambda done, total, note: None

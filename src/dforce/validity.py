@@ -87,4 +87,4 @@ def not_settled(case: Case, result: xr.Dataset | None) -> Advice | None:
     )
 
 
-CHECKS: tuple[Callable[[Case, "xr.Dataset | None"], Advice | None], ...] = (hamaker_and_surface_energy, not_settled)
+CHECKS: tuple[Callable[[Case, xr.Dataset | None], Advice | None], ...] = (hamaker_and_surface_energy, not_settled)

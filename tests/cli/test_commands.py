@@ -20,10 +20,7 @@ import dforce as df
 from dforce.cli import app
 from dforce.cli._terminal import plain
 
-CASE = (
-    synthetic.CASE
-    + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'
-)
+CASE = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'
 
 
 def invoke(*words):
@@ -130,9 +127,7 @@ def test_ctrl_c_keeps_the_points_and_says_how_to_continue(here, ran):
     ran(interrupted)
     done = invoke("run", "case.toml", "-o", "out.nc")
     assert done.exit_code == 130
-    assert done.stderr == (
-        "dforce: stopped; 40 of 111 points are done and kept; continue with: dforce run out.nc\n"
-    )
+    assert done.stderr == ("dforce: stopped; 40 of 111 points are done and kept; continue with: dforce run out.nc\n")
     assert df.read(here / "out.nc").attrs["interrupted"] == 1
 
 
@@ -279,11 +274,7 @@ def test_a_force_curve_is_written_and_drawn_between_the_distances_given(here, mo
         "curve", "figure-3-air", "--from", "3 nm", "--to", "-0.5 nm", "--points", "8",
         "-o", "curve.csv", "--plot", "curve.svg",
     )  # fmt: skip
-    assert (
-        done.exit_code == 0
-        and "lowest force" in done.stdout
-        and "written: curve.csv, curve.svg" in done.stdout
-    )
+    assert done.exit_code == 0 and "lowest force" in done.stdout and "written: curve.csv, curve.svg" in done.stdout
     np.testing.assert_allclose(asked[0], np.linspace(3e-9, -0.5e-9, 8))
     assert names(here) == ["case.toml", "curve.csv", "curve.svg"]
     assert invoke("curve", "figure-3-air", "--to", "0 nm").exit_code == 0
@@ -312,10 +303,7 @@ def test_help_names_every_command():
     [("54°", "54 deg"), ("µm", "um"), ("δ ≤ 3", "delta <= 3"), ("– é 中", "- e ?"), ("d²", "d^2")],
 )
 def test_what_a_terminal_lacks_is_spelled_out(text, spelled):
-    assert (
-        "".join(c if c.isascii() else plain(UnicodeEncodeError("ascii", c, 0, 1, ""))[0] for c in text)
-        == spelled
-    )
+    assert "".join(c if c.isascii() else plain(UnicodeEncodeError("ascii", c, 0, 1, ""))[0] for c in text) == spelled
 
 
 def program(*words, env=None):
@@ -329,11 +317,7 @@ def program(*words, env=None):
 def test_exit_codes_reach_the_shell():
     assert program("--version").returncode == 0
     failed = program("run", "missing.toml")
-    assert (
-        failed.returncode == 2
-        and failed.stderr.startswith(b"dforce: there is no file")
-        and failed.stdout == b""
-    )
+    assert failed.returncode == 2 and failed.stderr.startswith(b"dforce: there is no file") and failed.stdout == b""
     assert program("--no-such-option").returncode == 2
 
 

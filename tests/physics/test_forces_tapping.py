@@ -17,10 +17,10 @@ from dforce.solvers.adaptive import advance
 from dforce.solvers.integrator import INTEGRATORS, sample_count
 
 TAU = 2 * math.pi
-# twelve decay times of a lever with Q = 5: the free motion has died out to 1e-16, and the memory below with it
+# 38 decay times of a lever with Q = 5: the free motion has died out to 1e-16, and the memory below with it
 PERIODS = 60
-# a tap of rigid bodies turns the tip within 1 % of the period, two of 256 samples, and the layers of a liquid pass in as
-# few; the closure of PHYSICS 5.10 is that of 4096 samples
+# a tap of rigid bodies turns the tip within 1 % of the period, two of 256 samples, and the layers of a liquid pass in
+# as few; the closure of PHYSICS 5.10 is that of 4096 samples
 SAMPLES = {"lennard_jones": 4096, "morse": 1024, "solvation": 1024}
 # relaxation times that end within the run, and a modulus that a stiff lever feels
 CHANGES = {"power_law": {"modulus_at_reference": "300 MPa", "reference_time": "1 us", "longest_time": "10 us"}}
@@ -166,8 +166,9 @@ def test_samples_resolve_the_fastest_relaxation():
 
 def test_a_relaxation_faster_than_the_sampling_asked_for_leaves_the_relaxed_sample():
     """RK4 with 256 steps would be unstable: the step is 4 relaxation times."""
-    model = df.forces.SLSSimple(relaxation_time="20 ns", instant_modulus="1 GPa", relaxed_modulus="0.5 GPa")
-    found = df.dwell(soft([model], method="transient"), "16 nm")
-    relaxed = soft([df.forces.Hertz()], method="transient").replace("sample.youngs_modulus", "0.5 GPa")
+    fast = df.forces.SLSSimple(instant_modulus="1 GPa", relaxed_modulus="0.5 GPa", relaxation_time="20 ns")
+    elastic = df.forces.SLSSimple(instant_modulus="0.5 GPa", relaxed_modulus="0.5 GPa", relaxation_time="20 ns")
+    found, relaxed = (df.dwell(soft([model], method="transient"), "16 nm") for model in (fast, elastic))
     # what is left of the memory is some tau / contact time = 0.6 %
-    assert float(found.amplitude[0]) == pytest.approx(float(df.dwell(relaxed, "16 nm").amplitude[0]), rel=0.01)
+    assert float(found.amplitude[0]) == pytest.approx(float(relaxed.amplitude[0]), rel=0.01)
+    assert float(found.peak_force) == pytest.approx(float(relaxed.peak_force), rel=0.02)

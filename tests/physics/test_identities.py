@@ -43,7 +43,9 @@ def settled(problem, zc, start="free", integrator="adaptive", **solver):
 
 def check_identities(problem, values, mean_square):
     k = np.array([mode.k for mode in problem.modes])
-    scale = [math.pi * problem.drive[j, problem.tones[j].mode] * values["amplitude"][j] for j in range(len(problem.tones))]
+    scale = [
+        math.pi * problem.drive[j, problem.tones[j].mode] * values["amplitude"][j] for j in range(len(problem.tones))
+    ]
     # 1: the mean force bends the static lever (of all modes)
     mean_force, bend = values["mean_force"], values["mean_deflection"] / (1 / k).sum()
     assert mean_force == pytest.approx(bend, rel=1e-4, abs=1e-6 * problem.tones[0].force)
@@ -115,9 +117,7 @@ def lever(modes, tones, forces, radius=2e-9, modulus=1e9):
     Q=st.floats(1.5, 300.0), share=st.floats(0.2, 1.02), hamaker=st.floats(0.0, 1e-19), viscosity=st.floats(0.0, 300.0),
     log_modulus=st.floats(7.0, 10.0), log_radius=st.floats(-9.0, -7.7), detuning=st.floats(-0.02, 0.02),
 )  # fmt: skip
-def test_identities_hold_on_random_single_mode_cases(
-    Q, share, hamaker, viscosity, log_modulus, log_radius, detuning
-):
+def test_identities_hold_on_random_single_mode_cases(Q, share, hamaker, viscosity, log_modulus, log_radius, detuning):
     forces = [df.forces.DMT(hamaker=hamaker), df.forces.KelvinVoigt(viscosity=viscosity)]
     tone = {"A0": 10e-9, "frequency": 5e4 * (1 + detuning)}
     problem = lever([{"f0": 5e4, "k": 0.9, "Q": Q}], [tone], forces, 10**log_radius, 10**log_modulus)
@@ -153,9 +153,7 @@ def prescribed(zc, amplitude, forces, radius=2e-9, modulus=1e9, frequency=50e3, 
         d, v = zc + amplitude * math.cos(turn[i]), ready.block[i, 1] * ready.scales.speed
         ready.block[i, -1] = sum(f(d, v, 0.0, *g.values()) for f, g in zip(law, problem.forces, strict=True))
     row = np.empty((1, ready.columns))
-    ready.kernel.entry("measure")(
-        ready.block, 0, points, ready.tones, np.zeros(1), ready.p, ready.kinks, 5, row[0]
-    )
+    ready.kernel.entry("measure")(ready.block, 0, points, ready.tones, np.zeros(1), ready.p, ready.kinks, 5, row[0])
     return finish(problem, ready.scales, 5, row, np.ones(1))
 
 

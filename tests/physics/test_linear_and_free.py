@@ -1,4 +1,4 @@
-"""Motion that is known in closed form: without force, with a linear force, and with a small amplitude; PHYSICS 2 and 5."""
+"""Motion known in closed form: without force, with a linear force, with a small amplitude; PHYSICS 2 and 5."""
 
 import cmath
 import math
@@ -35,7 +35,7 @@ def response(case, t):
     for n, mode in enumerate(case.problem.modes):
         w0 = 2 * math.pi * mode.f0
         g, wd = w0 / (2 * mode.Q), w0 * math.sqrt(1 - 1 / (4 * mode.Q**2))
-        for j, tone in enumerate(case.problem.tones):
+        for tone in case.problem.tones:
             if case.drive.acts_on == "own_mode" and tone.mode != n:
                 continue
             r, own = tone.frequency / mode.f0, case.problem.modes[tone.mode]

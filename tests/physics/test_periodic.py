@@ -32,7 +32,8 @@ def random_case(seed: int) -> tuple[df.Case, np.ndarray]:
 def test_a_curve_of_orbits_is_the_curve_of_transients(seed):
     case, zc = random_case(seed)
     orbits, transients = (
-        df.approach(case.replace("solver.method", method), zc=zc, direction="both") for method in ("periodic", "transient")
+        df.approach(case.replace("solver.method", method), zc=zc, direction="both")
+        for method in ("periodic", "transient")
     )
     sound = ((orbits.status == df.Status.OK) & (transients.status == df.Status.OK)).values
     assert sound.mean() > 0.9

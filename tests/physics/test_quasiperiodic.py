@@ -56,7 +56,7 @@ def test_weighted_average_leaves_a_beat_of_twelve_turns_3e_7(cycles):
 
 @pytest.mark.parametrize("ratio", [6.2, math.sqrt(39.0), 6.011 + 1e-6, 4.003])
 def test_linear_motion_has_its_exact_amplitudes_and_phases(ratio):
-    """Without a force the amplitudes are those of the free modes; the averages mix in 4e-7 of the other tone at most."""
+    """Without a force the amplitudes are those of the free modes; the averages mix in at most 4e-7 of the other tone."""
     case = bimodal(ratio, phase="33 deg", points_per_period=1024)
     result = df.dwell(case, "1 um", recorded_periods=1)
     relative = case.problem.free * np.exp(-1j * np.array([tone.phase for tone in case.problem.tones]))[:, None]

@@ -361,9 +361,7 @@ def test_a_case_file_is_written_and_read(tmp_path):
     path = tmp_path / "case.toml"
     save_case(AIR, path)
     assert load_case(path) == AIR
-    path.write_bytes(
-        b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n")
-    )  # as an editor of Windows does
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))  # as an editor of Windows does
     assert load_case(path) == AIR
     assert [file.name for file in tmp_path.iterdir()] == ["case.toml"]
 
@@ -398,9 +396,7 @@ def test_a_file_that_is_not_a_case_is_one_sentence_with_its_name(tmp_path, conte
 
 def test_what_is_not_a_file_is_one_sentence(tmp_path):
     assert "is a directory" in refusal(CaseError, load_case, tmp_path)
-    assert "did you mean the example 'figure-3-air'?" in refusal(
-        CaseError, load_case, tmp_path / "figure-3-ari.toml"
-    )
+    assert "did you mean the example 'figure-3-air'?" in refusal(CaseError, load_case, tmp_path / "figure-3-ari.toml")
     assert "there is no file" in refusal(CaseError, load_case, tmp_path / "zzz")
     assert "there is no file" in refusal(CaseError, load_case, "a\0b")
     assert "cannot be read" in refusal(CaseError, load_case, "x" * 10_000)

@@ -33,9 +33,7 @@ SILICON = {
     "thickness": "3 um",
 }
 LEVER = Cantilever(f0="48.9 kHz", k="0.9 N/m", Q=255)
-TWO = Cantilever(
-    modes=[{"f0": "50 kHz", "k": "0.9 N/m", "Q": 10}, {"f0": "310 kHz", "k": "35.2 N/m", "Q": 62.7}]
-)
+TWO = Cantilever(modes=[{"f0": "50 kHz", "k": "0.9 N/m", "Q": 10}, {"f0": "310 kHz", "k": "35.2 N/m", "Q": 62.7}])
 ONE_TONE = Drive(A0="10 nm")
 TIP, SAMPLE = Tip(radius="2 nm"), Sample(youngs_modulus="1 GPa")
 
@@ -173,9 +171,7 @@ def test_a_tone_drives_the_mode_of_its_place_at_its_resonance():
 def test_a_tone_for_a_mode_that_is_not_there_is_refused():
     message = refusal(Problem.build, LEVER, Drive(tones=[{"A0": 1e-9}, {"A0": 1e-9}]))
     assert message == "drive.tones.2.mode = 2, but the cantilever has only 1 mode"
-    assert "drive.mode = 3, but the cantilever has only 2 modes" in refusal(
-        Problem.build, TWO, Drive(A0=1e-9, mode=3)
-    )
+    assert "drive.mode = 3, but the cantilever has only 2 modes" in refusal(Problem.build, TWO, Drive(A0=1e-9, mode=3))
 
 
 def test_the_reference_free_response_has_the_reference_force():

@@ -18,7 +18,7 @@ from dforce.kernel.compose import compose
 from dforce.problem import Problem
 from dforce.solvers.integrator import ENTRIES, INTEGRATORS, free_amplitudes, with_amplitudes
 
-PROBE = '''
+PROBE = """
 import sys
 import dforce as df
 from dforce import kernel
@@ -37,7 +37,7 @@ if __name__ == "__main__":
     entry = loaded.entry("probe")
     value = entry((-0.5, 0.0), kernel.parameters(problem, 4.5e-9))
     print(value, sum(entry.stats.cache_hits.values()), sum(entry.stats.cache_misses.values()), loaded.module.__file__)
-'''
+"""
 
 
 def problem(forces=(), modes=1, Q=10.0, zc_modulus=1e9, hamaker=2e-20, viscosity=50.0):
@@ -69,7 +69,8 @@ def test_compiled_equals_plain_python(integrator, points):
     ready.place(6e-9)
     start = with_amplitudes(ready, free_amplitudes(ready))
     compiled, rows = ready.observe(start, 1)
-    ready.kernel.entry = lambda name, module=plain(asked): getattr(module, name)
+    interpreted_module = plain(asked)
+    ready.kernel.entry = lambda name: getattr(interpreted_module, name)
     try:
         interpreted, plain_rows = ready.observe(start, 1)
     finally:
@@ -154,7 +155,8 @@ def test_modules_are_named_by_their_text_and_by_what_compiles_it(folder, monkeyp
 def test_a_changed_law_is_a_new_module(tmp_path):
     import importlib.util
 
-    text = "from dforce.forces import Force\n\nclass Pull(Force):\n    @staticmethod\n    def law(d, rate, t):\n        return -{}\n"
+    text = "from dforce.forces import Force\n\n"
+    text += "class Pull(Force):\n    @staticmethod\n    def law(d, rate, t):\n        return -{}\n"
     names = []
     for number in ("1e-9", "2e-9"):
         path = tmp_path / f"pull_{number}.py"

@@ -124,8 +124,6 @@ def test_an_object_shows_itself_as_it_would_be_typed():
     assert repr(Knob(size=3e-9)) == "Knob(size='3 nm', ratio=0.3, count=1, free=False)"
 
 
-@pytest.mark.parametrize(
-    "value", [10**5000, list(range(10**6)), "x" * 10**6, {"a": "b" * 10**6}], ids=shorten
-)
+@pytest.mark.parametrize("value", [10**5000, list(range(10**6)), "x" * 10**6, {"a": "b" * 10**6}], ids=shorten)
 def test_a_huge_value_is_shortened_in_a_sentence(value):
     assert len(shorten(value)) <= 60

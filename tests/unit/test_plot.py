@@ -51,9 +51,7 @@ def test_the_line_between_attraction_and_repulsion_is_always_in_view():
         np.full(dataset.phase.shape, 175.0),
         np.full(dataset.phase.shape, np.nan),
     ):
-        _, lower = plot.amplitude_phase(
-            dataset.assign(phase=(dataset.phase.dims, phases, dataset.phase.attrs))
-        )
+        _, lower = plot.amplitude_phase(dataset.assign(phase=(dataset.phase.dims, phases, dataset.phase.attrs)))
         low, high = lower.get_ylim()
         assert low < 90.0 < high
 
@@ -180,9 +178,7 @@ def test_overview_is_drawn_for_every_kind_of_result(tmp_path, make, count):
 
 
 def test_a_title_is_no_formula():
-    dataset = synthetic.approach().assign_attrs(
-        title=r"costs $5 or \frac{, 50 % off, " + "very " * 40 + "long"
-    )
+    dataset = synthetic.approach().assign_attrs(title=r"costs $5 or \frac{, 50 % off, " + "very " * 40 + "long")
     upper, _ = plot.amplitude_phase(dataset)
     upper.figure.canvas.draw()
     assert upper.get_title().startswith("costs $5") and upper.get_title().count("\n") == 1

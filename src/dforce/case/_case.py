@@ -29,9 +29,7 @@ class About(Parameters):
 
     source: str = pydantic.Field("", max_length=4000, description="where the parameters come from")
     shows: str = pydantic.Field("", max_length=4000, description="one sentence on what the case shows")
-    unsaid: str = pydantic.Field(
-        "", max_length=4000, description="what the source leaves unsaid, and what was chosen"
-    )
+    unsaid: str = pydantic.Field("", max_length=4000, description="what the source leaves unsaid, and what was chosen")
 
 
 class Case(Parameters):
@@ -52,18 +50,14 @@ class Case(Parameters):
     plugins: tuple[str, ...] = pydantic.Field(
         (), max_length=20, description="Python files with force models of your own, beside the case file"
     )
-    about: About | None = pydantic.Field(
-        None, description="source of the case, what it shows, what is unsaid"
-    )
+    about: About | None = pydantic.Field(None, description="source of the case, what it shows, what is unsaid")
     cantilever: Cantilever = pydantic.Field(description="the cantilever: one mode, several, or a beam")
     drive: Drive = pydantic.Field(description="the drive: one tone or several")
     tip: Tip = pydantic.Field(Tip(), description="the tip")
     sample: Sample = pydantic.Field(Sample(), description="the sample")
     contact: Contact = pydantic.Field(Contact(), description="where contact begins")
     medium: Medium = pydantic.Field(Medium(), description="what the cantilever moves in: a name or a table")
-    forces: tuple[Force, ...] = pydantic.Field(
-        (), max_length=20, description="tip–sample forces, which add up"
-    )
+    forces: tuple[Force, ...] = pydantic.Field((), max_length=20, description="tip–sample forces, which add up")
     experiment: Experiment | None = pydantic.Field(None, description="what is done with the instrument")
     solver: SolverSettings = pydantic.Field(SolverSettings(), description="how the motion is computed")
 
@@ -100,11 +94,7 @@ class Case(Parameters):
     @pydantic.field_validator("experiment", mode="before")
     @classmethod
     def _experiment_by_kind(cls, given: Any) -> Any:
-        return (
-            None
-            if given is None
-            else _built(given, "kind", EXPERIMENTS, "experiment", "experiment", keep=True)
-        )
+        return None if given is None else _built(given, "kind", EXPERIMENTS, "experiment", "experiment", keep=True)
 
     @pydantic.model_validator(mode="after")
     def _makes_sense(self) -> Self:
@@ -114,9 +104,7 @@ class Case(Parameters):
     @functools.cached_property
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
-        return Problem.build(
-            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces
-        )
+        return Problem.build(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces)
 
     @functools.cached_property
     def folder(self) -> Path | None:
@@ -216,9 +204,7 @@ def _built(given: Any, tag: str, known: dict[str, Any], path: str, place: str, k
     if name is None:
         raise ParameterError(f"{place}.{tag} is missing{nearest('', known)}")
     if not isinstance(name, str) or name not in known:
-        raise ParameterError(
-            f"{place}.{tag} = '{shorten(name)}' is not known{nearest(str(name)[:100], known)}"
-        )
+        raise ParameterError(f"{place}.{tag} = '{shorten(name)}' is not known{nearest(str(name)[:100], known)}")
     try:
         return known[name].model_validate(given if keep else {key: given[key] for key in given if key != tag})
     except pydantic.ValidationError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 from dforce.case._text import tables
 from dforce.errors import ParameterError, shorten
@@ -16,6 +16,7 @@ LISTS = {
     "drive": "tones",
 }  # whose keys may stand in the section when there is one of them
 LONGEST = 200
+P = TypeVar("P", bound=Parameters)
 
 
 def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -29,9 +30,7 @@ def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[st
     table = tables(case)
     for path, value in assignments:
         if not isinstance(path, str) or len(path) > LONGEST:
-            raise ParameterError(
-                f"{shorten(path)} is not the path of a parameter, such as sample.youngs_modulus"
-            )
+            raise ParameterError(f"{shorten(path)} is not the path of a parameter, such as sample.youngs_modulus")
         _put(case, case, table, _steps(case, path), value, "")
     return table
 
@@ -57,6 +56,39 @@ def quantity_at(case: Parameters, path: str) -> Quantity:
     return found
 
 
+def value_at(case: Parameters, path: str) -> Any:
+    """Return what stands at a path.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, with the nearest one.
+    """
+    changed(case, [(path, None)])  # says what is wrong with a path
+    found: Any = case
+    for step in _steps(case, path):
+        found = found[_place(found, step, path)] if isinstance(found, tuple) else getattr(found, step)
+    return found
+
+
+def with_number(case: P, path: str, value: float) -> P:
+    """Return a copy of a case with a number at a path, without any check; it serves to build problems from."""
+    return _copied(case, _steps(case, path), value, path)
+
+
+def _copied(owner: Any, steps: list[str], value: float, path: str) -> Any:
+    first, *rest = steps
+    new: Any = value
+    if rest:
+        child = getattr(owner, first)
+        if isinstance(child, tuple):
+            place = _place(child, rest[0], path)
+            new = (*child[:place], _copied(child[place], rest[1:], value, path), *child[place + 1 :])
+        else:
+            new = _copied(child, rest, value, path)
+    return owner.model_copy(update={first: new})
+
+
 def paths(given: Parameters, prefix: str = "") -> Iterator[str]:
     """Yield every path that can be changed in a case: sections, lists' items and single values."""
     for key in given.keys():  # noqa: SIM118 the method of Parameters
@@ -79,9 +111,7 @@ def _name(items: tuple[Parameters, ...], item: Parameters) -> str:
     """Return a force's name where it alone has it."""
     if not isinstance(item, Force):
         return ""
-    return (
-        item.name if sum(isinstance(other, Force) and other.name == item.name for other in items) == 1 else ""
-    )
+    return item.name if sum(isinstance(other, Force) and other.name == item.name for other in items) == 1 else ""
 
 
 def _steps(case: Parameters, path: str) -> list[str]:
@@ -103,19 +133,13 @@ def _steps(case: Parameters, path: str) -> list[str]:
     return steps
 
 
-def _put(
-    case: Parameters, owner: Any, table: dict[str, Any], steps: list[str], value: Any, walked: str
-) -> None:
+def _put(case: Parameters, owner: Any, table: dict[str, Any], steps: list[str], value: Any, walked: str) -> None:
     first, rest = steps[0], steps[1:]
     path = walked + first
     if not isinstance(owner, Parameters):
-        raise ParameterError(
-            f"{walked.removesuffix('.')} is not a table in this case; it has no '{shorten(first)}'"
-        )
+        raise ParameterError(f"{walked.removesuffix('.')} is not a table in this case; it has no '{shorten(first)}'")
     if first not in owner.keys():  # noqa: SIM118 the method of Parameters
-        raise ParameterError(
-            f"the case has no parameter '{shorten(path)}'{_hint(case, owner, first, walked)}"
-        )
+        raise ParameterError(f"the case has no parameter '{shorten(path)}'{_hint(case, owner, first, walked)}")
     if not rest:
         table[first] = value
         return
@@ -145,9 +169,7 @@ def _place(items: tuple[Any, ...], step: str, path: str) -> int:
     if step.isdecimal() and len(step) < 4 and 1 <= int(step) <= len(items):
         return int(step) - 1
     close = difflib.get_close_matches(step[:LONGEST], names, n=1)
-    hint = (
-        f"; did you mean '{path}.{close[0]}'?" if close else f"; it has {len(items)} of them, counted from 1"
-    )
+    hint = f"; did you mean '{path}.{close[0]}'?" if close else f"; it has {len(items)} of them, counted from 1"
     raise ParameterError(f"the case has no '{shorten(f'{path}.{step}')}'{hint}")
 
 

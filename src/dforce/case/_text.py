@@ -31,9 +31,7 @@ def tables(given: Parameters, shown: bool = False, complete: bool = False) -> di
     quantities = given.quantities()
     for name in given.keys():  # noqa: SIM118 the method of Parameters
         value = getattr(given, name)
-        wanted = (
-            complete or name in given.model_fields_set or (name == "kind" and isinstance(given, Experiment))
-        )
+        wanted = complete or name in given.model_fields_set or (name == "kind" and isinstance(given, Experiment))
         if wanted and value is not None and value != ():
             table[name] = _plain(value, quantities.get(name), shown, complete)
     return table
@@ -62,9 +60,7 @@ def text_of(case: Parameters, complete: bool) -> str:
     sections = {name: part for name, part in table.items() if _is_table(part)}
     head = [_line(name, value) for name, value in table.items() if name not in sections]
     return (
-        "\n\n".join(
-            ["\n".join(head)] * bool(head) + [text for n, p in sections.items() for text in _section(n, p)]
-        )
+        "\n\n".join(["\n".join(head)] * bool(head) + [text for n, p in sections.items() for text in _section(n, p)])
         + "\n"
     )
 
@@ -76,10 +72,7 @@ def _is_table(part: Any) -> bool:
 def _section(name: str, content: Any) -> list[str]:
     """Return the text of a section or a list of sections, each with what it holds."""
     if isinstance(content, list):
-        return [
-            "\n".join([f"[[{name}]]", *(_line(key, value) for key, value in item.items())])
-            for item in content
-        ]
+        return ["\n".join([f"[[{name}]]", *(_line(key, value) for key, value in item.items())]) for item in content]
     lines, inner = [], []
     for key, value in content.items():
         listed = isinstance(value, list) and value and isinstance(value[0], dict)

@@ -51,9 +51,7 @@ def _spaced(line: str) -> str:
 def _cases(latex: str) -> str:
     """Return a line for each case, its condition behind it."""
     rows = [row.split("&") for row in re.split(r"\\\\(?:\[[^]]*\])?", " ".join(latex.split()))]
-    return "\n".join(
-        r"\quad " + r" \qquad ".join(part.strip() for part in row) for row in rows if row[0].strip()
-    )
+    return "\n".join(r"\quad " + r" \qquad ".join(part.strip() for part in row) for row in rows if row[0].strip())
 
 
 class _Reader:

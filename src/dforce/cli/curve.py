@@ -36,14 +36,19 @@ def curve(
             help="Closest; left out: as deep as tapping reaches.",
         ),
     ] = None,
-    points: Annotated[
-        int, typer.Option("--points", min=2, max=MOST_POINTS, help="Number of distances.")
-    ] = 501,
+    points: Annotated[int, typer.Option("--points", min=2, max=MOST_POINTS, help="Number of distances.")] = 501,
+    speed: Annotated[
+        str | None,
+        typer.Option(
+            "--speed",
+            metavar="VELOCITY",
+            show_default=False,
+            help="How fast the tip moves, for forces with memory or drag; left out: 10 nm/s.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."
-        ),
+        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."),
     ] = None,
     plot: Annotated[
         Path | None,
@@ -60,14 +65,15 @@ def curve(
         df.check_target(output)
     if plot is not None:
         df.check_target(plot, df.plot.FORMATS)
-    far, near = _distance("--from", start), _distance("--to", stop)
+    far, near = _quantity("--from", start, "m"), _quantity("--to", stop, "m")
+    velocity = _quantity("--speed", speed, "m/s")
     if far is None or near is None:
         usual = df.force_curve(source.case)["distance"].values
         far = float(usual[0]) if far is None else far
         near = float(usual[-1]) if near is None else near
     if far == near:
         raise df.ParameterError(f"the curve starts and ends at {df.show(far, 'm')}; give two distances")
-    result = df.force_curve(source.case, distance=np.linspace(far, near, points))
+    result = df.force_curve(source.case, distance=np.linspace(far, near, points), speed=velocity)
     if output is not None:
         df.write(result, output)
     if plot is not None:
@@ -82,8 +88,8 @@ def curve(
     return DONE
 
 
-def _distance(option: str, text: str | None) -> float | None:
+def _quantity(option: str, text: str | None, unit: str) -> float | None:
     try:
-        return None if text is None else df.parse(text, "m")
+        return None if text is None else df.parse(text, unit)
     except df.UnitError as error:
         raise df.ParameterError(f"{option} {error}") from None

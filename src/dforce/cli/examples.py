@@ -15,15 +15,11 @@ from dforce.cli._terminal import DONE, Json, Traceback, console, print_json
 def examples(
     name: Annotated[
         str | None,
-        typer.Argument(
-            autocompletion=complete_examples, show_default=False, help="Show this example's case file."
-        ),
+        typer.Argument(autocompletion=complete_examples, show_default=False, help="Show this example's case file."),
     ] = None,
     write: Annotated[
         Path | None,
-        typer.Option(
-            "--write", metavar="FILE.toml", show_default=False, help="Write it to a new file, to change it."
-        ),
+        typer.Option("--write", metavar="FILE.toml", show_default=False, help="Write it to a new file, to change it."),
     ] = None,
     json: Json = False,
     traceback: Traceback = False,

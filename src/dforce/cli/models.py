@@ -120,7 +120,8 @@ def _list(registry: list[type[df.Force]]) -> None:
     room = width() - max(len(model.name) for model in registry) - 3
     for model in registry:
         lines = [textwrap.fill(first_sentence(model.__doc__ or ""), room)]
-        for key in list(model.keys()):
+        keys = model.keys()
+        for key in keys:
             line = _line(_parameter(model, key))
             lines.append(textwrap.fill(line, room, initial_indent="  ", subsequent_indent="      "))
         table.add_row(model.name, Text("\n".join(lines)))

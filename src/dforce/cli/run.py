@@ -110,11 +110,7 @@ def _failed(result: xr.Dataset) -> bool:
 def _how(written: Path) -> str:
     """Say how to go on with an interrupted run."""
     name = f'"{written}"' if " " in str(written) else str(written)
-    return (
-        f"; continue with: dforce run {name}"
-        if written.suffix == ".nc"
-        else "; only a .nc file can be continued"
-    )
+    return f"; continue with: dforce run {name}" if written.suffix == ".nc" else "; only a .nc file can be continued"
 
 
 def _answer(

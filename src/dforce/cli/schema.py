@@ -15,9 +15,7 @@ from dforce.cli._terminal import DONE, Traceback
 def schema(
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE.json", show_default=False, help="Where the schema goes."
-        ),
+        typer.Option("--output", "-o", metavar="FILE.json", show_default=False, help="Where the schema goes."),
     ] = None,
     traceback: Traceback = False,
 ) -> int:

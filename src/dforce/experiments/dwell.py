@@ -79,7 +79,7 @@ class Dwell(Experiment):
         if count * integrator.points > MOST_SAMPLES:
             raise ParameterError(
                 f"a record of {count} periods with {integrator.points} samples each is too long; "
-                "lower experiment.recorded_periods, or record = \"settled\""
+                'lower experiment.recorded_periods, or record = "settled"'
             )
         modes = len(problem.modes)
         start, blocks = motion.period, []

@@ -123,6 +123,19 @@ def drive_at(tones: Any, bases: Any, tau: float) -> Any:
     raise NotImplementedError
 
 
-def error_norm(h: float, weights: Any, y: Any, end: Any, absolute: float, k1: Any, k2: Any, k3: Any, k4: Any, k5: Any, k6: Any, k7: Any) -> float:
+def error_norm(
+    h: float,
+    weights: Any,
+    y: Any,
+    end: Any,
+    absolute: float,
+    k1: Any,
+    k2: Any,
+    k3: Any,
+    k4: Any,
+    k5: Any,
+    k6: Any,
+    k7: Any,
+) -> float:
     """Return the largest weighted difference of the two embedded solutions, relative to `absolute` plus the motion."""
     raise NotImplementedError

@@ -28,9 +28,7 @@ def column(block: Any, n: int, i: int) -> float:
     return deflection(block, i) if n == mode_count() else block[i, 2 * n]
 
 
-def lock_in_column(
-    block: Any, n: int, points: int, ratio: float, base: float, out: Any, place: int
-) -> None:
+def lock_in_column(block: Any, n: int, points: int, ratio: float, base: float, out: Any, place: int) -> None:
     """Write the real and imaginary part of c for one column at the tone of a frequency ratio and phase."""
     h = TAU / points
     # the tone's phasor by rotation; one period is too short for the rounding to grow

@@ -146,7 +146,9 @@ def measure_motion(block: Any, points: int, tones: Any, bases: Any, harmonics: i
             out[total] += out[place + 2 * n]
             out[total + 1] += out[place + 2 * n + 1]
         place = total + 2
-    half = (points - 1) // 2  # samples i and points - i go together: their sum with the cosine, difference with the sine
+    half = (
+        points - 1
+    ) // 2  # samples i and points - i go together: their sum with the cosine, difference with the sine
     even, odd = np.zeros(half + 2), np.zeros(half + 2)
     cosine, sine = np.empty(points), np.empty(points)
     turn_c, turn_s = math.cos(TAU / points), math.sin(TAU / points)
@@ -335,8 +337,12 @@ def measure_pieces(
 def turned(c: float, s: float, x: float) -> Any:
     """Return the cosine and sine of an angle increased by x, a small angle (to the last digit below 0.4)."""
     q = x * x
-    cos_x = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0)))))
-    sin_x = x * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0 * (1.0 - q / 156.0))))))
+    cos_x = 1.0 - q / 2.0 * (
+        1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0))))
+    )
+    sin_x = x * (
+        1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0 * (1.0 - q / 156.0)))))
+    )
     return c * cos_x - s * sin_x, s * cos_x + c * sin_x
 
 

@@ -56,9 +56,7 @@ def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
         raise ParameterError(f"this result has no '{name}'{nearest(name, known)}")
     more = [str(dim) for dim in dataset[name].dims if dim not in {*dims, *COLUMN_DIMS}]
     if more:
-        raise ParameterError(
-            f"'{name}' also has the dimension {', '.join(more)}; choose one point with .isel"
-        )
+        raise ParameterError(f"'{name}' also has the dimension {', '.join(more)}; choose one point with .isel")
     return dataset[name]
 
 

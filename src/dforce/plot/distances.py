@@ -34,9 +34,7 @@ CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance
 FEW_POINTS = 40  # so few that each is worth a dot
 
 
-def amplitude_phase(
-    dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None
-) -> tuple[Axes, Axes]:
+def amplitude_phase(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> tuple[Axes, Axes]:
     """Draw amplitude and phase of a drive tone against the average distance, one above the other.
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
@@ -151,9 +149,7 @@ def _parts(variable: xr.DataArray) -> Iterator[tuple[xr.DataArray, str]]:
 
 def _column(variable: xr.DataArray, tone: int) -> xr.DataArray:
     if tone not in variable["tone"].values:
-        raise ParameterError(
-            f"this result has no tone {tone}; it has {variable.sizes['tone']}, counted from 1"
-        )
+        raise ParameterError(f"this result has no tone {tone}; it has {variable.sizes['tone']}, counted from 1")
     if "zc" not in variable.dims:
         raise ParameterError("this result is not a curve against zc")
     return variable.sel(tone=tone, drop=True)

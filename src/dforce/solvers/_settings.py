@@ -56,10 +56,12 @@ class SolverSettings(Parameters):
     def _method_and_integrator_agree(self) -> Self:
         if self.method == "periodic" and self.integrator != "rk4":
             raise ParameterError(
-                f"solver.integrator = {self.integrator} goes with method = \"transient\"; periodic orbits are found with rk4"
+                f'solver.integrator = {self.integrator} goes with method = "transient"; periodic orbits are found with rk4'
             )
         if self.method == "periodic" and self.settle == "fixed":
-            raise ParameterError("solver.settle = fixed goes with method = \"transient\"; a periodic orbit has no settling")
+            raise ParameterError(
+                'solver.settle = fixed goes with method = "transient"; a periodic orbit has no settling'
+            )
         return self
 
 

@@ -198,6 +198,7 @@ class LSODA(Integrator):
         self._first = 0  # the period in which it started
 
     def place(self, zc: float) -> None:
+        """Go to an average distance (m)."""
         super().place(zc)
         self._left = None
 

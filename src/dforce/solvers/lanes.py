@@ -81,10 +81,10 @@ def advance_copies(
 
 def comes_near(kinks: Any, low: float, high: float, reach: float) -> bool:
     """Say whether a kink lies between two distances, or within reach of them."""
+    near = False
     for kink in kinks:
-        if low - reach < kink < high + reach:
-            return True
-    return False
+        near = near or low - reach < kink < high + reach
+    return near
 
 
 def advance_cases(
@@ -192,7 +192,7 @@ def cut_lane(
         if passed(y, landed, 0.0, nothing, kinks, p) != which:
             break
         limits = interval(landed, kinks, p)
-        cm, sm = turned(ch, sh, 0.5 * (h - first))
+        cm, _ = turned(ch, sh, 0.5 * (h - first))
         f = force(held(distance(landed, p), limits), rate_of(landed, p), 0.0, None, None, p)
         um, ue = lane_drive(drive, j, cm), lane_drive(drive, j, cosine[0, 2 * i + 2])
         behind = step(landed, f, uh, um, ue, h - first, 0.0, nothing, nothing, limits, nothing, work, p)

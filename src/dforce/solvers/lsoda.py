@@ -52,13 +52,13 @@ def sample(state: Any, t: float, latched: Any, p: Any, block: Any, i: int) -> in
     return risen(y, t, latched, p)
 
 
-def make_integrator(entry: Any, arguments: tuple[Any, ...], state: Any, tau: float, tolerance: float, most: float) -> Any:
+def make_integrator(
+    entry: Any, arguments: tuple[Any, ...], state: Any, tau: float, tolerance: float, most: float
+) -> Any:
     """Return a SciPy integrator that starts from a state at the scaled time tau."""
     from scipy.integrate import ode
 
-    solver = ode(entry).set_integrator(
-        "lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most
-    )
+    solver = ode(entry).set_integrator("lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most)
     solver.set_f_params(*arguments)
     solver.set_initial_value(state.copy(), tau)  # SciPy works in place
     return solver

@@ -24,10 +24,10 @@ from dforce.kernel.slots import (
     rate_of,
     row,
 )
-from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed, phases, risen, seconds, tabulate
 from dforce.observables.lockin import lock_in
 from dforce.observables.measure import measure
 from dforce.observables.pieces import crossing
+from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed, phases, risen, seconds, tabulate
 
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off

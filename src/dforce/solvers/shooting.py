@@ -61,9 +61,7 @@ def tangent(
             if common > 1:
                 phases(tones, first + k, bases)
                 tabulate(tones, bases, points, table)
-            advance_copies(
-                lanes, other, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p
-            )
+            advance_copies(lanes, other, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p)
         for i in range(size):
             for j in range(size):
                 jacobian[i, j] = (lanes[i, 2 * j] - lanes[i, 2 * j + 1]) / (2.0 * NUDGE)

@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_ampl
 
 POINTS = 128  # samples a period in all comparisons
 CASE = "table-1-am"
+FEW = 8  # periods of what takes milliseconds each
 
 
 @dataclass(frozen=True)
@@ -148,9 +150,9 @@ def _periods(table: _Table) -> None:
     zc, length, g = case.experiment.zc, tone.A0, 1.0 / mode.Q  # type: ignore[union-attr]
     stiffness = problem.forces[0].numbers()[0]
     scaled = stiffness * length**1.5 / (mode.k * length)
-    cosine = hand.cosine_table(POINTS)
+    cosine, sine = hand.tables(POINTS)
     surface = (zc - problem.a0) / length
-    table.time(U, lambda: hand.hertz(surface, scaled, g, cosine, POINTS, periods), periods)
+    table.time(U, lambda: hand.hertz(surface, scaled, g, cosine, sine, POINTS, periods), periods)
     surfaces = np.full(hand.LANES, surface)
     x, v = np.zeros(hand.LANES), np.zeros(hand.LANES)
     table.time(
@@ -158,7 +160,7 @@ def _periods(table: _Table) -> None:
         lambda: hand.hertz_lanes(surfaces, scaled, g, cosine, POINTS, periods, x, v), periods * hand.LANES, U,
     )  # fmt: skip
     sticky = _sticky()
-    force, drag = sticky.problem.forces
+    force = sticky.problem.forces[0]
     elastic, attraction, adhesion, a0 = force.numbers()
     unit = mode.k * length
     law = (
@@ -179,7 +181,7 @@ def _periods(table: _Table) -> None:
     }
     for name, (chosen, limit) in cases.items():
         integrator, motion = _ready(chosen, zc)
-        table.time(name, lambda i=integrator, m=motion: i.lock_in(m, periods), periods, U, limit)  # type: ignore[misc]
+        table.time(name, partial(integrator.lock_in, motion, periods), periods, U, limit)
     integrator, motion = _ready(case, zc, integrator="adaptive")
     table.time("composed adaptive, Hertz", lambda: integrator.lock_in(motion, 100), 100, U)
 
@@ -210,12 +212,12 @@ def _then_and_now(table: _Table, points: tuple[int, ...]) -> None:
     for label, name in (("Hertz", CASE), ("Hertz, bimodal", "table-1-bimodal")):
         case = example(name)
         problem, zc = case.problem, case.experiment.zc  # type: ignore[union-attr]
-        rates, size, few = then.python_rates(problem, zc), 2 * len(problem.modes), 8
+        rates, size = then.python_rates(problem, zc), 2 * len(problem.modes)
         for m in points:
             suffix = label if m == POINTS and label == "Hertz" else f"{label}, m = {m}"
             old = f"LSODA over Python, {suffix}"
-            table.time(old, lambda m=m: then.lsoda(rates, size, m, few), few, U, repeats=2)  # type: ignore[misc]
-            table.time(f"RK4 over Python, {suffix}", lambda m=m: then.rk4(rates, size, m, few), few, old, repeats=2)  # type: ignore[misc]
+            table.time(old, partial(then.lsoda, rates, size, m, FEW), FEW, U, repeats=2)
+            table.time(f"RK4 over Python, {suffix}", partial(then.rk4, rates, size, m, FEW), FEW, old, repeats=2)
             new = f"LSODA compiled, {suffix}"
             for integrator, title, to in (("lsoda", new, ""), ("rk4", f"RK4 compiled, {suffix}", new)):
                 solver = case.solver.replace(method="transient", integrator=integrator, points_per_period=m)
@@ -224,7 +226,7 @@ def _then_and_now(table: _Table, points: tuple[int, ...]) -> None:
                 machine_.block = np.zeros((m + 1, machine_.block.shape[1]))
                 machine_.place(zc)
                 motion = with_amplitudes(machine_, free_amplitudes(machine_))
-                table.time(title, lambda i=machine_, n=motion: i.lock_in(n, few), few, to, repeats=2)  # type: ignore[misc]
+                table.time(title, partial(machine_.lock_in, motion, FEW), FEW, to, repeats=2)
     composed = next(row for row in table.rows if row.name == COMPOSED)
     python = next(row for row in table.rows if row.name == LSODA_PYTHON)
     # the least that is asked for: 60 times less than LSODA over Python

@@ -15,14 +15,18 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"
 LANES = 16
 
 
-@njit(**OPTIONS)
-def hertz(surface: float, stiffness: float, g: float, cosine: Any, points: int, periods: int) -> float:
-    """Integrate a tapping tip over a Hertz contact by RK4; return its last deflection."""
+@njit(nogil=True)
+def hertz(
+    surface: float, stiffness: float, g: float, cosine: Any, sine: Any, points: int, periods: int
+) -> tuple[float, float]:
+    """Integrate a tapping tip over a Hertz contact by RK4; return the lock-in sums of its deflection."""
     h = 2.0 * math.pi / points
-    x = v = 0.0
+    x = v = real = imaginary = 0.0
     for _ in range(periods):
         for i in range(points):
             c0, c1, c2 = g * cosine[2 * i], g * cosine[2 * i + 1], g * cosine[2 * i + 2]
+            real += x * cosine[2 * i]
+            imaginary += x * sine[2 * i]
             depth = max(-(surface + x), 0.0)
             a1 = c0 - x - g * v + stiffness * depth * math.sqrt(depth)
             x2, v2 = x + 0.5 * h * v, v + 0.5 * h * a1
@@ -34,9 +38,9 @@ def hertz(surface: float, stiffness: float, g: float, cosine: Any, points: int, 
             x4, v4 = x + h * v3, v + h * a3
             depth = max(-(surface + x4), 0.0)
             a4 = c2 - x4 - g * v4 + stiffness * depth * math.sqrt(depth)
-            x += h / 6.0 * (v + 2.0 * (v2 + v3) + v4)
-            v += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
-    return x
+            x += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
+            v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+    return real, imaginary
 
 
 @njit(**OPTIONS)
@@ -71,7 +75,9 @@ def dmt_kelvin_voigt(zc: float, law: Any, g: float, cosine: Any, points: int, pe
 
 
 @njit(nogil=True, fastmath=True)
-def hertz_lanes(surface: Any, stiffness: float, g: float, cosine: Any, points: int, periods: int, x: Any, v: Any) -> None:
+def hertz_lanes(
+    surface: Any, stiffness: float, g: float, cosine: Any, points: int, periods: int, x: Any, v: Any
+) -> None:
     """Integrate many tapping tips over Hertz contacts side by side."""
     h = 2.0 * math.pi / points
     for _ in range(periods):
@@ -94,6 +100,7 @@ def hertz_lanes(surface: Any, stiffness: float, g: float, cosine: Any, points: i
                 v[j] = vj + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
 
 
-def cosine_table(points: int) -> Any:
-    """Return the drive's phase at the ends and middles of all steps of a period."""
-    return np.cos(np.arange(2 * points + 1) * np.pi / points)
+def tables(points: int) -> tuple[Any, Any]:
+    """Return cosine and sine of the drive's phase at the ends and middles of all steps of a period."""
+    angle = np.arange(2 * points + 1) * np.pi / points
+    return np.cos(angle), np.sin(angle)
