@@ -265,21 +265,22 @@ def test_examples_are_listed_shown_and_written(here):
 def test_a_force_curve_is_written_and_drawn_between_the_distances_given(here, monkeypatch):
     asked = []
 
-    def force_curve(case, distance=None):
-        asked.append(distance)
+    def force_curve(case, distance=None, speed=None):
+        asked.append((distance, speed))
         return synthetic.force_curve()
 
     monkeypatch.setattr(df, "force_curve", force_curve, raising=False)
     done = invoke(
         "curve", "figure-3-air", "--from", "3 nm", "--to", "-0.5 nm", "--points", "8",
-        "-o", "curve.csv", "--plot", "curve.svg",
+        "--speed", "2 um/s", "-o", "curve.csv", "--plot", "curve.svg",
     )  # fmt: skip
     assert done.exit_code == 0 and "lowest force" in done.stdout and "written: curve.csv, curve.svg" in done.stdout
-    np.testing.assert_allclose(asked[0], np.linspace(3e-9, -0.5e-9, 8))
+    np.testing.assert_allclose(asked[0][0], np.linspace(3e-9, -0.5e-9, 8))
+    assert asked[0][1] == 2e-6
     assert names(here) == ["case.toml", "curve.csv", "curve.svg"]
     assert invoke("curve", "figure-3-air", "--to", "0 nm").exit_code == 0
-    assert asked[1] is None  # asks where the force is felt
-    assert asked[2][0] == 2e-9 and asked[2][-1] == 0.0 and len(asked[2]) == 501
+    assert asked[1][0] is None  # asks where the force is felt
+    assert asked[2][0][0] == 2e-9 and asked[2][0][-1] == 0.0 and len(asked[2][0]) == 501
 
 
 def test_the_schema_accepts_the_examples(here):
