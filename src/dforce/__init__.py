@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from dforce.experiments import (
         Approach,
+        Basins,
         Branches,
         Dwell,
         FrequencyGrid,
@@ -36,8 +37,9 @@ if TYPE_CHECKING:
     from dforce.plugins import load_plugin
     from dforce.prescribed import force_along, force_curve
     from dforce.results import Status, check_target, read, whole_file, write
-    from dforce.runs import approach, branches, dwell, frequency_sweep, run
+    from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
+    from dforce.sweeps import sweep
     from dforce.testing import check_force
     from dforce.timing import benchmark
     from dforce.units import parse, show
@@ -60,6 +62,7 @@ _HOMES = {
     "findings": ("Finding", "count_status", "summary"),
     "experiments": (
         "Approach",
+        "Basins",
         "Branches",
         "Dwell",
         "FrequencyGrid",
@@ -75,8 +78,9 @@ _HOMES = {
     "plugins": ("load_plugin",),
     "prescribed": ("force_along", "force_curve"),
     "results": ("Status", "check_target", "read", "whole_file", "write"),
-    "runs": ("approach", "branches", "dwell", "frequency_sweep", "run"),
+    "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
     "solvers": ("SolverSettings",),
+    "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
     "units": ("parse", "show"),
@@ -88,6 +92,7 @@ __all__ = [
     "About",
     "Advice",
     "Approach",
+    "Basins",
     "Beam",
     "Branches",
     "Cantilever",
@@ -117,6 +122,7 @@ __all__ = [
     "UnitError",
     "advice",
     "approach",
+    "basins",
     "benchmark",
     "branches",
     "case_schema",
@@ -143,6 +149,7 @@ __all__ = [
     "shorten",
     "show",
     "summary",
+    "sweep",
     "whole_file",
     "write",
 ]

@@ -117,4 +117,12 @@ AXES = _table(
     Observable("special", "", "", "", "special point",
                "fold (the curve turns back), period_doubling, torus (stability is lost to a slow beat), grazing (the tip just "
                "reaches a distance where a force is not smooth), end (the curve could not be followed beyond), or nothing"),
+    Observable("start_amplitude", "A", "m", "nm", "initial amplitude", "amplitude that the motion starts with"),
+    Observable("start_phase", r"\phi", "degree", "°", "initial phase lag",
+               "lag behind the first tone that the motion starts with"),
+    Observable("start_deflection", "z", "m", "nm", "initial deflection", "deflection that the motion starts with"),
+    Observable("start_velocity", r"\dot z", "m/s", "µm/s", "initial velocity", "velocity that the motion starts with"),
+    Observable("state", "", "1", "1", "state", "steady state, counted from the one that most starts lead to"),
+    Observable("reached", "", "1", "1", "state reached", "steady state that the motion settles to; 0: none"),
+    Observable("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case
 from dforce.errors import ParameterError
-from dforce.experiments import Approach, Branches, Dwell, Experiment, FrequencySweep
+from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
 from dforce.experiments._experiment import Progress
 from dforce.validity import advice
 
@@ -138,6 +138,30 @@ def frequency_sweep(
         `harmonics`.
     """
     return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
+
+
+def basins(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+    """Return which of the steady states at one distance is reached from which start, and the share of each.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces; its experiment is not used, except that basins there give the defaults.
+    zc
+        Average distance (m), or text with a unit.
+    progress
+        See :func:`run`.
+    settings
+        Other keys of the experiment: `amplitude` and `phase`, or `deflection` and `velocity`: grids
+        ``{"start": ..., "stop": ..., "points": ...}`` of the starts; `harmonics`.
+
+    Returns
+    -------
+    xarray.Dataset
+        `reached`, the number of the state over the two axes of the starts, 0 where the motion did not settle; along the
+        dimension `state` the scalars of a dwell and `share`, the state that most starts lead to first.
+    """
+    return run(_with_experiment(case, Basins, {"zc": zc} | settings), progress)
 
 
 def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any]) -> Case:

@@ -21,7 +21,7 @@ LEVELS = (
     ("solvers", "observables"),
     ("experiments", "results", "prescribed"),
     ("case", "plot", "validity"),
-    ("runs", "findings", "timing"),
+    ("runs", "findings", "timing", "sweeps"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

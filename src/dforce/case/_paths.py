@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 from dforce.case._text import tables
 from dforce.errors import ParameterError, shorten
@@ -16,6 +16,7 @@ LISTS = {
     "drive": "tones",
 }  # whose keys may stand in the section when there is one of them
 LONGEST = 200
+P = TypeVar("P", bound=Parameters)
 
 
 def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -53,6 +54,40 @@ def quantity_at(case: Parameters, path: str) -> Quantity:
     if found is None:
         raise ParameterError(f"'{path}' is no quantity, such as sample.youngs_modulus")
     return found
+
+
+def value_at(case: Parameters, path: str) -> Any:
+    """Return what stands at a path.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, with the nearest one.
+    """
+    changed(case, [(path, None)])  # says what is wrong with a path
+    found: Any = case
+    for step in _steps(case, path):
+        found = found[_place(found, step, path)] if isinstance(found, tuple) else getattr(found, step)
+    return found
+
+
+def with_number(case: P, path: str, value: float) -> P:
+    """Return a copy of a case with a number at a path, without any check; it serves to build problems from."""
+    copied: P = _copied(case, _steps(case, path), value, path)
+    return copied
+
+
+def _copied(owner: Any, steps: list[str], value: float, path: str) -> Any:
+    first, *rest = steps
+    new: Any = value
+    if rest:
+        child = getattr(owner, first)
+        if isinstance(child, tuple):
+            place = _place(child, rest[0], path)
+            new = (*child[:place], _copied(child[place], rest[1:], value, path), *child[place + 1 :])
+        else:
+            new = _copied(child, rest, value, path)
+    return owner.model_copy(update={first: new})
 
 
 def paths(given: Parameters, prefix: str = "") -> Iterator[str]:

@@ -2,23 +2,30 @@
 
 from dforce.experiments._experiment import Experiment, Grid, InitialMotion
 from dforce.experiments.approach import Approach
+from dforce.experiments.basins import AmplitudeGrid, Basins, DeflectionGrid, PhaseGrid, VelocityGrid
 from dforce.experiments.branches import Branches, Span
 from dforce.experiments.dwell import Dwell
 from dforce.experiments.frequency_sweep import FrequencyGrid, FrequencySweep
 
 EXPERIMENTS: dict[str, type[Experiment]] = {
     "dwell": Dwell, "approach": Approach, "branches": Branches, "frequency_sweep": FrequencySweep,
+    "basins": Basins,
 }  # fmt: skip
 
 __all__ = [
     "EXPERIMENTS",
+    "AmplitudeGrid",
     "Approach",
+    "Basins",
     "Branches",
+    "DeflectionGrid",
     "Dwell",
     "Experiment",
     "FrequencyGrid",
     "FrequencySweep",
     "Grid",
     "InitialMotion",
+    "PhaseGrid",
     "Span",
+    "VelocityGrid",
 ]

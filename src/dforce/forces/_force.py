@@ -5,6 +5,7 @@ A force on the tip is positive when it pushes the tip away from the sample (repu
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self, get_args
@@ -128,7 +129,7 @@ class Force(Parameters):
 
     def arguments(self) -> tuple[str, ...]:
         """Return the names that the law takes after those."""
-        return tuple(inspect.signature(self.law_function()).parameters)[len(self.leading()) :]
+        return names_of(self.law_function())[len(self.leading()) :]
 
     def kinks(self) -> tuple[float, ...]:
         """Return the distances (m) at which the law is not smooth."""
@@ -186,11 +187,17 @@ class Force(Parameters):
         return tuple(len(value) if isinstance(value, tuple) else None for value in self.values())
 
 
+@functools.lru_cache(maxsize=256)
+def names_of(law: Callable[..., float]) -> tuple[str, ...]:
+    """Return the names of a law's arguments."""
+    return tuple(inspect.signature(law).parameters)
+
+
 def _leading(cls: type[Force], law: Callable[..., float]) -> tuple[str, ...]:
     """Return the names that the law must start with."""
     memory = ("memory",) if cls.evolve is not None else ()
     latch = ("latched",) if cls.switch is not None else ()
-    place = ("zc",) if "zc" in inspect.signature(law).parameters else ()
+    place = ("zc",) if "zc" in names_of(law) else ()
     return (*MOTION, *memory, *latch, *place)
 
 

@@ -119,6 +119,8 @@ def _lanes(modes: int, parameters: int) -> list[str]:
     return [
         f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
         "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
+        f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
+        f"def lane_drive(amplitudes, j, c):\n    return {_tuple([f'amplitudes[{n}, j] * c' for n in range(modes)])}",
         f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
         f"def from_vector(vector):\n    return {_tuple([f'vector[{k}]' for k in places])}",
     ]

@@ -83,6 +83,16 @@ def put_column(lanes: Any, j: int, y: Any) -> None:
     raise NotImplementedError
 
 
+def parameters_of(table: Any, j: int) -> Any:
+    """Return the parameter tuple p of lane j."""
+    raise NotImplementedError
+
+
+def lane_drive(amplitudes: Any, j: int, c: float) -> Any:
+    """Return the drive on each mode of lane j, its amplitudes times c."""
+    raise NotImplementedError
+
+
 def at_distance(p: Any, zc: float) -> Any:
     """Return the parameter tuple with another average distance (m)."""
     raise NotImplementedError

@@ -10,6 +10,7 @@ holds on to; :func:`save` writes it.
 """
 
 from dforce.plot._style import FORMATS, save
+from dforce.plot.basins import basins
 from dforce.plot.branches import branches, resonance
 from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.forces import force_curve, force_distance
@@ -19,6 +20,7 @@ from dforce.plot.overview import overview
 __all__ = [
     "FORMATS",
     "amplitude_phase",
+    "basins",
     "branches",
     "curve",
     "force_curve",

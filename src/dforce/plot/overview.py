@@ -8,6 +8,7 @@ from matplotlib.figure import FigureBase
 
 from dforce.errors import ParameterError
 from dforce.plot._style import head, new_figure
+from dforce.plot.basins import basins
 from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
@@ -23,7 +24,7 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes
 
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
     gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
-    of all states; a frequency sweep gives the resonance curve; a force curve gives itself.
+    of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves.
 
     Raises
     ------
@@ -36,6 +37,8 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes
         return [force_curve(dataset, figure)]
     if "zc" in dataset.dims and "amplitude" in dataset:
         return _approach(dataset, figure)
+    if "reached" in dataset:
+        return [basins(dataset, figure=figure)]
     if "point" in dataset.dims and "amplitude" in dataset:
         return branches_overview(dataset, figure)
     if "frequency" in dataset.dims and "amplitude" in dataset:

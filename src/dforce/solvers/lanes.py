@@ -13,16 +13,22 @@ from dforce.kernel.slots import (
     column,
     distance,
     force,
+    lane_drive,
+    mode_count,
     motion,
     moved,
     moved4,
+    parameters_of,
     put_column,
     rate_of,
     row,
 )
-from dforce.solvers._loops import TAU, passed, seconds
-from dforce.solvers.rk4 import cut_step
+from dforce.observables.measure import turned
+from dforce.observables.pieces import crossing
+from dforce.solvers._loops import TAU, held, interval, margin, passed, seconds
+from dforce.solvers.rk4 import NEAR, cut_step, step
 
+TRIES = 4  # to land behind a kink
 REACH = 1e-3  # of the free amplitude: farther apart copies of one motion are not meant to be
 
 
@@ -79,3 +85,134 @@ def comes_near(kinks: Any, low: float, high: float, reach: float) -> bool:
     for kink in kinks:
         near = near or low - reach < kink < high + reach
     return near
+
+
+def advance_cases(
+    lanes: Any, parameters: Any, drive: Any, points: int, cosine: Any, periods: int, lock_ins: Any
+) -> None:
+    """Advance motions of different problems with one tone each by whole periods, without cuts at kinks.
+
+    `parameters` and `drive` hold the parameters and the scaled drive on each mode, one column a lane; `cosine` the drive's
+    cosine, and behind it the sine, at the ends and middles of the steps, (2, 2 points + 1). `lock_ins` gets the real and
+    the imaginary part of each lane's complex amplitude over the last period. The forces must not depend on the time.
+    """
+    h = TAU / points
+    lock_ins[:, :] = 0.0
+    for period in range(periods):
+        last = period == periods - 1
+        for i in range(points):
+            c0, c1, c2 = cosine[0, 2 * i], cosine[0, 2 * i + 1], cosine[0, 2 * i + 2]
+            if last:
+                add_lock_in(lanes, c0, cosine[1, 2 * i], (0.5 if i == 0 else 1.0) * 2.0 / points, lock_ins)
+            for j in range(lanes.shape[1]):
+                p = parameters_of(parameters, j)
+                u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
+                y = column(lanes, j)
+                f = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
+                put_column(lanes, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, None, None, p))
+    add_lock_in(lanes, cosine[0, 2 * points], cosine[1, 2 * points], 1.0 / points, lock_ins)
+
+
+def add_lock_in(lanes: Any, c: float, s: float, weight: float, lock_ins: Any) -> None:
+    """Add one sample of the total deflection to each lane's lock-in."""
+    for n in range(mode_count()):
+        for j in range(lanes.shape[1]):
+            lock_ins[0, j] += weight * c * lanes[2 * n, j]
+            lock_ins[1, j] -= weight * s * lanes[2 * n, j]
+
+
+def advance_samples(
+    block: Any, parameters: Any, drive: Any, kinks: Any, tones: Any, case_of: Any, bases: Any, points: int, cosine: Any,
+    crossed: Any, nothing: Any, work: Any,
+) -> int:  # fmt: skip
+    """Advance motions of different problems with one tone each by one period, cut at kinks, and keep their samples.
+
+    block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
+    turns. Returns the row where the period ends. `kinks` has one column a lane, tones[case_of[j]] is the tone table of
+    lane j; `crossed` is scratch, `nothing` an empty array in the place of memory and branches.
+    """
+    h = TAU / points
+    rows, size = block.shape[0], block.shape[2]
+    place = 2 * mode_count()
+    for i in range(points):
+        here, there = block[i % rows], block[(i + 1) % rows]
+        c0, c1, c2 = cosine[0, 2 * i], cosine[0, 2 * i + 1], cosine[0, 2 * i + 2]
+        for j in range(size):
+            p = parameters_of(parameters, j)
+            u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
+            y = column(here, j)
+            f = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
+            here[place, j] = f
+            put_column(there, j, smooth_step(y, f, u0, u1, u2, h, 0.0, 0.0, None, None, p))
+        if mark_crossed(here, there, parameters, kinks, crossed):
+            for j in range(size):
+                if crossed[j]:
+                    p = parameters_of(parameters, j)
+                    put_column(there, j, cut_lane(
+                        column(here, j), column(there, j), here[place, j], i, drive, j, kinks[:, j], tones[case_of[j]],
+                        bases, points, cosine, nothing, work, p,
+                    ))  # fmt: skip
+    end_row = points % rows
+    last = block[end_row]
+    for j in range(size):
+        p = parameters_of(parameters, j)
+        y = column(last, j)
+        last[place, j] = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
+    return end_row
+
+
+def cut_lane(
+    y: Any, end: Any, f: float, i: int, drive: Any, j: int, kinks: Any, tones: Any, bases: Any, points: int, cosine: Any,
+    nothing: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion after step i of one lane, cut at a kink as in ``rk4.cut_step``.
+
+    Newton's method finds the kink, and the drive comes from the table by rotation. A step with more than one event is left
+    to ``cut_step``.
+    """
+    h = TAU / points
+    dt = seconds(h, p)
+    c0, s0 = cosine[0, 2 * i], cosine[1, 2 * i]
+    which = passed(y, end, 0.0, nothing, kinks, p)
+    limits = interval(y, kinks, p)
+    first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
+    first += 0.5 * NEAR * h
+    for _ in range(TRIES):
+        if not 0.0 < first < h:
+            break
+        cm, _ = turned(c0, s0, 0.5 * first)
+        ch, sh = turned(c0, s0, first)
+        um, uh = lane_drive(drive, j, cm), lane_drive(drive, j, ch)
+        landed = step(y, f, lane_drive(drive, j, c0), um, uh, first, 0.0, nothing, nothing, limits, nothing, work, p)
+        past = margin(which, y, landed, 0.0, nothing, kinks, p)
+        wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
+        if not 0.0 < past < wanted:
+            first -= (past - 0.5 * wanted) / wanted * NEAR * h
+            continue
+        if passed(y, landed, 0.0, nothing, kinks, p) != which:
+            break
+        limits = interval(landed, kinks, p)
+        cm, _ = turned(ch, sh, 0.5 * (h - first))
+        f = force(held(distance(landed, p), limits), rate_of(landed, p), 0.0, None, None, p)
+        um, ue = lane_drive(drive, j, cm), lane_drive(drive, j, cosine[0, 2 * i + 2])
+        behind = step(landed, f, uh, um, ue, h - first, 0.0, nothing, nothing, limits, nothing, work, p)
+        if passed(landed, behind, 0.0, nothing, kinks, p) >= 0:
+            break
+        return behind
+    return cut_step(y, end, i * h, h, 0, nothing, nothing, tones, bases, kinks, work[0], work, p)
+
+
+def mark_crossed(here: Any, there: Any, parameters: Any, kinks: Any, crossed: Any) -> int:
+    """Mark the lanes that pass a kink between two samples; return whether there is any."""
+    for j in range(crossed.shape[0]):
+        crossed[j] = 0
+    for k in range(kinks.shape[0]):
+        for j in range(crossed.shape[0]):
+            p = parameters_of(parameters, j)
+            before = distance(column(here, j), p) > kinks[k, j]
+            after = distance(column(there, j), p) > kinks[k, j]
+            crossed[j] |= 1 if before != after else 0
+    found = 0
+    for j in range(crossed.shape[0]):
+        found |= crossed[j]
+    return found

@@ -115,6 +115,9 @@ def correction(jacobian: Any, miss: Any, matrix: Any, step: Any) -> None:
 def is_stable(jacobian: Any) -> bool:
     """Say whether all multipliers lie within the unit circle: whether powers of the tangent die out."""
     size = jacobian.shape[0]
+    if size == 2:
+        area = jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]
+        return abs(area) < 1.0 and abs(jacobian[0, 0] + jacobian[1, 1]) < 1.0 + area
     power, product = jacobian.copy(), np.empty((size, size))
     growth, weight = 0.0, 1.0
     for _ in range(30):  # the power 2^30: decides a multiplier of 1 - 1e-8

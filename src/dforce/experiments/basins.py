@@ -1,0 +1,283 @@
+"""Basins: which of the steady states at one distance is reached from which start."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+import pydantic
+
+from dforce.errors import ParameterError
+from dforce.experiments._experiment import CaseLike, Experiment, Progress
+from dforce.parameters import Parameters, param
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.crew import Crew
+    from dforce.solvers.integrator import Integrator, Motion
+    from dforce.solvers.lot import Indices
+    from dforce.solvers.transient import Steady
+
+BLOCK = 256  # starts that settle side by side
+ALIKE = 5e-3  # of the free amplitude: states whose complex amplitudes are so near are one
+MOST_POINTS = 4096  # along one axis
+MOST_STARTS = 1_000_000
+
+
+class Even(Parameters):
+    """Evenly spaced values from `start` to `stop`, both included."""
+
+    points: int = pydantic.Field(41, ge=1, le=MOST_POINTS, description="number of values")
+
+    def values(self) -> Array:
+        """Return the values in SI."""
+        return np.linspace(getattr(self, "start"), getattr(self, "stop"), self.points)  # noqa: B009 of the subclasses
+
+
+class AmplitudeGrid(Even):
+    """Initial amplitudes."""
+
+    title_of: ClassVar[str] = "amplitude"
+
+    start: float = param("0 nm", unit="m", symbol="A", low="0 m", doc="first initial amplitude")
+    stop: float = param(unit="m", symbol="A", low="0 m", doc="last initial amplitude")
+
+
+class PhaseGrid(Even):
+    """Initial phase lags behind the first tone."""
+
+    title_of: ClassVar[str] = "phase"
+
+    points: int = pydantic.Field(40, ge=1, le=MOST_POINTS, description="number of values")
+    start: float = param("0 deg", symbol=r"\phi", doc="first initial phase lag")
+    stop: float = param("351 deg", symbol=r"\phi", doc="last initial phase lag")
+
+
+class DeflectionGrid(Even):
+    """Initial deflections."""
+
+    title_of: ClassVar[str] = "deflection"
+
+    start: float = param(unit="m", symbol="z", doc="first initial deflection")
+    stop: float = param(unit="m", symbol="z", doc="last initial deflection")
+
+
+class VelocityGrid(Even):
+    """Initial velocities."""
+
+    title_of: ClassVar[str] = "velocity"
+
+    start: float = param(unit="m/s", symbol=r"\dot z", doc="first initial velocity")
+    stop: float = param(unit="m/s", symbol=r"\dot z", doc="last initial velocity")
+
+
+class Basins(Experiment):
+    """At one average distance the motion starts from every point of a grid; where it settles is its state.
+
+    The start is that of the first tone's mode: an amplitude and a phase lag, or a deflection and a velocity at the drive's
+    phase zero. Modes driven by other tones start with their free motion, the sample rested.
+    """
+
+    kind: Literal["basins"] = "basins"
+    zc: float = param(unit="m", symbol="z_c", doc="average tip–surface distance")
+    amplitude: AmplitudeGrid | None = pydantic.Field(
+        None, description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude"
+    )
+    phase: PhaseGrid | None = pydantic.Field(None, description="initial phase lags; left out: the whole turn")
+    deflection: DeflectionGrid | None = pydantic.Field(
+        None, description="initial deflections, with velocities, instead of amplitudes and phases"
+    )
+    velocity: VelocityGrid | None = pydantic.Field(None, description="initial velocities, with deflections")
+
+    @pydantic.model_validator(mode="after")
+    def _one_kind_of_start(self) -> Self:
+        if (self.deflection is None) != (self.velocity is None):
+            raise ParameterError("experiment needs both deflection and velocity, or neither")
+        if self.deflection is not None and (self.amplitude is not None or self.phase is not None):
+            raise ParameterError("experiment has both amplitude or phase and deflection; give one kind of start")
+        return self
+
+    def grids(self, problem: Problem) -> dict[str, Array]:
+        """Return the two axes of the starts, in SI (phases in degrees), by the names of their coordinates."""
+        if self.deflection is not None and self.velocity is not None:
+            return {"start_deflection": self.deflection.values(), "start_velocity": self.velocity.values()}
+        amplitude = self.amplitude or AmplitudeGrid(stop=1.2 * problem.tones[0].A0)
+        phase = self.phase or PhaseGrid()
+        return {"start_amplitude": amplitude.values(), "start_phase": np.degrees(phase.values())}
+
+    def run(
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        case: CaseLike | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Return which state each start leads to, and the states; see :class:`Experiment`."""
+        import xarray as xr
+
+        from dforce.results import describe
+        from dforce.solvers.crew import Crew
+
+        grids = self.grids(problem)
+        if np.prod([float(len(grid)) for grid in grids.values()]) > MOST_STARTS:
+            raise ParameterError(f"experiment has more than {MOST_STARTS} starts; give its grids fewer points")
+        shape = tuple(map(len, grids.values()))
+        (kind, first), (_, second) = grids.items()
+        starts = Starts(problem, settings, self.harmonics, self.zc, first, second, kind)
+        crew = Crew(len(starts), progress)
+        whole = crew.run(starts.jobs(crew), f"{shape[0]} × {shape[1]} starts")
+        order = starts.by_share()
+        number = np.zeros(len(starts.states) + 1, dtype=np.int64)  # behind the states: of no state
+        number[order] = np.arange(1, len(order) + 1)
+        data = xr.Dataset(
+            {
+                "reached": (tuple(grids), number[starts.reached].reshape(shape)),
+                "status": (tuple(grids), starts.status.reshape(shape)),
+                **starts.table(order),
+            },
+            coords={**grids, "state": np.arange(1, len(order) + 1), "zc": self.zc},
+        )
+        for dim in ("tone", "mode", "harmonic", "multiplier"):
+            if dim in data.dims:
+                data[dim] = np.arange(1, data.sizes[dim] + 1)
+        if not whole:
+            data.attrs["interrupted"] = 1
+        return describe(data)
+
+
+@dataclass
+class State:
+    """A steady state: complex amplitudes at the tones (m), its observables, and whether it repeats."""
+
+    amplitudes: np.ndarray[Any, np.dtype[np.complex128]]
+    values: dict[str, Any]
+    repeats: bool
+
+
+@dataclass
+class Starts:
+    """The starts of a grid, and the states that they reach."""
+
+    problem: Problem
+    settings: SolverSettings
+    harmonics: int
+    zc: float
+    first: Array
+    second: Array
+    kind: str
+    states: list[State] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        from dforce.results import Status
+
+        self._lock = threading.Lock()  # blocks of starts are done on several threads
+        self.reached = np.full(len(self), -1)
+        self.status = np.full(len(self), Status.NOT_COMPUTED, dtype=np.int8)
+
+    def __len__(self) -> int:
+        return len(self.first) * len(self.second)
+
+    def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
+        """Give what is to be done: blocks of starts side by side where the forces allow it, else one by one."""
+        from dforce import kernel
+        from dforce.solvers import integrator, side_by_side
+        from dforce.solvers.find import make_finder
+        from dforce.solvers.lot import fits
+
+        for entries in (integrator.ENTRIES, side_by_side.ENTRIES):
+            kernel.load(self.problem, entries)  # before threads ask for them at the same time
+        template = make_finder(self.problem, self.settings, self.harmonics).integrator
+        motions = [self.motion(template, number) for number in range(len(self))]
+        side_by_side_fits = fits(self.problem, self.settings)
+        size = BLOCK if side_by_side_fits else 1
+        for start in range(0, len(self), size):
+            which = np.arange(start, min(start + size, len(self)), dtype=np.int64)
+            job = self._together if side_by_side_fits else self._alone
+            yield functools.partial(job, which, motions, crew)
+
+    def motion(self, integrator: Integrator, number: int) -> Motion:
+        """Return one start, as an integrator takes it."""
+        from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+
+        one, other = self.first[number // len(self.second)], self.second[number % len(self.second)]
+        amplitudes, tone = free_amplitudes(integrator), integrator.problem.tones[0]
+        amplitudes[0] = 0.0
+        if self.kind == "start_amplitude":
+            amplitudes[0, tone.mode] = one * np.exp(1j * (tone.phase - np.radians(other)))
+        else:
+            amplitudes[0, tone.mode] = one - 1j * other / (2.0 * np.pi * tone.frequency)
+        return with_amplitudes(integrator, amplitudes)
+
+    def _together(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
+        """Settle a block of starts side by side."""
+        from dforce.solvers.batch import Block
+        from dforce.solvers.lot import Lot
+
+        lot = Lot.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
+        points = int(lot.samples(self.settings)[0])
+        block = Block(lot, lambda _: self.problem, self.settings, self.harmonics, points, crew.watch)
+        block.walk(np.array([motions[i].y for i in which]), np.full((len(which), 1), self.zc), crew.add, near=False)
+        values = block.points.values(lot, self.harmonics)
+        for place, number in enumerate(which):
+            other = block.points.others.get((place, 0))
+            if other is not None:
+                self._take(int(number), other)
+                continue
+            self._sort_in(int(number), {name: value[place, 0] for name, value in values.items()}, True)
+
+    def _alone(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
+        """Settle one start by itself."""
+        from dforce.solvers.find import make_finder
+
+        finder = make_finder(self.problem, self.settings, self.harmonics)
+        for number in which:
+            motion = motions[number]
+            self._take(int(number), next(finder.along(motion, np.array([self.zc]), crew.watch)))
+            crew.add(1)
+
+    def _take(self, number: int, found: Steady) -> None:
+        from dforce.experiments._table import status_of
+        from dforce.results import Status
+
+        status = status_of(found)
+        if status in (Status.OK, Status.NOT_REPEATING):
+            self._sort_in(number, dict(found.values), status is Status.OK)
+        self.status[number] = status
+
+    def _sort_in(self, number: int, values: dict[str, Any], repeats: bool) -> None:
+        """Give a start its state: one found before, or a new one. All motions that do not repeat count as one state."""
+        from dforce.results import Status
+
+        amplitudes = np.asarray(values["amplitude"]) * np.exp(-1j * np.radians(values["phase"]))
+        nearness = ALIKE * self.problem.tones[0].A0
+        with self._lock:
+            for i, state in enumerate(self.states):
+                near = bool(np.max(np.abs(state.amplitudes - amplitudes)) < nearness)
+                if state.repeats == repeats and (near or not repeats):
+                    self.reached[number] = i
+                    break
+            else:
+                self.states.append(State(amplitudes, values, repeats))
+                self.reached[number] = len(self.states) - 1
+        self.status[number] = Status.OK if repeats else Status.NOT_REPEATING
+
+    def by_share(self) -> list[int]:
+        """Return the states' numbers, the most frequently reached first."""
+        return sorted(range(len(self.states)), key=lambda i: -int(np.sum(self.reached == i)))
+
+    def table(self, order: list[int]) -> dict[str, Any]:
+        """Return the observables and shares of the states, as variables of a Dataset."""
+        from dforce.quantities import OBSERVABLES
+
+        count = max(1, int(np.sum(self.reached >= 0)))
+        table: dict[str, Any] = {"share": ("state", [float(np.sum(self.reached == i)) / count for i in order])}
+        for name, observable in OBSERVABLES.items():
+            column = [self.states[i].values[name] for i in order if name in self.states[i].values]
+            if column and len(column) == len(order) and name not in ("settling_periods", "drift", "corrections"):
+                table[name] = (("state", *observable.dims), np.array(column))
+        return table

@@ -1,0 +1,296 @@
+"""The steady motions of many problems at once, each along its own distances.
+
+What each problem does is what its own run would do (``orbit`` and ``transient``): orbits are followed as far as they
+exist, and where they end, or where the transient is asked for, the motion settles in time. Here this is done for a block of
+problems side by side; only what cannot be done in lanes is left to the single run's solvers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.observables import measure
+from dforce.observables.finish import finish_each
+from dforce.problem import Problem
+from dforce.solvers import SolverSettings
+from dforce.solvers.find import make_finder
+from dforce.solvers.integrator import RK4, Motion
+from dforce.solvers.lot import Indices, Lot
+from dforce.solvers.orbit import AT_ONCE, OVERSHOOT, ROUGH, SAME_STATE, one_way
+from dforce.solvers.side_by_side import SideBySide, Stretch
+from dforce.solvers.transient import Steady, Watch, steady
+
+BRIDGES = (8, 64)  # parts of a step in which an orbit that was not found in one is looked for
+
+
+@dataclass
+class Points:
+    """What was found: for each problem and distance a row of measurements, or a steady motion of the single run's kind.
+
+    Attributes
+    ----------
+    rows, tangents, drift, corrections, settling
+        Of the orbits found side by side, shape (problems, distances, ...).
+    orbit
+        Whether there is such an orbit.
+    others
+        The other steady motions, by problem and distance.
+    """
+
+    rows: Array
+    tangents: Array
+    drift: Array
+    corrections: Array
+    settling: Array
+    orbit: np.ndarray[Any, np.dtype[np.bool_]]
+    others: dict[tuple[int, int], Steady] = field(default_factory=dict)
+
+    @classmethod
+    def empty(cls, problems: int, distances: int, columns: int, size: int) -> Points:
+        """Return room for so many points."""
+        shape = (problems, distances)
+        return cls(
+            np.full((*shape, columns), np.nan), np.full((*shape, size, size), np.nan), np.full(shape, np.nan),
+            np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, dtype=bool),
+        )  # fmt: skip
+
+    def values(self, lot: Lot, harmonics: int) -> dict[str, Array]:
+        """Return the observables of all points, (problems, distances, ...), NaN where there is none."""
+        shape = self.orbit.shape
+        each = [np.repeat(numbers, shape[1]) for numbers in (lot.length, lot.period, lot.a0)]
+        rows = self.rows.reshape(-1, 1, self.rows.shape[-1])
+        out = finish_each(lot.example, harmonics, rows, np.ones(1), *each)
+        modulus, angle = multipliers(self.tangents.reshape(-1, *self.tangents.shape[2:]))
+        out |= {
+            "settling_periods": np.where(self.orbit, self.settling, np.nan).ravel(), "drift": self.drift.ravel(),
+            "corrections": self.corrections.ravel(), "multiplier_modulus": modulus, "multiplier_angle": angle,
+        }  # fmt: skip
+        out = {name: value.reshape(*shape, *value.shape[1:]) for name, value in out.items()}
+        for (case, at), found in self.others.items():
+            for name, value in found.values.items():
+                out[name][case, at] = value
+        return out
+
+
+def multipliers(tangents: Array) -> tuple[Array, Array]:
+    """Return moduli and angles (degrees) of the eigenvalues of each tangent, the largest first."""
+    if tangents.shape[1] == 2:  # by hand: LAPACK takes as long for a small matrix as the orbit itself
+        half = 0.5 * (tangents[:, 0, 0] + tangents[:, 1, 1])
+        product = tangents[:, 0, 0] * tangents[:, 1, 1] - tangents[:, 0, 1] * tangents[:, 1, 0]
+        root = np.sqrt((half * half - product).astype(complex))
+        found = np.stack([half + root, half - root], axis=1)
+    else:
+        found = np.full(tangents.shape[:2], np.nan, dtype=complex)
+        known = np.isfinite(tangents).all(axis=(1, 2))
+        found[known] = np.linalg.eigvals(tangents[known])
+    found = np.take_along_axis(found, np.argsort(-np.abs(found), axis=1, kind="stable"), 1)
+    return np.abs(found), np.degrees(np.angle(found))
+
+
+class Block:
+    """A block of problems that walk through their distances side by side."""
+
+    def __init__(
+        self, lot: Lot, problem: Callable[[int], Problem], settings: SolverSettings, harmonics: int, points: int,
+        watch: Watch,
+    ) -> None:  # fmt: skip
+        """`problem` gives one of the lot's problems by its number, for what is done one by one."""
+        self.lot, self.problem, self.settings, self.harmonics, self.watch = lot, problem, settings, harmonics, watch
+        self.lanes = SideBySide(lot, settings, harmonics, points, watch)
+        self.periodic = settings.method == "periodic"
+        self.points = Points.empty(0, 0, 0, 0)
+        self._alone: RK4 | None = None
+
+    def walk(
+        self, starts: Array, zc: Array, told: Callable[[int], None], carry: bool = True, near: bool = True
+    ) -> None:
+        """Find the steady motions, :attr:`points`, along each problem's distances `zc` (problems, distances).
+
+        Each starts from its motion in `starts` (problems, 2 modes), and each further distance from the motion at the one
+        before, or with `carry` off from the start again. `told` is called with the number of points done. With `near` off
+        no orbit is looked for near the starts before they have settled.
+        """
+        cases, steps = zc.shape
+        points = self.points = Points.empty(cases, steps, self.lanes.columns, self.lanes.size)
+        y, at = starts.copy(), np.zeros(cases, np.int64)
+        doubt = np.full(cases, not near)
+        while True:
+            todo = np.flatnonzero(at < steps)
+            if not len(todo):
+                return
+            before = int(at.sum())
+            on_orbit = self._settle(points, todo, at, y, zc, doubt)
+            doubt[:] = False
+            lost = ~np.isfinite(y).all(axis=1)
+            y[lost] = starts[lost]
+            if not carry:
+                y[todo] = starts[todo]
+            told(int(at.sum()) - before)
+            while carry and self.periodic and len(on_orbit):
+                before = int(at.sum())
+                on_orbit = self._go_on(points, on_orbit[at[on_orbit] < steps], at, y, zc, doubt)
+                told(int(at.sum()) - before)
+
+    def _settle(
+        self, points: Points, todo: Indices, at: Indices, y: Array, zc: Array, doubt: np.ndarray[Any, Any]
+    ) -> Indices:
+        """Find the steady motion of some problems where they are; return those of them that are on an orbit."""
+        here = zc[todo, at[todo]][:, None]
+        left = np.ones(len(todo), dtype=bool)
+        if self.periodic:
+            tried = np.flatnonzero(~doubt[todo])
+            near = self.lanes.follow(todo[tried], y[todo[tried]], here[tried])
+            close = np.abs(near.orbits[:, 0] - y[todo[tried]]).max(axis=1) < AT_ONCE
+            good = np.flatnonzero((near.done == 1) & close)
+            self._take(points, near, good, todo[tried[good]], at, y)
+            left[tried[good]] = False
+        rest = np.flatnonzero(left)
+        if len(rest):
+            tolerance = ROUGH if self.periodic else self.settings.settle_tolerance
+            rough = self.lanes.settle(todo[rest], y[todo[rest]], here[rest, 0], tolerance)
+            found = self.lanes.follow(todo[rest], rough.motions, here[rest])
+            apart = np.abs(found.orbits[:, 0] - rough.motions).max(axis=1)
+            # the rough motion was not cut at kinks, so the orbit may lie a little off however well it has settled
+            same = apart < np.maximum(SAME_STATE * rough.drift, AT_ONCE)
+            good = np.flatnonzero(rough.settled & (found.done == 1) & same)
+            self._take(points, found, good, todo[rest[good]], at, y, rough.periods[good])
+            if not self.periodic:
+                points.drift[todo[rest[good]], at[todo[rest[good]]] - 1] = rough.drift[good]
+            left[rest[good]] = False
+            for place in np.flatnonzero(left[rest]):
+                self._alone_at(points, int(todo[rest[place]]), at, y, rough.motions[place], float(here[rest[place], 0]))
+        return todo[~left]
+
+    def _take(
+        self, points: Points, found: Stretch, which: Indices, cases: Indices, at: Indices, y: Array,
+        periods: Any = 0.0,
+    ) -> None:  # fmt: skip
+        """Store orbits found at one distance each, and go on from them."""
+        where = (cases, at[cases])
+        points.rows[where], points.tangents[where] = found.rows[which, 0], found.tangents[which, 0]
+        points.drift[where], points.corrections[where] = found.infos[which, 0, 0], found.infos[which, 0, 1]
+        points.settling[where], points.orbit[where] = periods, True
+        y[cases] = found.orbits[which, 0]
+        at[cases] += 1
+
+    def _alone_at(self, points: Points, case: int, at: Indices, y: Array, rough: Array, zc: float) -> None:
+        """Settle one problem by itself from a motion, as its own run would."""
+        integrator = self._integrator(case)
+        integrator.place(zc)
+        motion = Motion(tuple(rough.tolist()), np.zeros(0), np.zeros(0), 0)
+        found = steady(integrator, motion, self.watch)
+        points.others[case, int(at[case])] = found
+        y[case] = found.motion.y
+        at[case] += 1
+
+    def _integrator(self, case: int) -> RK4:
+        if self._alone is None:
+            self._alone = RK4(self.problem(case), self.settings, self.harmonics)
+        else:
+            self._alone.take(self.problem(case))
+        return self._alone
+
+    def _go_on(
+        self, points: Points, cases: Indices, at: Indices, y: Array, zc: Array, doubt: np.ndarray[Any, Any]
+    ) -> Indices:
+        """Follow orbits along the distances to come; return the problems that can go on after a look at the watch."""
+        if not len(cases):
+            return cases
+        parts = [one_way(zc[case], int(at[case])) for case in cases]
+        lead = np.array([int(part[0] != zc[case, at[case]]) for part, case in zip(parts, cases, strict=True)])
+        counts = np.array([len(part) for part in parts])
+        ways = np.empty((len(cases), counts.max()))
+        for row, part in zip(ways, parts, strict=True):
+            row[: len(part)], row[len(part) :] = part, part[-1]
+        found = self.lanes.follow(cases, y[cases], ways, counts)
+        going = []
+        for place, case in enumerate(cases):
+            done, first = int(found.done[place]), int(lead[place])
+            last = self._unshaken(points, found, place, case, int(at[case]), zc, first, done)
+            doubt[case] = last < done
+            count = last - first
+            if count > 0:
+                where, these = slice(at[case], at[case] + count), slice(first, last)
+                points.rows[case, where] = found.rows[place, these]
+                points.tangents[case, where] = found.tangents[place, these]
+                points.drift[case, where] = found.infos[place, these, 0]
+                points.corrections[case, where] = found.infos[place, these, 1]
+                points.orbit[case, where] = True
+                y[case] = found.orbits[place, last - 1]
+                at[case] += count
+            if not doubt[case] and (last == counts[place] or at[case] == zc.shape[1]):
+                going.append(case)
+        stopped = np.array([case for case in cases if case not in set(going) and not doubt[case]], dtype=np.int64)
+        bridged = self._bridge(points, stopped, at, y, zc, doubt)
+        return np.concatenate([np.array(going, dtype=np.int64), bridged])
+
+    def _unshaken(
+        self, points: Points, found: Stretch, place: int, case: int, at: int, zc: Array, first: int, done: int
+    ) -> int:
+        """Return how many of the distances done the motion reaches without a kick.
+
+        It gets one where a step makes the tip pass a jump of the force that neither orbit passes.
+        """
+        jumps = self.lot.jumps[case]
+        if not len(jumps) or done <= first:
+            return max(done, first)
+        nearest = np.concatenate([
+            [self._nearest(points, case, at - 1)], found.rows[place, first:done, measure.D_MIN]
+        ])  # fmt: skip
+        steps = np.diff(zc[case, at - 1 : at + done - first])
+        here, there, reached = nearest[:-1], nearest[1:], nearest[:-1] + OVERSHOOT * steps
+        inside = (here[:, None] > jumps) == (there[:, None] > jumps)
+        shaken = (inside & ((here[:, None] > jumps) != (reached[:, None] > jumps))).any(axis=1)
+        return first + int(np.argmax(np.append(shaken, True)))
+
+    @staticmethod
+    def _nearest(points: Points, case: int, at: int) -> float:
+        if points.orbit[case, at]:
+            return float(points.rows[case, at, measure.D_MIN])
+        return float(points.others[case, at].values["min_distance"])
+
+    def _bridge(
+        self, points: Points, cases: Indices, at: Indices, y: Array, zc: Array, doubt: np.ndarray[Any, Any]
+    ) -> Indices:
+        """Look in finer steps for the orbits that continue; return the problems where there is one."""
+        reached = []
+        for parts in BRIDGES:
+            if not len(cases):
+                break
+            share = np.linspace(0.0, 1.0, parts + 1)
+            low, high = zc[cases, at[cases] - 1][:, None], zc[cases, at[cases]][:, None]
+            found = self.lanes.follow(cases, y[cases], low + (high - low) * share)
+            for place in np.flatnonzero(found.done == parts + 1):
+                case = int(cases[place])
+                end = found.last()
+                if self._unshaken(points, end, int(place), case, int(at[case]), zc, 0, 1):
+                    self._take(points, end, np.array([place]), np.array([case]), at, y)
+                    reached.append(case)
+                else:
+                    doubt[case] = True
+            cases = cases[found.done != parts + 1]
+        return np.array(reached, dtype=np.int64)
+
+
+def walk_alone(
+    problem: Problem, start: Callable[[Any], Motion], zc: Array, carry: bool, settings: SolverSettings, harmonics: int,
+    watch: Watch, put: Callable[[int, Steady], None],
+) -> None:  # fmt: skip
+    """Find the steady motions of a problem that cannot be solved side by side, as its own run would.
+
+    `start` gives the motion to start from, and `put` takes the steady motion at each of the distances `zc`.
+    """
+    finder = make_finder(problem, settings, harmonics)
+    motion, done = start(finder.integrator), 0
+    while done < len(zc):
+        watch()
+        for found in finder.along(motion, zc[done:] if carry else zc[done : done + 1], watch):
+            put(done, found)
+            motion, done = found.motion, done + 1
+        if not carry or not motion.is_finite:
+            motion = start(finder.integrator)

@@ -1,0 +1,275 @@
+"""Periodic orbits of many problems side by side, each followed along its own distances.
+
+The method of ``shooting``, point by point in step: the motions of all cases are marched together, and so are the neighbors
+that give their tangents. For problems with one tone and forces without memory and branches that do not depend on the time.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.observables.lane_measure import measure_cases
+from dforce.solvers.lanes import advance_samples
+from dforce.solvers.shooting import (
+    CONTRACTS,
+    CONVERGED,
+    LARGEST,
+    LOST,
+    SHORTEST,
+    UNSTABLE,
+    correction,
+    is_stable,
+    predict,
+)
+
+NUDGE = 2e-7  # of the free amplitude: distance of the neighbors; one side is enough this near
+NEAR_ENOUGH = 1e-5  # of the free amplitude: a tangent so near to the orbit is its own
+WIDTH = 4  # lanes are filled up to a multiple of this: the width of a vector register
+MARCHING, DONE, GONE = 0, 1, 2  # what a case is doing at a distance
+
+
+def padded(count: int) -> int:
+    """Return the number of lanes that hold so many motions."""
+    return WIDTH * ((count + WIDTH - 1) // WIDTH)
+
+
+def block_of(room: Any, points: int, size: int, count: int) -> Any:
+    """Return a block for the samples of so many motions over a period, made of the room given."""
+    lanes = padded(count)
+    return room[: (points + 1) * (size + 1) * lanes].reshape((points + 1, size + 1, lanes))
+
+
+def pack(
+    which: Any, count: int, each: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, block: Any,
+    lane_parameters: Any, lane_kinks: Any, lane_drive: Any, case_of: Any,
+) -> None:  # fmt: skip
+    """Fill lanes with `count` cases, `each` lanes a case: the motion itself, or its neighbors where there are several.
+
+    `here` is each case's distance. Lanes left over repeat the first case.
+    """
+    size = motions.shape[1]
+    for j in range(block.shape[2]):
+        case = which[j // each] if j < count * each else which[0]
+        case_of[j] = case
+        for k in range(parameters.shape[0]):
+            lane_parameters[k, j] = parameters[k, case]
+        lane_parameters[0, j] = here[case]
+        for k in range(kinks.shape[0]):
+            lane_kinks[k, j] = kinks[k, case]
+        for k in range(drive.shape[0]):
+            lane_drive[k, j] = drive[k, case]
+        for k in range(size):
+            block[0, k, j] = motions[case, k] + (NUDGE if each > 1 and j % each == k else 0.0)
+
+
+def march_lanes(
+    which: Any, count: int, each: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any,
+    bases: Any, points: int, cosine: Any, nothing: Any, work: Any, block: Any,
+) -> Any:  # fmt: skip
+    """Advance cases by one period; return their parameters, kinks and numbers by lane, and the row of the block at its end."""
+    lanes = block.shape[2]
+    lane_parameters = np.empty((parameters.shape[0], lanes))
+    lane_kinks, lane_drive = np.empty((kinks.shape[0], lanes)), np.empty((drive.shape[0], lanes))
+    case_of, crossed = np.empty(lanes, np.int64), np.empty(lanes, np.int64)
+    pack(
+        which, count, each, motions, here, parameters, kinks, drive, block, lane_parameters, lane_kinks, lane_drive,
+        case_of,
+    )  # fmt: skip
+    end = advance_samples(
+        block, lane_parameters, lane_drive, lane_kinks, tones, case_of, bases, points, cosine, crossed, nothing, work
+    )
+    return lane_parameters, lane_kinks, case_of, end
+
+
+def take_tangents(
+    which: Any, count: int, motions: Any, ends: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any,
+    bases: Any, points: int, cosine: Any, nothing: Any, work: Any, jacobians: Any,
+) -> None:  # fmt: skip
+    """Write the derivative of the map at the motions of some cases, which lead to `ends`."""
+    size = motions.shape[1]
+    block = np.empty((2, size + 1, padded(count * size)))
+    _, _, _, end = march_lanes(
+        which, count, size, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
+    )
+    for j in range(count):
+        case = which[j]
+        for k in range(size):
+            for i in range(size):
+                jacobians[case, i, k] = (block[end, i, j * size + k] - ends[case, i]) / NUDGE
+
+
+def best_order(orbits: Any, zc: Any, i: int, most: int, vector: Any) -> int:
+    """Return the order of extrapolation that would have come closest to the orbit before distance i; `vector` is scratch.
+
+    A smooth branch can be extrapolated far; where the tip touches, sampling leaves a roughness that high orders amplify.
+    """
+    best, least = 1, np.inf
+    for order in range(1, min(most, i - 2) + 1):
+        predict(orbits, zc, i - 1, 0, order, vector)
+        error = 0.0
+        for k in range(vector.shape[0]):
+            error = max(error, abs(vector[k] - orbits[i - 1, k]))
+        if error < least:
+            best, least = order, error
+    return best
+
+
+def predict_tangent(jacobians: Any, zc: Any, i: int, out: Any) -> None:
+    """Write a guess of the tangent at distance i: the line through those at the two distances before it."""
+    weight = (zc[i] - zc[i - 1]) / (zc[i - 1] - zc[i - 2]) if i > 1 else 0.0
+    for a in range(out.shape[0]):
+        for b in range(out.shape[1]):
+            out[a, b] = jacobians[i - 1, a, b]
+            if i > 1:
+                out[a, b] += weight * (jacobians[i - 1, a, b] - jacobians[i - 2, a, b])
+
+
+def take_slopes(
+    which: Any, count: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any, bases: Any,
+    points: int, cosine: Any, nothing: Any, work: Any, tangents: Any, slopes: Any,
+) -> None:  # fmt: skip
+    """Write how the orbits of some cases change with the distance (per meter), for the first step along it."""
+    size = motions.shape[1]
+    change, matrix = np.empty(size), np.empty((size, size))
+    block = np.empty((2, size + 1, padded(count)))
+    farther = here + NUDGE * parameters[1]
+    _, _, _, end = march_lanes(
+        which, count, 1, motions, farther, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
+    )
+    for j in range(count):
+        case = which[j]
+        for k in range(size):
+            change[k] = (block[end, k, j] - motions[case, k]) / (NUDGE * parameters[1, case])
+        correction(tangents[case], change, matrix, slopes[case])
+
+
+def follow_cases(
+    starts: Any, zc: Any, counts: Any, parameters: Any, kinks: Any, drive: Any, tones: Any, bases: Any, points: int,
+    cosine: Any, work: Any, tolerance: float, most: int, order: int, harmonics: int, orbits: Any, jacobians: Any,
+    infos: Any, rows: Any, done: Any,
+) -> None:  # fmt: skip
+    """Follow a stable orbit of each case through its distances `zc`, and measure it at each.
+
+    Each starts from its motion in `starts` and stops before the first distance at which no stable orbit is found, or after
+    `counts` of them; `done` gets how many there were. Arrays have the cases first: zc (cases, distances); orbits,
+    jacobians, infos and rows like those of ``shooting.follow`` behind the cases. `parameters`, `kinks` and `drive` have
+    the cases last, `tones` first.
+    """
+    cases, size = starts.shape
+    motions, ends, begun, steps = (
+        starts.copy(),
+        np.empty((cases, size)),
+        np.empty((cases, size)),
+        np.empty((cases, size)),
+    )
+    here, before, shorter = np.empty(cases), np.empty(cases), np.empty(cases)
+    state, guessed = np.full(cases, MARCHING), np.zeros(cases, np.int64)  # guessed: whether the tangent is a guess
+    moved = np.empty(cases)  # how far since the tangent was taken
+    tangents, miss, matrix = np.zeros((cases, size, size)), np.empty(size), np.empty((size, size))
+    active, marching, wanting = np.empty(cases, np.int64), np.empty(cases, np.int64), np.empty(cases, np.int64)
+    place = np.empty(cases, np.int64)
+    nothing = np.empty(0)
+    done[:] = 0
+    slopes = np.zeros((cases, size))
+    # room for two blocks of samples, taken once: fresh memory costs more than what is done with it
+    room = np.empty((2, (points + 1) * (size + 1) * padded(cases)))
+    for i in range(zc.shape[1]):
+        count = 0
+        for case in range(cases):
+            if done[case] == i and i < counts[case]:
+                active[count], place[case] = case, count
+                count += 1
+                here[case], before[case], shorter[case], moved[case] = zc[case, i], np.inf, 1.0, np.inf
+                state[case], guessed[case] = MARCHING, 1 if i > 0 else 0
+                infos[case, i, 1], infos[case, i, 2], infos[case, i, 3] = 0, LOST, np.inf
+                if i > 0:
+                    chosen = best_order(orbits[case], zc[case], i, order, miss)
+                    predict(orbits[case], zc[case], i, 0, chosen, motions[case])
+                    predict_tangent(jacobians[case], zc[case], i, tangents[case])
+                if i == 1:
+                    motions[case] += slopes[case] * (zc[case, 1] - zc[case, 0])
+        if count == 0:
+            return
+        main = block_of(room[0], points, size, count)
+        lane_parameters, lane_kinks, case_of, _ = march_lanes(
+            active, count, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, main
+        )
+        block, left = main, count
+        marching[:count] = active[:count]
+        for attempt in range(most + 1):
+            wanted, going = 0, 0
+            for j in range(left):
+                case = marching[j]
+                worst = 0.0
+                for k in range(size):
+                    ends[case, k] = block[points, k, j]
+                    worst = max(worst, abs(ends[case, k] - motions[case, k]))
+                infos[case, i, 0], infos[case, i, 1] = worst, attempt
+                if worst < tolerance:
+                    state[case] = DONE
+                    if left != count:
+                        main[:, :, place[case]] = block[:, :, j]
+                elif attempt == most or not worst < np.inf:
+                    state[case] = GONE
+                else:
+                    marching[going] = case
+                    going += 1
+                if state[case] == GONE:
+                    continue
+                too_far = worst > before[case] and shorter[case] > SHORTEST
+                slow = (guessed[case] == 0 and moved[case] == np.inf) or (
+                    worst > CONTRACTS * before[case] and not too_far
+                )
+                if (state[case] == DONE and moved[case] > NEAR_ENOUGH) or (state[case] == MARCHING and slow):
+                    wanting[wanted] = case
+                    wanted += 1
+                    moved[case] = 0.0
+                    infos[case, i, 3] = worst
+            if wanted > 0:
+                take_tangents(
+                    wanting, wanted, motions, ends, here, parameters, kinks, drive, tones, bases, points, cosine, nothing,
+                    work, tangents,
+                )  # fmt: skip
+            left = going
+            if left == 0:
+                break
+            for j in range(left):
+                case = marching[j]
+                worst = infos[case, i, 0]
+                if worst > before[case] and shorter[case] > SHORTEST:
+                    shorter[case] *= 0.25  # the correction went too far: take less of it, from where it started
+                else:
+                    before[case] = worst
+                    for k in range(size):
+                        miss[k] = ends[case, k] - motions[case, k]
+                        begun[case, k] = motions[case, k]
+                    correction(tangents[case], miss, matrix, steps[case])
+                    longest = np.max(np.abs(steps[case]))
+                    shorter[case] = min(1.0, LARGEST / longest) if longest > 0.0 else 1.0
+                for k in range(size):
+                    motions[case, k] = begun[case, k] + shorter[case] * steps[case, k]
+                    moved[case] = max(moved[case], shorter[case] * abs(steps[case, k]))
+            block = main if left == count else block_of(room[1], points, size, left)
+            march_lanes(
+                marching, left, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
+                block,
+            )  # fmt: skip
+        measured = np.empty((main.shape[2], rows.shape[2]))
+        measure_cases(main, lane_parameters, lane_kinks, tones, case_of, bases, points, harmonics, work, measured)
+        for j in range(count):
+            case = active[j]
+            if state[case] != DONE:
+                continue
+            if not is_stable(tangents[case]):
+                infos[case, i, 2] = UNSTABLE
+                continue
+            infos[case, i, 2] = CONVERGED
+            orbits[case, i], jacobians[case, i], rows[case, i] = motions[case], tangents[case], measured[j]
+            done[case] = i + 1
+        if i == 0 and zc.shape[1] > 1:
+            take_slopes(
+                active, count, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
+                tangents, slopes,
+            )  # fmt: skip

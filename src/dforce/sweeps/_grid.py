@@ -1,0 +1,165 @@
+"""The problems of a sweep, as the arrays that the solvers take, without building a case for each of them.
+
+A problem is made of pieces: the modes, the tones, the contact, each force. Each piece depends on few of the parameters
+that are swept over, so it is computed only for the combinations of these, by the same code as for a single case, and put
+together for all problems by indexing.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case._paths import changed, with_number
+from dforce.errors import DForceError, ParameterError
+from dforce.forces import Force
+from dforce.kernel import TWO_PI, Array
+from dforce.problem import Problem
+from dforce.solvers.lot import Lot
+from dforce.sweeps._axes import Axis
+
+MODES, TONES, CONTACT = "modes", "tones", "contact"
+LAW, KINKS, JUMPS = FORCE_PARTS = ("law", "kinks", "jumps")
+NOWHERE = -1.0  # m
+CORNERS = 64  # of the grid, at most, that are validated as whole cases
+
+
+class Grid:
+    """All problems of a grid of numbers, numbered in the order of the axes, the last one fastest."""
+
+    def __init__(self, case: Case, axes: Sequence[Axis]) -> None:
+        self.case, self.axes = case, list(axes)
+        self.shape = tuple(len(axis.values) for axis in axes)
+        self.size = math.prod(self.shape)
+        for corner in itertools.islice(itertools.product(*({0, n - 1} for n in self.shape)), CORNERS):
+            pairs = [(axis.path, axis.values[i]) for axis, i in zip(axes, corner, strict=True)]
+            type(case)(**changed(case, pairs))
+        self.example = self.problem(0)
+        self.pieces: dict[str, tuple[list[int], Array]] = {}
+        self._fill()
+
+    def problem(self, number: int) -> Problem:
+        """Return one problem."""
+        return self._problem(np.unravel_index(number, self.shape) if self.shape else ())
+
+    def _problem(self, place: Sequence[Any]) -> Problem:
+        case = self.case
+        for axis, i in zip(self.axes, place, strict=True):
+            case = with_number(case, axis.path, axis.values[i])
+        try:
+            return Problem.build(
+                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces
+            )
+        except DForceError as error:
+            where = ", ".join(f"{axis.path} = {axis.values[i]:g}" for axis, i in zip(self.axes, place, strict=True))
+            raise ParameterError(f"at {where}: {error}") from None
+
+    def _fill(self) -> None:
+        """Compute each piece for all combinations of the parameters that it depends on."""
+        wanted = {
+            MODES: self._axes_of("cantilever", "medium"),
+            TONES: self._axes_of("cantilever", "medium", "drive"),
+            CONTACT: self._axes_of("contact"),
+        }
+        for place, force in enumerate(self.example.forces):
+            for part in FORCE_PARTS:
+                wanted[f"{part} {place}"] = self._axes_of_force(place, force)
+        together: dict[tuple[int, ...], list[str]] = {}
+        for name, axes in wanted.items():
+            together.setdefault(tuple(axes), []).append(name)
+        for of_piece, names in together.items():
+            rows: dict[str, list[Any]] = {name: [] for name in names}
+            for index in itertools.product(*(range(self.shape[i]) for i in of_piece)):
+                where = [0] * len(self.shape)
+                for i, value in zip(of_piece, index, strict=True):
+                    where[i] = value
+                problem = self._problem(where)
+                for name in names:
+                    rows[name].append(_piece(problem, name))
+            for name in names:
+                table = _table(rows[name])
+                shape = tuple(self.shape[i] for i in of_piece)
+                self.pieces[name] = (list(of_piece), table.reshape(*shape, table.shape[1]))
+
+    def _axes_of(self, *sections: str) -> list[int]:
+        return [i for i, axis in enumerate(self.axes) if axis.path.split(".")[0] in sections]
+
+    def _axes_of_force(self, place: int, force: Force) -> list[int]:
+        names = {str(place + 1), force.name}
+        needed = set(force.shared_fields().values())
+        if "contact.E_eff" in needed:
+            needed |= {f"{part}.{name}" for part in ("tip", "sample") for name in ("youngs_modulus", "poisson_ratio")}
+        sections = [path.split(".")[0] for path in needed]
+        found = []
+        for i, axis in enumerate(self.axes):
+            section, *rest = axis.path.split(".")
+            own = section == "forces" and rest[0] in names
+            lever = section in ("cantilever", "medium") and ("cantilever" in sections or "medium" in sections)
+            if own or lever or axis.path in needed:
+                found.append(i)
+        return found
+
+    def lot(self, numbers: Any) -> Lot:
+        """Return some of the problems, by their numbers, as arrays."""
+        numbers = np.asarray(numbers)
+        place = np.unravel_index(numbers, self.shape) if self.shape else ()
+
+        def piece(name: str) -> Array:
+            axes, table = self.pieces[name]
+            if not axes:
+                return np.broadcast_to(table, (len(numbers), table.shape[-1]))
+            return np.asarray(table[tuple(place[axis] for axis in axes)])
+
+        example = self.example
+        modes = piece(MODES).reshape(len(numbers), -1, 3)
+        tones = piece(TONES).reshape(len(numbers), -1, 4)
+        f0, k, Q = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
+        length, omega = tones[:, 0, 2], TWO_PI * tones[:, 0, 0]
+        ratio = TWO_PI * f0 / omega[:, None]
+        per_mode = np.stack([ratio**2, ratio / Q, ratio**2 / (k * length[:, None])], axis=2)
+        first = np.stack([np.zeros(len(numbers)), length, length * omega, omega, piece(CONTACT)[:, 0]], axis=1)
+        laws, kinks, jumps = ([piece(f"{part} {i}") for i in range(len(example.forces))] for part in FORCE_PARTS)
+        table = np.empty((len(numbers), len(example.tones), 2 + len(example.modes)))
+        acts = (example.drive != 0.0)[None]
+        table[:, :, 0], table[:, :, 1] = TWO_PI * tones[:, :, 0] / omega[:, None], tones[:, :, 1]
+        table[:, :, 2:] = acts * (ratio**2)[:, None, :] * tones[:, :, 3:] / (k * length[:, None])[:, None, :]
+        return Lot(
+            example, np.concatenate([first, per_mode.reshape(len(numbers), -1), *laws], axis=1), table,
+            _distinct(_joined(kinks, len(numbers))), _joined(jumps, len(numbers)),
+        )  # fmt: skip
+
+
+def _piece(problem: Problem, name: str) -> list[float]:
+    if name == MODES:
+        return [number for mode in problem.modes for number in (mode.f0, mode.k, mode.Q)]
+    if name == TONES:
+        return [number for tone in problem.tones for number in (tone.frequency, tone.phase, tone.A0, tone.force)]
+    if name == CONTACT:
+        return [problem.a0]
+    part, place = name.split()
+    force = problem.forces[int(place)]
+    return list({LAW: force.numbers, KINKS: force.kinks, JUMPS: force.jumps}[part]())
+
+
+def _table(rows: list[list[float]]) -> Array:
+    """Return rows as a table, filled up with distances that no tip reaches."""
+    table = np.full((len(rows), max(map(len, rows))), NOWHERE)
+    for place, row in enumerate(rows):
+        table[place, : len(row)] = row
+    return table
+
+
+def _joined(parts: list[Array], rows: int) -> Array:
+    return np.concatenate([np.empty((rows, 0)), *parts], axis=1)
+
+
+def _distinct(kinks: Array) -> Array:
+    """Return the kinks in order, without those that fall together in all rows."""
+    kinks = np.sort(kinks, axis=1)
+    keep = np.append(True, (np.diff(kinks, axis=1) != 0.0).any(axis=0)) if kinks.size else slice(None)
+    return kinks[:, keep]

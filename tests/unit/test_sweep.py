@@ -1,0 +1,180 @@
+"""Sweeps: dimensions, coordinates, mistakes, progress and Ctrl-C."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce.solvers.lot import Lot
+from dforce.sweeps._axes import make_axes
+from dforce.sweeps._grid import Grid
+
+NM = 1e-9
+
+
+def case(**changes: object) -> df.Case:
+    values = {
+        "cantilever": df.Cantilever(f0="50 kHz", k=1.0, Q=100.0),
+        "drive": df.Drive(A0="8 nm"),
+        "tip": df.Tip(radius="5 nm"),
+        "sample": df.Sample(youngs_modulus="1 GPa"),
+        "forces": [df.forces.DMT(hamaker="3e-20 J"), df.forces.KelvinVoigt(viscosity=30.0)],
+        "experiment": df.Dwell(zc="7 nm"),
+    }
+    return df.Case(**values | changes)
+
+
+def test_parameters_by_path_become_the_first_dimensions():
+    result = df.sweep(
+        case(), over={"sample.youngs_modulus": ["0.5 GPa", "2 GPa"], "experiment.zc": np.array([5.0, 6.0, 7.0]) * NM}
+    )
+    assert result.amplitude.dims == ("youngs_modulus", "zc", "tone")
+    assert result.youngs_modulus.values.tolist() == [0.5e9, 2e9]
+    assert result.youngs_modulus.attrs["units"] == "Pa"
+    assert result.youngs_modulus.attrs["path"] == "sample.youngs_modulus"
+    assert result.status.dims == ("youngs_modulus", "zc")
+    assert (result.status == df.Status.OK).all()
+    assert result.attrs["over"] == "sample.youngs_modulus experiment.zc"
+    single = df.dwell(case().replace("sample.youngs_modulus", "2 GPa"), zc="6 nm")
+    # two orbits that miss their starts by 1e-9, times Q / pi
+    assert float(result.amplitude.sel(youngs_modulus=2e9).sel(zc=6 * NM, method="nearest")[0]) == pytest.approx(
+        float(single.amplitude[0]), rel=1e-6
+    )
+
+
+def test_an_approach_keeps_its_own_dimensions_behind():
+    approach = df.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
+    result = df.sweep(case(experiment=approach), over={"forces.kelvin_voigt.viscosity": [0.0, 50.0]})
+    assert result.amplitude.dims == ("viscosity", "zc", "direction", "tone")
+    single = df.run(case(experiment=approach).replace("forces.kelvin_voigt.viscosity", 50.0))
+    np.testing.assert_array_equal(result.zc, single.zc)
+    np.testing.assert_allclose(result.amplitude.sel(viscosity=50.0), single.amplitude, rtol=1e-6)
+
+
+def test_choices_and_solver_settings_are_swept_over_too():
+    result = df.sweep(
+        case(),
+        over={
+            "solver.points_per_period": [64, 128],
+            "sample.youngs_modulus": [1e9, 2e9, 3e9],
+            "forces.kelvin_voigt.geometry": ["sphere", "punch"],
+        },
+    )
+    assert result.amplitude.dims == ("points_per_period", "youngs_modulus", "geometry", "tone")
+    assert result.geometry.values.tolist() == ["sphere", "punch"]
+    one = case().replace("solver.points_per_period", 128).replace("forces.kelvin_voigt.geometry", "punch")
+    single = df.run(one.replace("sample.youngs_modulus", 3e9))
+    swept = result.isel(points_per_period=1, youngs_modulus=2, geometry=1)
+    assert float(swept.phase[0]) == pytest.approx(float(single.phase[0]), abs=1e-4)
+
+
+def test_names_that_would_be_ambiguous_stay_whole():
+    base = case(
+        cantilever={"modes": [{"f0": "50 kHz", "k": 1.0, "Q": 100.0}, {"f0": "310 kHz", "k": 39.0, "Q": 300.0}]}
+    )
+    axes = make_axes(base, {"cantilever.modes.1.Q": [50.0], "cantilever.modes.2.Q": [100.0], "drive.phase": [0.0]})
+    assert [axis.dim for axis in axes] == ["cantilever.modes.1.Q", "cantilever.modes.2.Q", "drive.phase"]
+
+
+def test_problems_of_a_grid_are_those_of_the_cases():
+    over = {
+        "sample.youngs_modulus": [0.5e9, 2e9], "drive.A0": [6e-9, 9e-9], "cantilever.Q": [50.0, 3000.0],
+        "contact.a0": [0.165e-9, 0.2e-9], "tip.radius": [5e-9, 8e-9], "forces.dmt.hamaker": [1e-20, 4e-20],
+        "cantilever.f0": [50e3, 70e3],
+    }  # fmt: skip
+    base = case(drive=df.Drive(A0="8 nm", frequency="49 kHz", phase="30 deg"))
+    grid = Grid(base, make_axes(base, over))
+    problems = []
+    for values in itertools.product(*over.values()):
+        one = base
+        for path, value in zip(over, values, strict=True):
+            one = one.replace(path, value)
+        problems.append(one.problem)
+    wanted, lot = Lot.of(problems), grid.lot(np.arange(grid.size))
+    for name in ("numbers", "tones", "kinks", "jumps"):
+        np.testing.assert_allclose(getattr(lot, name), getattr(wanted, name), rtol=1e-14)
+    for number in (0, 17, grid.size - 1):
+        assert grid.problem(number).modes == problems[number].modes
+        assert grid.problem(number).tones == problems[number].tones
+
+
+def test_many_problems_cost_little_each(monkeypatch):
+    base = case()
+    built = []
+    build = df.problem.Problem.build
+    monkeypatch.setattr(df.problem.Problem, "build", classmethod(lambda cls, *args: built.append(1) or build(*args)))
+    over = {"sample.youngs_modulus": np.geomspace(1e8, 1e10, 50), "drive.A0": np.linspace(5e-9, 9e-9, 40)}
+    grid = Grid(base, make_axes(base, over))
+    assert grid.size == 2000
+    # each axis by itself: no piece of a problem depends on both
+    assert len(built) < 50 + 40 + 40
+
+
+def test_cases_that_do_not_fit_into_lanes_are_run_one_by_one():
+    fixed = case(solver=df.SolverSettings(settle="fixed", periods=200))
+    result = df.sweep(fixed, over={"sample.youngs_modulus": [1e9, 3e9]}, workers=2)
+    for modulus in (1e9, 3e9):
+        single = df.run(fixed.replace("sample.youngs_modulus", modulus))
+        assert float(result.phase.sel(youngs_modulus=modulus)[0]) == float(single.phase[0])
+
+
+def test_quantities_can_be_chosen():
+    result = df.sweep(case(), over={"drive.A0": ["6 nm", "7 nm"]}, quantities=["amplitude", "peak_force"])
+    assert set(result.data_vars) == {"amplitude", "peak_force", "status"}
+    with pytest.raises(df.ParameterError, match="did you mean 'amplitude'"):
+        df.sweep(case(), over={"drive.A0": ["6 nm"]}, quantities=["amplitud"])
+
+
+def test_progress_counts_every_point():
+    told = []
+    approach = df.Approach(zc=["9 nm", "8 nm", "7 nm"])
+    df.sweep(case(experiment=approach), {"drive.A0": ["6 nm", "7 nm"]}, progress=lambda *at: told.append(at[:2]))
+    assert told[0] == (0, 6)
+    assert told[-1] == (6, 6)
+
+
+def test_ctrl_c_keeps_what_is_done(monkeypatch):
+    monkeypatch.setattr("dforce.sweeps._sweep.BLOCK", 2)
+    monkeypatch.setattr("dforce.sweeps._sweep.LEAST_BLOCK", 2)
+    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
+
+    def stop(done: int, total: int, note: str) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    over = {"sample.youngs_modulus": np.geomspace(1e8, 1e10, 2000)}
+    result = df.sweep(case(solver={"method": "transient"}), over, workers=1, progress=stop)
+    assert result.attrs["interrupted"] == 1
+    done = result.status == df.Status.OK
+    assert 0 < int(done.sum()) < 2000
+    assert np.isfinite(result.amplitude.values[done]).all()
+    assert np.isnan(result.amplitude.values[result.status == df.Status.NOT_COMPUTED]).all()
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        ({}, "over must say what to vary"),
+        ({"sample.youngs_modulus": []}, "sample.youngs_modulus has no values"),
+        ({"sample.youngs_modulus": "1 GPa"}, "sample.youngs_modulus = 1 GPa is not a list of values"),
+        ({"sample.youngs_modulus": ["1 GPa", "-1 GPa"]}, "sample.youngs_modulus = -1 GPa is not above 0 GPa"),
+        ({"sample.youngs_modulus": ["1 nm"]}, "sample.youngs_modulus"),
+        ({"sample.youngs_modulu": [1e9]}, "did you mean 'sample.youngs_modulus'"),
+        ({"forces.jkr.surface_energy": [0.1]}, "the case has no 'forces.jkr"),
+        ({"solver.integrator": ["rk5"]}, "solver.integrator = 'rk5' is not one of"),
+        ({"drive.A0": np.full(6000, 1e-9), "sample.youngs_modulus": np.full(6000, 1e9)}, "at most"),
+    ],
+)
+def test_a_mistake_is_one_sentence(over, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.sweep(case(), over=over)
+
+
+def test_only_an_approach_or_a_dwell_can_be_swept():
+    with pytest.raises(df.ParameterError, match="repeats an approach or a dwell"):
+        df.sweep(case(experiment=None), over={"drive.A0": [1e-9]})
+    with pytest.raises(df.ParameterError, match="can be swept over in a dwell only"):
+        df.sweep(case(experiment=df.Approach(zc=["9 nm"])), over={"experiment.zc": [1e-9]})
