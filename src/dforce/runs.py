@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -175,7 +176,7 @@ def throttled(progress: Progress | None) -> Progress:
     """Return a progress function that passes on few enough calls."""
     if progress is None:
         return lambda done, total, note: None
-    tell, last = progress, -1.0
+    tell, last = progress, -math.inf  # the clock may have started just now
 
     def passed_on(done: int, total: int, note: str) -> None:
         nonlocal last
