@@ -18,9 +18,11 @@ def test_hamaker_constant_and_surface_energy_that_disagree():
     (piece,) = df.advice(case)
     assert piece.name == "hamaker_and_surface_energy"
     assert piece.found == 0.05
-    # PHYSICS 3.3: gamma(H) is proportional to H, and 0.8e-20 J gives 0.00389727439466 J/m^2
+    # gamma(H) is proportional to H, and 0.8e-20 J gives 0.00389727439466 J/m^2
     assert piece.limit == pytest.approx(0.00389727439466 * 2e-20 / 0.8e-20, rel=1e-11)
     assert "jumps at contact" in piece.text
+    assert piece.about == ("forces.dmt.surface_energy", "forces.dmt.hamaker")
+    assert piece.unit == "J/m^2"
 
 
 def test_hamaker_constant_and_surface_energy_that_agree_to_a_printed_digit():
