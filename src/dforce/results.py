@@ -6,6 +6,7 @@ import contextlib
 import csv
 import datetime
 import enum
+import functools
 import importlib.metadata
 import io
 import os
@@ -69,8 +70,9 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
             words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
             variable.attrs.update({key: word for key, word in words.items() if word})
     if "status" in dataset:
-        dataset["status"] = dataset["status"].astype(np.int8)
-        dataset["status"].attrs.update(
+        if dataset["status"].dtype != np.int8:
+            dataset["status"] = dataset["status"].astype(np.int8)
+        dataset.variables["status"].attrs.update(
             long_name="status",
             flag_values=np.array([status.value for status in Status], dtype=np.int8),
             flag_meanings=" ".join(status.meaning for status in Status),
@@ -89,16 +91,16 @@ def provenance(case: str, title: str = "") -> dict[str, str]:
     title
         Title of the case.
     """
+    date = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    return {"title": title, "case": case, **_surroundings(), "date": date}
+
+
+@functools.cache  # reading them anew takes as long as solving a curve
+def _surroundings() -> dict[str, str]:
+    """Return the versions and the platform of this process."""
     packages = ("dforce", "numpy", "numba", "scipy")
     versions = {f"{name}_version": importlib.metadata.version(name) for name in packages}
-    return {
-        "title": title,
-        "case": case,
-        **versions,
-        "python_version": platform.python_version(),
-        "platform": platform.platform(),
-        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-    }
+    return versions | {"python_version": platform.python_version(), "platform": platform.platform()}
 
 
 def reader_unit(variable: xr.DataArray) -> tuple[float, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import tomllib
 from typing import Any
 
@@ -93,9 +94,15 @@ def _inline(value: Any) -> str:
         return "{ " + ", ".join(_line(key, item) for key, item in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(map(_inline, value)) + "]"
+    return _scalar(value)
+
+
+@functools.lru_cache(maxsize=1024, typed=True)  # typed: 1, 1.0 and True are equal, but not the same text
+def _scalar(value: Any) -> str:
     return tomli_w.dumps({"x": value}).removeprefix("x = ").removesuffix("\n")
 
 
+@functools.lru_cache(maxsize=1024)
 def _key(key: str) -> str:
     return tomli_w.dumps({key: 0}).removesuffix(" = 0\n")
 
