@@ -43,11 +43,11 @@ if TYPE_CHECKING:
     from dforce.testing import check_force
     from dforce.timing import benchmark
     from dforce.units import parse, show
-    from dforce.validity import Advice, advice
+    from dforce.validity import Advice, advice, advice_in
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {
-    "validity": ("Advice", "advice"),
+    "validity": ("Advice", "advice", "advice_in"),
     "case": ("About", "Case", "case_schema", "example", "load_case", "save_case"),
     "errors": (
         "CaseError",
@@ -121,6 +121,7 @@ __all__ = [
     "Tone",
     "UnitError",
     "advice",
+    "advice_in",
     "approach",
     "basins",
     "benchmark",

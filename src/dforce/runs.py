@@ -10,7 +10,7 @@ from dforce.case import Case
 from dforce.errors import ParameterError
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
 from dforce.experiments._experiment import Progress
-from dforce.validity import advice
+from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +53,7 @@ def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None 
     usable = resume if resume is not None and "restart" in resume else None
     data = case.experiment.run(case.problem, case.solver, throttled(progress), usable, case)
     data.attrs = provenance(text, case.title) | data.attrs
-    data.attrs["advice"] = "\n".join(piece.text for piece in advice(case, data))
+    data.attrs |= attributes(advice(case, data))
     return data
 
 

@@ -1,6 +1,6 @@
 """Advice: where the chosen model, or a result, stops meaning what it seems to say.
 
-Each piece is a function of the case, and of its result where there is one, that gives an :class:`Advice` or nothing.
+Each piece is a function of the evidence, a case and its result where there is one, that gives an :class:`Advice` or nothing.
 """
 
 from __future__ import annotations
@@ -8,25 +8,31 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from dforce.validity import contact, results
-from dforce.validity._advice import Advice
+from dforce.validity import contact, dynamics, inputs, long_range, sampling, states
+from dforce.validity._advice import Advice, advice_in, attributes
+from dforce.validity._evidence import Evidence
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
 
-__all__ = ["PIECES", "Advice", "advice"]
+__all__ = ["PIECES", "Advice", "advice", "advice_in", "attributes"]
 
-PIECES: tuple[Callable[[Case, xr.Dataset | None], Advice | None], ...] = (
-    contact.hamaker_and_surface_energy,
-    results.not_settled,
+PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
+    *inputs.PIECES,
+    *sampling.PIECES,
+    *contact.PIECES,
+    *long_range.PIECES,
+    *dynamics.PIECES,
+    *states.PIECES,
 )
 
 
 def advice(case: Case, result: xr.Dataset | None = None) -> list[Advice]:
-    """Return the advice on a case, and on its result where one is given.
+    """Return the advice on a case, and on its result where one is given; a calm case gives none.
 
-    A calm case gives none.
+    Without a result, what depends on the motion is left out, or a bound takes its place.
     """
-    return [found for piece in PIECES if (found := piece(case, result)) is not None]
+    seen = Evidence(case, result)
+    return [found for piece in PIECES if (found := piece(seen)) is not None]

@@ -1,8 +1,18 @@
-"""What a piece of advice is."""
+"""What a piece of advice is, and how it is kept in a result."""
 
 from __future__ import annotations
 
+import dataclasses
+import json
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from dforce.results import unit_for
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TEXT, PIECES = "advice", "advice_pieces"  # attributes of a result: sentences for a reader, JSON for a program
 
 
 @dataclass(frozen=True)
@@ -32,3 +42,28 @@ class Advice:
     source: str
     about: tuple[str, ...]
     unit: str = "1"
+
+
+def attributes(pieces: list[Advice]) -> dict[str, str]:
+    """Return the attributes that keep advice in a result."""
+    return {
+        TEXT: "\n".join(piece.text for piece in pieces),
+        PIECES: json.dumps([dataclasses.asdict(piece) for piece in pieces], ensure_ascii=False) if pieces else "[]",
+    }
+
+
+def advice_in(result: xr.Dataset) -> list[Advice]:
+    """Return the advice that a result carries, as it was given when the result was computed."""
+    kept: list[dict[str, Any]] = json.loads(result.attrs.get(PIECES, "[]"))
+    return [Advice(**piece | {"about": tuple(piece["about"])}) for piece in kept]
+
+
+def shown(value: float, unit: str) -> str:
+    """Return an SI value in the unit that a reader likes: ``0.27 nm``."""
+    scale, name = unit_for(abs(value), unit)
+    return f"{value / scale:.3g} {name}"
+
+
+def percent(share: float) -> str:
+    """Return a share in percent: ``27 %``."""
+    return f"{100.0 * share:.2g} %" if abs(share) < 0.995 else f"{100.0 * share:.0f} %"

@@ -1,0 +1,180 @@
+"""What the pieces of advice look at: a case, and what its result says, each computed once."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.forces import Force
+from dforce.problem import Problem
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.case import Case
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Mask = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+class Evidence:
+    """A case, its problem, and the values of its result at points whose motion can be trusted."""
+
+    def __init__(self, case: Case, result: xr.Dataset | None) -> None:
+        self.case, self.result = case, result
+        self.problem: Problem = case.problem
+        self._values: dict[str, Array] = {}
+
+    @property
+    def computed(self) -> bool:
+        """Whether there is a result with a steady motion in it."""
+        return self.result is not None and "amplitude" in self.result.variables and self.values("amplitude").size > 0
+
+    # the case
+
+    def force(self, *names: str) -> Force | None:
+        """Return the first force that has one of these names."""
+        return next((force for force in self.problem.forces if force.name in names), None)
+
+    def path(self, force: Force, field: str = "") -> str:
+        """Return the path of a force, or of one of its fields, in the case."""
+        same = [other.name for other in self.problem.forces].count(force.name)
+        place = force.name if same == 1 else str(1 + self.problem.forces.index(force))
+        return f"forces.{place}.{field}" if field else f"forces.{place}"
+
+    def of_mode(self, number: int, field: str) -> str:
+        """Return the path of a number of a mode, counted from 0."""
+        if self.case.cantilever.beam is not None:
+            return "cantilever.beam"
+        return f"cantilever.modes.{number + 1}.{field}" if self.case.cantilever.modes else f"cantilever.{field}"
+
+    def of_tone(self, number: int, field: str) -> str:
+        """Return the path of a number of a tone, counted from 0."""
+        return f"drive.tones.{number + 1}.{field}" if self.case.drive.tones else f"drive.{field}"
+
+    @functools.cached_property
+    def range_of_zc(self) -> tuple[float, float] | None:
+        """Nearest and farthest average distance that the experiment visits (m), where it says so."""
+        zc: Any = getattr(self.case.experiment, "zc", None)
+        if isinstance(zc, float):
+            return zc, zc
+        if isinstance(zc, tuple):
+            return min(zc), max(zc)
+        return None if zc is None else (min(zc.start, zc.stop), max(zc.start, zc.stop))
+
+    # the result
+
+    def array(self, name: str) -> Array | None:
+        """Return a variable of the result as it is; of several tones or modes the first."""
+        if self.result is None or name not in self.result.variables:
+            return None
+        variable = self.result.variables[name]
+        values = variable.values
+        for dim in ("tone", "mode"):
+            if dim in variable.dims:
+                values = np.take(values, 0, axis=variable.dims.index(dim))
+        return np.asarray(values)
+
+    @functools.cached_property
+    def stable(self) -> Mask | None:
+        """Which points of branches are stable; None for other results."""
+        array = self.array("stable")
+        return None if array is None else np.asarray(array, dtype=bool)
+
+    @functools.cached_property
+    def _trusted(self) -> Mask | None:
+        """Where the motion settled and is stable; None where a result does not say."""
+        from dforce.results import Status
+
+        status = self.array("status")
+        if status is None:
+            return None
+        settled = np.asarray((status == Status.OK) | (status == Status.NOT_REPEATING))
+        return settled if self.stable is None else self.stable & settled
+
+    def values(self, name: str) -> Array:
+        """Return the finite values of a variable at all points that can be trusted, in one row."""
+        if name not in self._values:
+            array, trusted = self.array(name), self._trusted
+            if array is None:
+                array = np.empty(0)
+            elif trusted is not None and trusted.shape == array.shape:
+                array = array[trusted]
+            self._values[name] = array[np.isfinite(array)]
+        return self._values[name]
+
+    def harmonic(self, order: int) -> Array:
+        """Return the amplitudes of a harmonic at all points that can be trusted."""
+        array, trusted = self.array("harmonic_amplitude"), self._trusted
+        if array is None or trusted is None or trusted.shape != array.shape[:-1] or order > array.shape[-1]:
+            return np.empty(0)
+        chosen = array[..., order - 1][trusted]
+        return np.asarray(chosen[np.isfinite(chosen)])
+
+    @functools.cached_property
+    def motion(self) -> Any:
+        """Complex amplitude of the first tone at each point; NaN where it cannot be trusted, None without one."""
+        amplitude, phase, trusted = self.array("amplitude"), self.array("phase"), self._trusted
+        if amplitude is None or phase is None or trusted is None or trusted.shape != amplitude.shape:
+            return None
+        return np.where(trusted, amplitude * np.exp(1j * np.radians(phase)), np.nan)
+
+    @functools.cached_property
+    def along(self) -> str:
+        """Dimension of a curve over distance or frequency; empty for other results."""
+        dims = () if self.result is None or self.motion is None else self.result.variables["amplitude"].dims
+        return next((dim for dim in ("zc", "frequency") if dim in dims), "")
+
+    @functools.cached_property
+    def curves(self) -> list[tuple[str, Array, Array]]:
+        """Each curve over distance, from far to near: direction, distances, amplitudes of the first tone."""
+        zc, motion = self.array("zc"), self.motion
+        if self.along != "zc" or zc is None or motion.ndim > 2 or zc.size < 3:
+            return []
+        order = np.argsort(-zc)
+        amplitudes = np.abs(motion[order]).reshape(zc.size, -1).T
+        ways = ("approach", "retract") if len(amplitudes) == 2 else ("curve",)
+        there = np.isfinite(amplitudes)
+        return [(way, zc[order][is_], row[is_]) for way, row, is_ in zip(ways, amplitudes, there, strict=True)]
+
+    def largest(self, name: str) -> float | None:
+        """Return the largest value of a variable; None without one."""
+        values = self.values(name)
+        return float(values.max()) if values.size else None
+
+    @functools.cached_property
+    def closest(self) -> float:
+        """Smallest tip–surface distance (m), a0 or more; without a result, what the free motion may reach."""
+        found = self.values("min_distance")
+        if found.size:
+            nearest = float(found.min())
+        elif self.range_of_zc is not None:
+            nearest = self.range_of_zc[0] - float(np.abs(self.problem.free).sum())
+        else:
+            nearest = 0.0
+        return max(nearest, self.problem.a0)
+
+    @functools.cached_property
+    def deepest(self) -> float | None:
+        """Largest indentation (m); without a result, what Hertz' contact is expected to give, if it is one."""
+        return self.largest("max_indentation") if self.computed else self._expected_indentation()
+
+    def _expected_indentation(self) -> float | None:
+        r"""Return the indentation expected of one mode driven at resonance over Hertz' contact alone (m).
+
+        Hertz' force over a harmonic motion of amplitude A that is large against the indentation has the mean
+        :math:`\tfrac{3}{16} \sqrt{2/A}\, n \delta^2`, :math:`n = \tfrac{4}{3} E_\mathrm{eff} \sqrt R`, and a contact
+        that takes no energy the mean :math:`\tfrac{1}{2} F_0 \sqrt{1 - A^2/A_0^2}` (from the virial).
+        """
+        hertz = self.force("hertz")
+        problem, tone, stiffness = self.problem, self.problem.tones[0], hertz.numbers()[0] if hertz else 0.0
+        single = len(problem.forces) == len(problem.modes) == len(problem.tones) == 1
+        if not stiffness or not single or tone.frequency != problem.modes[0].f0 or self.range_of_zc is None:
+            return None
+        near, far = (min(max(zc / tone.A0, 0.0), 1.0) for zc in self.range_of_zc)
+        ratio = min(max(near, math.sqrt(1.0 / 3.0)), far)  # largest at A = A0 / sqrt(3)
+        mean_force = 0.5 * tone.force * math.sqrt(1.0 - ratio**2)
+        return math.sqrt(16.0 / 3.0 * mean_force / stiffness * math.sqrt(0.5 * ratio * tone.A0))

@@ -1,0 +1,248 @@
+"""Where the point masses, the drive or the still lever behind the equation of motion are too simple."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from dforce import beam
+from dforce.forces import Force
+from dforce.forces.dlvo import BOLTZMANN
+from dforce.instrument import Beam, Medium, ModeNumbers
+from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._evidence import Evidence
+
+LOW_Q = 10.0  # there a shaken base moves by a tenth of the amplitude
+LINE_WIDTHS = 3.0
+HIGHEST = 10  # harmonic that a tap still drives visibly
+LEFT_OUT = 0.1  # of the indentation: the peak force then changes by 15 %
+ATOMIC = 2.5  # diameter of an atom over the intermolecular distance
+NOISY = 0.1  # of the free amplitude
+BLURRED = 0.1  # change of the mean force by the thermal motion
+ALWAYS = 0.999  # share of the period in contact
+
+
+def low_Q(seen: Evidence) -> Advice | None:
+    """Compare the quality factors of the driven modes with those at which base and fluid move visibly."""
+    modes = seen.problem.modes
+    number = min((tone.mode for tone in seen.problem.tones), key=lambda n: modes[n].Q)
+    Q = modes[number].Q
+    if Q >= LOW_Q:
+        return None
+    more = " Mode 2 rings at each tap, too: give it as well." if len(modes) == 1 else ""
+    return Advice(
+        "low_Q", Q, LOW_Q,
+        f"Mode {number + 1} has Q = {Q:.3g}, and the drive is taken as a force on the tip. With a shaken base (acoustic "
+        f"drive) the base moves by A0/Q, {percent(1.0 / Q)} of the free amplitude, which the photodiode does not see; "
+        f"compare with directly driven levers only.{more}",
+        "X. Xu, A. Raman, J. Appl. Phys. 102, 034303 (2007)", (seen.of_mode(number, "Q"),),
+    )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=16)
+def _next_of_a_beam(given: Beam, medium: Medium) -> ModeNumbers:
+    """Return the mode of a beam after those that take part."""
+    more = given.model_copy(update={"modes": given.modes + 1, "Q": given.Q + given.Q[-1:]})
+    return more.resolve(medium)[-1]
+
+
+@functools.lru_cache(maxsize=16)
+def _ratio(n: int) -> float:
+    """Return the frequency of mode n + 1 of a uniform beam over that of mode n."""
+    return (beam.wavenumber(n + 1) / beam.wavenumber(n)) ** 2
+
+
+def _next_mode(seen: Evidence) -> ModeNumbers:
+    """Return the mode after those that take part, of a rectangular beam; its Q at least the last one's."""
+    given = seen.case.cantilever.beam
+    if given is not None:
+        return _next_of_a_beam(given, seen.case.medium)
+    last, ratio = seen.problem.modes[-1], _ratio(len(seen.problem.modes))
+    return ModeNumbers(last.f0 * ratio, last.k * ratio**2, last.Q)
+
+
+def mode_left_out(seen: Evidence) -> Advice | None:
+    """Look for a harmonic that would move the next mode, which is left out.
+
+    With a result, by how much: a harmonic of the deflection tells that of the force, and so the motion of the other mode.
+    Without one, a strong harmonic of the drive within three line widths of the mode.
+    """
+    first, mode = seen.problem.tones[0], _next_mode(seen)
+    order = round(mode.f0 / first.frequency)
+    if not 2 <= order <= HIGHEST:
+        return None
+    detuning = abs(order * first.frequency - mode.f0) / (mode.f0 / mode.Q)
+    about = (seen.of_mode(len(seen.problem.modes) - 1, "f0"), seen.of_tone(0, "frequency"))
+    where = (
+        f"Harmonic {order} of the drive is {detuning:.2g} line widths from mode {len(seen.problem.modes) + 1} of a rectangular "
+        "beam, which is left out"
+    )
+    remedy = "Give the modes up to this one, as measured."
+    if not seen.computed and detuning < LINE_WIDTHS and mode.Q >= LOW_Q:
+        text = f"{where}: taps may drive it, which a run tells. {remedy}"
+        return Advice("mode_left_out", detuning, LINE_WIDTHS, text, STARK, about)
+    if not seen.deepest:
+        return None
+    largest, frequency = float(seen.harmonic(order).max(initial=0.0)), order * first.frequency
+    here = sum(_response(one, frequency) for one in seen.problem.modes)
+    moved = largest * abs(_response(mode, frequency) / here)
+    if moved <= LEFT_OUT * seen.deepest:
+        return None
+    text = (
+        f"{where}: it would move by about {shown(moved, 'm')}, {percent(moved / seen.deepest)} of the indentation, and change "
+        f"the peak force. {remedy}"
+    )
+    return Advice("mode_left_out", moved, LEFT_OUT * seen.deepest, text, STARK, about, "m")
+
+
+STARK = "R. W. Stark, W. M. Heckl, Surf. Sci. 457, 219 (2000); the modes of a uniform beam"
+
+
+def _response(mode: ModeNumbers, frequency: float) -> complex:
+    """Return the deflection of a mode per force at a frequency (m/N)."""
+    r = frequency / mode.f0
+    return 1.0 / (mode.k * complex(1.0 - r * r, r / mode.Q))
+
+
+def drive_off_resonance(seen: Evidence) -> Advice | None:
+    """Compare the frequency of a tone with the line of its mode, at which A0 is most often measured."""
+    for number, tone in enumerate(seen.problem.tones):
+        mode = seen.problem.modes[tone.mode]
+        widths = abs(tone.frequency - mode.f0) / (mode.f0 / mode.Q)
+        if widths > 1.0:
+            peak = tone.force * mode.Q / mode.k
+            return Advice(
+                "drive_off_resonance", widths, 1.0,
+                f"The drive is {widths:.2g} line widths off resonance, and A0 is the free amplitude there: at f0 the same "
+                f"drive would give {shown(peak, 'm')}. If A0 was measured at resonance, give a smaller A0.",
+                "the free response of the mode: F0 = k A0 sqrt((1 - r^2)^2 + (r/Q)^2)",
+                (seen.of_tone(number, "frequency"), seen.of_tone(number, "A0")),
+            )  # fmt: skip
+    return None
+
+
+def small_amplitude(seen: Evidence) -> Advice | None:
+    """Compare the free amplitude of the first tone with the size of an atom."""
+    A0, limit = seen.problem.tones[0].A0, ATOMIC * seen.problem.a0
+    if limit <= A0:
+        return None
+    return Advice(
+        "small_amplitude", A0, limit,
+        f"The free amplitude is {shown(A0, 'm')}, less than the diameter of an atom ({shown(limit, 'm')}): the tip then feels "
+        "single atoms, and all forces here take tip and sample for continuous. Use a larger A0, or read it as a trend.",
+        "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011): a0 is an atom's diameter over 2.5",
+        (seen.of_tone(0, "A0"), "contact.a0"), "m",
+    )  # fmt: skip
+
+
+def thermal_amplitude(seen: Evidence) -> Advice | None:
+    """Compare the thermal motion of each driven mode, which is left out, with its free amplitude."""
+    temperature = seen.case.medium.temperature
+    for number, tone in enumerate(seen.problem.tones):
+        mode = seen.problem.modes[tone.mode]
+        moved = math.sqrt(BOLTZMANN * temperature / mode.k)
+        if moved > NOISY * tone.A0:
+            return Advice(
+                "thermal_amplitude", moved, NOISY * tone.A0,
+                f"The thermal motion of mode {tone.mode + 1} is {shown(moved, 'm')} (rms), {percent(moved / tone.A0)} of its "
+                "free amplitude, and it is left out. Use a larger A0 or a stiffer cantilever, or take the result as a mean.",
+                EQUIPARTITION, (seen.of_tone(number, "A0"), seen.of_mode(tone.mode, "k")), "m",
+            )  # fmt: skip
+    return None
+
+
+EQUIPARTITION = "equipartition, <z^2> = k_B T / k: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995)"
+
+
+def thermal_motion_and_force(seen: Evidence) -> Advice | None:
+    r"""Compare the thermal motion with the indentation, or with the closest distance where there is no contact.
+
+    Over an amplitude that is large against both, the mean force goes as :math:`\delta^2` in Hertz' contact and as
+    :math:`d^{-3/2}` in van der Waals attraction; fluctuations of variance :math:`s^2` change these means by
+    :math:`s^2/\delta^2` and :math:`\tfrac{15}{8} s^2/d^2`.
+    """
+    if not seen.computed or not seen.problem.forces:
+        return None
+    compliance = sum(1.0 / mode.k for mode in seen.problem.modes)
+    moved = math.sqrt(BOLTZMANN * seen.case.medium.temperature * compliance)
+    if seen.deepest:
+        limit, what = math.sqrt(BLURRED) * seen.deepest, f"the indentation is {shown(seen.deepest, 'm')}"
+    else:
+        limit, what = (
+            math.sqrt(BLURRED * 8.0 / 15.0) * seen.closest,
+            f"the tip comes as near as {shown(seen.closest, 'm')}",
+        )
+    if moved <= limit:
+        return None
+    return Advice(
+        "thermal_motion_and_force", moved, limit,
+        f"The thermal motion is {shown(moved, 'm')} (rms), and {what}: it changes the mean force by more than 10 % and brings "
+        "jumps forward, and it is left out here. Use a stiffer cantilever, or take forces and jumps as rough.",
+        EQUIPARTITION, (seen.of_mode(0, "k"), "medium.temperature"), "m",
+    )  # fmt: skip
+
+
+def snap_in(seen: Evidence) -> Advice | None:
+    """Look for distances at which the attraction's gradient exceeds the spring constant, or the tip stays in contact."""
+    k = 1.0 / sum(1.0 / mode.k for mode in seen.problem.modes)
+    about = (seen.of_mode(0, "k"), "experiment.zc")
+    if seen.computed:
+        stays, mean_force = seen.values("contact_fraction"), seen.values("mean_force")
+        if stays.shape != mean_force.shape or not np.any(held := (stays > ALWAYS) & (mean_force < 0.0)):
+            return None
+        count = int(np.count_nonzero(held))
+        return Advice(
+            "snap_in", count, 0.0,
+            f"At {count} of {held.size} points the sample pulls the tip and keeps it in contact: the lever has snapped in, and "
+            "its amplitude there is no tapping amplitude. Stay farther away, or use a larger A0 or a stiffer cantilever.",
+            BURNHAM, about,
+        )  # fmt: skip
+    if seen.range_of_zc is None:
+        return None
+    at = _static_snap_in(seen.problem.forces, seen.problem.a0, k)
+    nearest = seen.range_of_zc[0]
+    if at is None or nearest >= at:
+        return None
+    return Advice(
+        "snap_in", nearest, at,
+        f"A still lever of this spring constant snaps in at {shown(at, 'm')}, where the gradient of the attraction exceeds k, "
+        f"and the experiment goes down to {shown(nearest, 'm')}: near there the tip stops tapping. Stay farther away, or use a "
+        "stiffer cantilever.",
+        BURNHAM, about, "m",
+    )  # fmt: skip
+
+
+BURNHAM = "N. A. Burnham, R. J. Colton, J. Vac. Sci. Technol. A 7, 2906 (1989): dF/dd > k"
+FARTHEST, STEPS = 30e-9, 24  # m; beyond, no attraction pulls in a lever that is used for tapping
+
+
+def _static_snap_in(forces: tuple[Force, ...], a0: float, k: float) -> float | None:
+    """Return the average distance (m) at which a still tip that comes slowly snaps in; None where it does not.
+
+    It rests where k (d - zc) = F(d); coming nearer, it snaps in where zc stops falling with d.
+    """
+    laws = [(force.law_function(), force.values()) for force in forces if force.leading() == ("d", "rate", "t")]
+    ratio, d, last = (a0 / FARTHEST) ** (1.0 / STEPS), FARTHEST, math.inf
+    for _ in range(STEPS):
+        try:
+            pull = sum(law(d, 0.0, 0.0, *values) for law, values in laws)
+        except (ArithmeticError, ValueError):
+            return None  # a law without a value there
+        zc = d - pull / k
+        if zc > last:
+            return last
+        d, last = d * ratio, zc
+    return None
+
+
+PIECES = (
+    low_Q,
+    mode_left_out,
+    drive_off_resonance,
+    small_amplitude,
+    thermal_amplitude,
+    thermal_motion_and_force,
+    snap_in,
+)

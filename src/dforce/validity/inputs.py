@@ -1,0 +1,81 @@
+"""Values so far from any instrument or sample that a unit may have slipped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from dforce.validity._advice import Advice, shown
+from dforce.validity._evidence import Evidence
+
+HAMAKER = (1e-23, 5e-18, "J")
+ENERGY = (1e-5, 10.0, "J/m^2")
+
+
+@dataclass(frozen=True)
+class Usual:
+    """The range of a value in use, in SI."""
+
+    low: float
+    high: float
+    unit: str
+
+
+# What is sold, used or found in nature, with room to spare on both sides: ten times or more.
+USUAL = {
+    "f0": Usual(300.0, 50e6, "Hz"),
+    "k": Usual(1e-3, 1e4, "N/m"),
+    "A0": Usual(10e-12, 1e-6, "m"),
+    "tip.radius": Usual(0.2e-9, 5e-6, "m"),
+    "tip.youngs_modulus": Usual(1e6, 2e12, "Pa"),
+    "sample.youngs_modulus": Usual(1.0, 2e12, "Pa"),
+    "sample.thickness": Usual(0.2e-9, 0.01, "m"),
+    "contact.a0": Usual(0.05e-9, 2e-9, "m"),
+    "medium.temperature": Usual(0.01, 600.0, "K"),
+    "hamaker": Usual(*HAMAKER),
+    "surface_energy": Usual(*ENERGY),
+    "approach_energy": Usual(*ENERGY),
+    "retract_energy": Usual(*ENERGY),
+    "work_of_adhesion": Usual(*ENERGY),
+    "debye_length": Usual(0.1e-9, 1e-6, "m"),
+    "salt": Usual(1e-4, 6e3, "mol/m^3"),
+}
+
+
+def unusual_value(seen: Evidence) -> Advice | None:
+    """Look for values that no instrument or sample has, as after a slip of a unit."""
+    odd = [(path, value, usual) for path, value, usual in _values(seen) if not usual.low <= abs(value) <= usual.high]
+    if not odd:
+        return None
+    said = ", ".join(f"{path} is {shown(value, usual.unit)}" for path, value, usual in odd)
+    _, value, usual = odd[0]
+    limit = usual.low if abs(value) < usual.low else usual.high
+    return Advice(
+        "unusual_value", value, limit,
+        f"{said[0].upper()}{said[1:]}; in use are {shown(usual.low, usual.unit)} to {shown(usual.high, usual.unit)}"
+        f"{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if the value is meant, the models may not be "
+        "made for it.",
+        "instruments and samples in use, with a factor of ten to spare", tuple(path for path, _, _ in odd), usual.unit,
+    )  # fmt: skip
+
+
+def _values(seen: Evidence) -> Iterator[tuple[str, float, Usual]]:
+    """Give the path, the value and the usual range of what is not zero."""
+    for number, mode in enumerate(seen.problem.modes):
+        yield seen.of_mode(number, "f0"), mode.f0, USUAL["f0"]
+        yield seen.of_mode(number, "k"), mode.k, USUAL["k"]
+    for number, tone in enumerate(seen.problem.tones):
+        yield seen.of_tone(number, "A0"), tone.A0, USUAL["A0"]
+    for path, usual in USUAL.items():
+        section, _, field = path.partition(".")
+        value = getattr(getattr(seen.case, section), field) if field else None
+        if value:
+            yield path, value, usual
+    for force in seen.problem.forces:
+        for field in type(force).quantities():
+            usual_here, value = USUAL.get(field), getattr(force, field)
+            if usual_here is not None and isinstance(value, float) and value:
+                yield seen.path(force, field), value, usual_here
+
+
+PIECES = (unusual_value,)

@@ -1,0 +1,95 @@
+"""Where the numerical solution is not accurate enough for the motion, or has not come to its end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._evidence import Evidence
+
+CLOSURE = 0.005  # of the mean force
+GAINED = 0.05  # of the energy that the drive can give in a period
+BEYOND = 1.5  # of the amplitude F Q / k at resonance; in a frequency sweep the drive differs a little from the case's
+CLEVELAND = "conservation of energy: J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998)"
+
+
+def sampling(seen: Evidence) -> Advice | None:
+    r"""Compare the mean force with the mean deflection, which tells the error of the sampling.
+
+    Over any period of a steady motion :math:`\langle F \rangle = k \langle z \rangle`. Steep walls passed within few samples
+    spoil the sum of the forces first.
+    """
+    force, deflection = seen.values("mean_force"), seen.values("mean_deflection")
+    settings = seen.case.solver
+    if not force.size or force.shape != deflection.shape or settings.settle == "fixed":
+        return None
+    k = 1.0 / sum(1.0 / mode.k for mode in seen.problem.modes)
+    scale = float(np.abs(force).max())
+    left = settings.settle_tolerance if settings.method == "transient" else 1e-8  # of the settling, in free amplitudes
+    error = float(np.abs(force - k * deflection).max()) - 10.0 * left * k * seen.problem.tones[0].A0
+    if error <= CLOSURE * scale:
+        return None
+    return Advice(
+        "sampling", error / scale, CLOSURE,
+        f"The mean force and k times the mean deflection differ by {percent(error / scale)}, and a steady motion makes them "
+        "equal: the force changes too steeply for the samples, so forces, energies and perhaps the state itself are wrong. "
+        "Raise solver.points_per_period until this is gone.",
+        "the mean of the equation of motion over a period: <F> = k <z>", ("solver.points_per_period",),
+    )  # fmt: skip
+
+
+def energy_gained(seen: Evidence) -> Advice | None:
+    """Look for points at which the sample gives energy, which nothing but an error or an active force can do."""
+    array = seen.array("total_dissipated_energy")
+    if array is None or any(force.timed for force in seen.problem.forces):
+        return None
+    given = -float(np.nanmin(array, initial=math.inf))
+    most = sum(math.pi * tone.force * tone.A0 for tone in seen.problem.tones)
+    if not given > GAINED * most:
+        return None
+    return Advice(
+        "energy_gained", given, GAINED * most,
+        f"The sample gives energy to the tip, up to {percent(given / most)} of what the drive can give in a period: no passive "
+        "sample does, so the samples are too few for a steep force. Raise solver.points_per_period, or mend a force of your "
+        "own that pushes a tip that goes more than one that comes.",
+        CLEVELAND,
+        ("solver.points_per_period", "forces"), "J",
+    )  # fmt: skip
+
+
+def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
+    """Look for amplitudes that the drive cannot keep up against the damping of the mode, whatever a passive sample does."""
+    array, problem = seen.array("amplitude"), seen.problem
+    if array is None or len(problem.tones) > 1 or any(force.timed for force in problem.forces):
+        return None
+    tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
+    most, found = tone.force * mode.Q / mode.k, float(np.nanmax(array, initial=0.0))
+    if found <= BEYOND * most:
+        return None
+    return Advice(
+        "amplitude_beyond_the_drive", found, BEYOND * most,
+        f"The amplitude reaches {shown(found, 'm')}, and the drive can give {shown(most, 'm')} at most: the samples are too "
+        "few for a steep force, which then gives energy. Raise solver.points_per_period.",
+        CLEVELAND, ("solver.points_per_period", "forces"), "m",
+    )  # fmt: skip
+
+
+def not_settled(seen: Evidence) -> Advice | None:
+    """Count the points whose motion was still moving when the largest number of periods was reached."""
+    from dforce.results import Status
+
+    status = seen.array("status")
+    moving = 0 if status is None else int(np.count_nonzero(status == Status.NOT_SETTLED))
+    if status is None or moving == 0:
+        return None
+    return Advice(
+        "not_settled", moving, 0,
+        f"{moving} of {status.size} points had not settled when the largest number of periods was reached, so their values "
+        "still depend on the start. Raise solver.max_periods, or look at one of them with a dwell.",
+        "solver.settle_tolerance", ("solver.max_periods", "solver.settle_tolerance"),
+    )  # fmt: skip
+
+
+PIECES = (sampling, energy_gained, amplitude_beyond_the_drive, not_settled)

@@ -1,0 +1,109 @@
+"""Where a curve hides another steady state, or an amplitude does not tell the distance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dforce.validity._advice import Advice, shown
+from dforce.validity._evidence import Evidence
+
+DISTINCT = 0.01  # of the free amplitude: states that differ by less are one
+GAP = 3.0  # drop of the amplitude per step of the distance; on a hard sample it is 1
+BISTABLE = "R. García, A. San Paulo, Phys. Rev. B 61, R13381 (2000)"
+
+
+def coexisting_states(seen: Evidence) -> Advice | None:
+    """Look for distances at which two stable states were found: on branches, by two directions, from several starts."""
+    found = _states_at_one_distance(seen) or _runs_that_overlap(seen) or _ways_that_differ(seen) or _jumps(seen)
+    if found is None:
+        return None
+    return Advice(
+        "coexisting_states", 2, 1,
+        f"{found}: which state an experiment shows depends on where the tip comes from, on noise and on the feedback. Compare "
+        "with the state that was measured, by its phase, or stay clear with another A0; basins tells the share of each.",
+        BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")),
+    )  # fmt: skip
+
+
+def _states_at_one_distance(seen: Evidence) -> str | None:
+    states = 0 if seen.result is None else seen.result.sizes.get("state", 0)
+    return f"{states} stable states exist at this distance" if states > 1 else None
+
+
+def _runs_that_overlap(seen: Evidence) -> str | None:
+    """Say where two stable stretches of branches lie over each other."""
+    stable, along = seen.stable, seen.result.attrs.get("along") if seen.result is not None else None
+    x, branch = seen.array(str(along)), seen.array("branch")
+    if stable is None or x is None or branch is None or x.size < 2:
+        return None
+    turn = np.sign(np.diff(x))
+    cut = (np.diff(branch) != 0) | ~stable[1:] | ~stable[:-1] | (np.append(turn[0], turn[:-1]) != turn)
+    runs = [run for run in np.split(np.arange(x.size), np.flatnonzero(cut) + 1) if run.size > 1 and stable[run].all()]
+    ends = sorted((float(x[run].min()), float(x[run].max())) for run in runs)
+    common = [(b[0], min(a[1], b[1])) for i, a in enumerate(ends) for b in ends[i + 1 :] if b[0] < a[1]]
+    if not common or seen.result is None:
+        return None
+    unit = str(seen.result.variables[str(along)].attrs.get("units", "1"))
+    low, high = min(pair[0] for pair in common), max(pair[1] for pair in common)
+    return f"Between {shown(low, unit)} and {shown(high, unit)} two stable states exist"
+
+
+def _ways_that_differ(seen: Evidence) -> str | None:
+    motion, x = seen.motion, seen.array(seen.along)
+    if x is None or motion.ndim != 2 or motion.shape[1] != 2:
+        return None
+    apart = np.abs(motion[:, 0] - motion[:, 1]) > DISTINCT * seen.problem.tones[0].A0  # NaN is not apart
+    if not apart.any():
+        return None
+    ways, unit = ("approach and retract", "m") if seen.along == "zc" else ("the ways up and down", "Hz")
+    where = f"Between {shown(float(x[apart].min()), unit)} and {shown(float(x[apart].max()), unit)}"
+    return f"{where} {ways} end in different states"
+
+
+def _jumps(seen: Evidence) -> str | None:
+    at = seen.array("jump_zc")
+    if at is None or not at.size:
+        return None
+    return f"The motion jumped to another state at {shown(float(at[0]), 'm')}, and near there both exist"
+
+
+def set_point_met_twice(seen: Evidence) -> Advice | None:
+    """Look for an amplitude that grows while the distance falls: a feedback meets it at several distances."""
+    least = DISTINCT * seen.problem.tones[0].A0
+    for way, zc, amplitude in seen.curves:
+        if amplitude.size < 2:
+            continue
+        rise = amplitude - np.minimum.accumulate(amplitude)
+        top = int(np.argmax(rise))
+        if rise[top] > least:
+            low = float(amplitude[: top + 1].min())
+            return Advice(
+                "set_point_met_twice", float(rise[top]), least,
+                f"On the {way} the amplitude grows again from {shown(low, 'm')} to {shown(float(amplitude[top]), 'm')} towards "
+                f"{shown(float(zc[top]), 'm')}: a set point between these is met at several distances, and a feedback jumps "
+                "from one to the other. Choose a set point outside of this range, or another A0.",
+                BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")), "m",
+            )  # fmt: skip
+    return None
+
+
+def set_point_unreachable(seen: Evidence) -> Advice | None:
+    """Look for an amplitude that falls by a jump: between its ends a feedback finds no distance."""
+    least = DISTINCT * seen.problem.tones[0].A0
+    for way, zc, amplitude in seen.curves:
+        drops = -np.diff(amplitude)
+        for i in np.flatnonzero((drops > least) & (drops > GAP * -np.diff(zc))):
+            high, low = amplitude[i], amplitude[i + 1]
+            if np.any((amplitude > low) & (amplitude < high)):
+                continue  # met elsewhere
+            return Advice(
+                "set_point_unreachable", float(high - low), least,
+                f"On the {way} the amplitude falls from {shown(float(high), 'm')} to {shown(float(low), 'm')} between "
+                f"{shown(float(zc[i]), 'm')} and {shown(float(zc[i + 1]), 'm')}: a set point between these is met nowhere, and "
+                "a feedback drives the tip through the jump. Choose a set point outside of this range.",
+                BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")), "m",
+            )  # fmt: skip
+    return None
+
+
+PIECES = (coexisting_states, set_point_met_twice, set_point_unreachable)
