@@ -71,7 +71,7 @@ def test_orbits_side_by_side_and_all_that_is_measured_on_them_equal_those_of_sin
     for i, one in enumerate(cases):
         finder = make_finder(one.problem, one.solver, 10)
         alone = list(finder.along(Motion(tuple(rough.motions[i]), np.zeros(0), np.zeros(0), 0), zc, nothing))
-        orbits = np.array([point.orbit for point in alone])
+        orbits = np.array([point.motion.y for point in alone])
         np.testing.assert_allclose(found.orbits[i], orbits, atol=APART)
         for name, column in (
             ("peak_force", measure.F_MAX),
@@ -153,3 +153,16 @@ def test_kernels_of_lanes_and_of_single_runs_are_loaded_once():
     from dforce.solvers.side_by_side import ENTRIES
 
     assert kernel.load(problem, ENTRIES) is kernel.load(case(2e9).problem, ENTRIES)
+
+
+def test_coarse_steps_kick_motions_side_by_side_as_they_do_alone():
+    coarse = df.example("figure-3-air").replace(
+        experiment={"kind": "approach", "zc": {"start": "12 nm", "stop": "2 nm", "points": 15}, "direction": "both"}
+    )
+    moduli = np.geomspace(0.2e9, 5e9, 8)
+    together = df.sweep(coarse, over={"sample.youngs_modulus": moduli})
+    alone = [df.run(coarse.replace("sample.youngs_modulus", E)) for E in moduli]
+    # there are both branches among them, and curves that change from one to the other
+    assert (together.phase > 90.0).any() and (together.phase < 90.0).any()
+    for i, one in enumerate(alone):
+        assert together.amplitude[i].values == pytest.approx(one.amplitude.values, abs=1e-6 * 10 * NM)

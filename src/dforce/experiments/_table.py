@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 def status_of(found: Steady) -> Status:
     """Return what became of a point."""
-    if found.orbit is not None:
-        return Status.OK
     if not found.motion.is_finite or not np.isfinite(found.values["amplitude"]).all():
         return Status.FAILED
     if not found.settled:

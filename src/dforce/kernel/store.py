@@ -18,11 +18,13 @@ import platform
 import shutil
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from types import ModuleType
 
 STAMP = 1_500_000_000  # numba trusts its code while the source's time is unchanged: so every writer gives the same time
 MOST_KERNELS = 200  # folders kept; the least recently used go first
+_IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
 
 
 def cache_folder() -> Path:
@@ -87,19 +89,20 @@ def load(text: str) -> ModuleType:
     """Import the module with this text; functions compile, or come from disk, when first called."""
     path = place(text)
     name = path.stem
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"cannot import {path.name}")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
+    with _IMPORTING:
+        if name in sys.modules:
+            return sys.modules[name]
+        spec = importlib.util.spec_from_file_location(name, path)
+        if spec is None or spec.loader is None:
+            raise ImportError(f"cannot import {path.name}")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+        return module
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.observables import measure
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.find import make_finder
 from dforce.solvers.integrator import RK4, Motion
 from dforce.solvers.lot import Indices, Lot
-from dforce.solvers.orbit import AT_ONCE, OVERSHOOT, ROUGH, SAME_STATE, one_way
+from dforce.solvers.orbit import AT_ONCE, ROUGH, SAME_STATE, one_way, stays
+from dforce.solvers.shooting import HARD
 from dforce.solvers.side_by_side import SideBySide, Stretch
 from dforce.solvers.transient import Steady, Watch, steady
 
@@ -211,7 +211,12 @@ class Block:
         going = []
         for place, case in enumerate(cases):
             done, first = int(found.done[place]), int(lead[place])
-            last = self._unshaken(points, found, place, case, int(at[case]), zc, first, done)
+            last = max(done, first)
+            for i in first + np.flatnonzero(found.infos[place, first:done, 4] >= HARD):
+                orbit, tangent = found.orbits[place, i], found.tangents[place, i]
+                if not self._stays(case, found.orbits[place, i - 1], orbit, tangent, ways[place, i]):
+                    last = int(i)
+                    break
             doubt[case] = last < done
             count = last - first
             if count > 0:
@@ -229,30 +234,12 @@ class Block:
         bridged = self._bridge(points, stopped, at, y, zc, doubt)
         return np.concatenate([np.array(going, dtype=np.int64), bridged])
 
-    def _unshaken(
-        self, points: Points, found: Stretch, place: int, case: int, at: int, zc: Array, first: int, done: int
-    ) -> int:
-        """Return how many of the distances done the motion reaches without a kick.
-
-        It gets one where a step makes the tip pass a jump of the force that neither orbit passes.
-        """
-        jumps = self.lot.jumps[case]
-        if not len(jumps) or done <= first:
-            return max(done, first)
-        nearest = np.concatenate([
-            [self._nearest(points, case, at - 1)], found.rows[place, first:done, measure.D_MIN]
-        ])  # fmt: skip
-        steps = np.diff(zc[case, at - 1 : at + done - first])
-        here, there, reached = nearest[:-1], nearest[1:], nearest[:-1] + OVERSHOOT * steps
-        inside = (here[:, None] > jumps) == (there[:, None] > jumps)
-        shaken = (inside & ((here[:, None] > jumps) != (reached[:, None] > jumps))).any(axis=1)
-        return first + int(np.argmax(np.append(shaken, True)))
-
-    @staticmethod
-    def _nearest(points: Points, case: int, at: int) -> float:
-        if points.orbit[case, at]:
-            return float(points.rows[case, at, measure.D_MIN])
-        return float(points.others[case, at].values["min_distance"])
+    def _stays(self, case: int, y: Array, orbit: Array, tangent: Array, zc: float) -> bool:
+        """Say whether a motion, put to another distance, comes near the orbit there that continues its state."""
+        integrator = self._integrator(case)
+        integrator.place(zc)
+        motion = Motion(tuple(y.tolist()), np.zeros(0), np.zeros(0), 0)
+        return stays(integrator, motion, orbit.tolist(), tangent, 1)
 
     def _bridge(
         self, points: Points, cases: Indices, at: Indices, y: Array, zc: Array, doubt: np.ndarray[Any, Any]
@@ -268,7 +255,7 @@ class Block:
             for place in np.flatnonzero(found.done == parts + 1):
                 case = int(cases[place])
                 end = found.last()
-                if self._unshaken(points, end, int(place), case, int(at[case]), zc, 0, 1):
+                if self._stays(case, y[case], end.orbits[place, 0], end.tangents[place, 0], zc[case, at[case]]):
                     self._take(points, end, np.array([place]), np.array([case]), at, y)
                     reached.append(case)
                 else:

@@ -238,7 +238,7 @@ def as_steady(period_map: PeriodMap, orbit: Orbit) -> Steady:
     kept = orbit.multipliers[: period_map.motion_size]
     multipliers = {"multiplier_modulus": np.abs(kept), "multiplier_angle": np.degrees(np.angle(kept))}
     motion = period_map.motion(orbit.u[:-1], orbit.latched)
-    return Steady(orbit.values | multipliers, motion, True, True, motion.y)
+    return Steady(orbit.values | multipliers, motion, True, True)
 
 
 def free_orbit(period_map: PeriodMap, value: float) -> Orbit | None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from dforce.observables.lane_measure import measure_cases
+from dforce.observables.measure import D_MIN
 from dforce.solvers.lanes import advance_samples
 from dforce.solvers.shooting import (
     CONTRACTS,
@@ -19,8 +20,11 @@ from dforce.solvers.shooting import (
     LOST,
     SHORTEST,
     UNSTABLE,
+    best_order,
     correction,
     is_stable,
+    is_suspect,
+    kick,
     predict,
 )
 
@@ -100,22 +104,6 @@ def take_tangents(
                 jacobians[case, i, k] = (block[end, i, j * size + k] - ends[case, i]) / NUDGE
 
 
-def best_order(orbits: Any, zc: Any, i: int, most: int, vector: Any) -> int:
-    """Return the order of extrapolation that would have come closest to the orbit before distance i; `vector` is scratch.
-
-    A smooth branch can be extrapolated far; where the tip touches, sampling leaves a roughness that high orders amplify.
-    """
-    best, least = 1, np.inf
-    for order in range(1, min(most, i - 2) + 1):
-        predict(orbits, zc, i - 1, 0, order, vector)
-        error = 0.0
-        for k in range(vector.shape[0]):
-            error = max(error, abs(vector[k] - orbits[i - 1, k]))
-        if error < least:
-            best, least = order, error
-    return best
-
-
 def predict_tangent(jacobians: Any, zc: Any, i: int, out: Any) -> None:
     """Write a guess of the tangent at distance i: the line through those at the two distances before it."""
     weight = (zc[i] - zc[i - 1]) / (zc[i - 1] - zc[i - 2]) if i > 1 else 0.0
@@ -143,6 +131,36 @@ def take_slopes(
         for k in range(size):
             change[k] = (block[end, k, j] - motions[case, k]) / (NUDGE * parameters[1, case])
         correction(tangents[case], change, matrix, slopes[case])
+
+
+def take_kicks(
+    which: Any, count: int, i: int, orbits: Any, tangents: Any, rows: Any, zc: Any, done: Any, here: Any, parameters: Any,
+    kinks: Any, drive: Any, tones: Any, bases: Any, points: int, cosine: Any, nothing: Any, work: Any, infos: Any,
+) -> None:  # fmt: skip
+    """Write how hard the step to distance i kicks the motion of each case that was done there, see ``shooting.kick``."""
+    size, asked = orbits.shape[2], 0
+    suspect, nearest = np.empty(count, np.int64), np.empty(2)
+    bent, away, matrix = np.empty(size), np.empty(size), np.empty((size, size))
+    for j in range(count):
+        case = which[j]
+        if done[case] != i + 1:
+            continue
+        nearest[0], nearest[1] = rows[case, i - 1, D_MIN], rows[case, i, D_MIN]
+        if is_suspect(orbits[case], tangents[case], nearest, zc[case], i, kinks[:, case], bent, matrix, away):
+            suspect[asked] = case
+            asked += 1
+    if asked == 0:
+        return
+    block = np.empty((2, size + 1, padded(asked)))
+    _, _, _, end = march_lanes(
+        suspect, asked, 1, orbits[:, i - 1], here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
+        block,
+    )  # fmt: skip
+    for j in range(asked):
+        case = suspect[j]
+        infos[case, i, 4] = kick(
+            orbits[case, i - 1], block[end, :size, j], orbits[case, i], tangents[case, i], bent, matrix, away
+        )
 
 
 def follow_cases(
@@ -268,6 +286,11 @@ def follow_cases(
             infos[case, i, 2] = CONVERGED
             orbits[case, i], jacobians[case, i], rows[case, i] = motions[case], tangents[case], measured[j]
             done[case] = i + 1
+        if i > 0:
+            take_kicks(
+                active, count, i, orbits, jacobians, rows, zc, done, here, parameters, kinks, drive, tones, bases, points,
+                cosine, nothing, work, infos,
+            )  # fmt: skip
         if i == 0 and zc.shape[1] > 1:
             take_slopes(
                 active, count, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,

@@ -7,7 +7,7 @@ ceases to exist or to be stable, the transient from the last stable state decide
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,16 +16,19 @@ from dforce.kernel import Array
 from dforce.observables.finish import finish_all
 from dforce.observables.window import common_period, weights
 from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.shooting import HARD, SMALL
 from dforce.solvers.transient import Row, Steady, Watch, settle, steady
 
 MISS = 1e-9  # of the free amplitude: how far from its start an orbit may end
 MOST_CORRECTIONS = 20
-ORDER = 4  # of the extrapolation that predicts the next orbit from those before it
+ORDER = 4  # of the extrapolation that predicts the next orbit from those before it, at most
 CHUNK = 64  # distances between looks at the watch
 ROUGH = 1e-3  # settling tolerance before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
 AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
-OVERSHOOT = 1.5  # times a step in distance: how much nearer the tip may come before it has settled
+LOOKS, REST = 32, 7  # looks at a motion after a kick before it is left to settle, and common periods between them
+NEAR = 0.1  # share of the way to other states (``shooting.kick``) from which on a motion stays
+CALMED = 0.5  # share of the kick that is left then at most
 BRIDGES = 2  # rounds of eight parts in which an orbit that was not found in one step is looked for
 HALVINGS = 3  # rounds of eight parts in which a jump is located: to 1/512 of the step
 
@@ -38,6 +41,22 @@ class Jump:
     before: float
     after: float
     direction: str
+
+
+@dataclass(frozen=True)
+class PeriodicOrbit(Steady):
+    """A steady motion found as a periodic orbit.
+
+    Attributes
+    ----------
+    tangent
+        Derivative of the motion one common period later by the motion.
+    kick
+        How hard the step from the orbit before is, see ``shooting.kick``.
+    """
+
+    tangent: Array
+    kick: float
 
 
 class Follower:
@@ -75,13 +94,13 @@ class Follower:
             motion, last, done = first.motion, first, done + 1
             if not motion.is_finite:
                 return
-            while last.orbit is not None and done < len(zc):
+            while isinstance(last, PeriodicOrbit) and done < len(zc):
                 part = one_way(zc, done)
                 watch()
                 found = self._follow(motion, part)
                 # the point before came along, where the direction is kept: it is what the extrapolation starts from
                 for point in found[int(part[0] != zc[done]) :]:
-                    doubt = self._shakes(last, point, float(zc[done] - zc[done - 1]))
+                    doubt = point.kick >= HARD and not self._stays(motion, point, float(zc[done]))
                     if doubt:
                         break
                     yield point
@@ -90,19 +109,15 @@ class Follower:
                     break
                 if len(found) < len(part):
                     bridged = self._bridge(last.motion, float(zc[done - 1]), float(zc[done]), BRIDGES)
-                    if bridged is None or self._shakes(last, bridged, float(zc[done] - zc[done - 1])):
+                    if bridged is None or not self._stays(motion, bridged, float(zc[done])):
                         break
                     yield bridged
                     motion, last, done = bridged.motion, bridged, done + 1
 
-    def _shakes(self, before: Steady, after: Steady, step: float) -> bool:
-        """Say whether the step to a distance makes the tip pass a jump of the force that neither orbit passes.
-
-        Then the motion gets a kick on its way, and only the transient knows where it ends.
-        """
-        here, there = before.values["min_distance"], after.values["min_distance"]
-        reached = here + OVERSHOOT * step
-        return any((here > jump) == (there > jump) != (reached > jump) for jump in self.force_jumps)
+    def _stays(self, motion: Motion, point: PeriodicOrbit, zc: float) -> bool:
+        """Say whether a motion, put to another distance (m), comes near the orbit there that continues its state."""
+        self.integrator.place(zc)
+        return stays(self.integrator, motion, point.motion.y, point.tangent, self.common or 1)
 
     def _settled(self, motion: Motion, watch: Watch, doubt: bool = False) -> Steady:
         """Return the steady motion at the integrator's distance: at once by Newton, else after a rough settling."""
@@ -123,14 +138,14 @@ class Follower:
             return steady(self.integrator, motion, watch)
         return steady(self.integrator, rough, watch)
 
-    def _follow(self, motion: Motion, zc: Array) -> list[Steady]:
+    def _follow(self, motion: Motion, zc: Array) -> list[PeriodicOrbit]:
         """Follow a stable orbit from near a motion through the distances; return what was found before it ends."""
         integrator, common = self.integrator, self.common
         if common is None:
             return []
         count, size = len(zc), len(motion.y)
         orbits, jacobians = np.empty((count, size)), np.empty((count, size, size))
-        infos, rows = np.empty((count, 4)), np.empty((count, common, integrator.columns))
+        infos, rows = np.empty((count, 5)), np.empty((count, common, integrator.columns))
         memory, latched = motion.memory.copy(), motion.latched.copy()
         done = integrator.kernel.entry("follow")(
             motion.y, memory, latched, not self.force_jumps, zc, motion.period, common, integrator.points, integrator.tones,
@@ -155,9 +170,12 @@ class Follower:
             "multiplier_angle": np.degrees(np.angle(multipliers)),
         }
         motions = [Motion(tuple(y), memory, latched, motion.period) for y in orbits[:done].tolist()]
-        return [Steady(Row(stretch, i), there, True, True, orbit=there.y) for i, there in enumerate(motions)]
+        return [
+            PeriodicOrbit(Row(stretch, i), there, True, True, jacobians[i], kick)
+            for i, (there, kick) in enumerate(zip(motions, infos[:, 4].tolist(), strict=True))
+        ]
 
-    def _bridge(self, motion: Motion, low: float, high: float, finer: int) -> Steady | None:
+    def _bridge(self, motion: Motion, low: float, high: float, finer: int) -> PeriodicOrbit | None:
         """Return the orbit at `high` that continues the one at `low`, reached in finer and finer steps, or None."""
         at, step = low, (high - low) / 8.0
         for _ in range(8):
@@ -174,7 +192,7 @@ class Follower:
 
     def _note_jump(self, last: Steady, first: Steady, zc: Array, done: int) -> None:
         """Note a jump between two neighboring distances, located by following the old orbit in finer and finer steps."""
-        if last.orbit is None or zc[done] == zc[done - 1]:
+        if not isinstance(last, PeriodicOrbit) or zc[done] == zc[done - 1]:
             return
         low, high = float(zc[done - 1]), float(zc[done])
         before, motion = float(last.values["amplitude"][0]), last.motion
@@ -189,6 +207,26 @@ class Follower:
             before = float(found[-1].values["amplitude"][0])
         way = "approach" if zc[done] < zc[done - 1] else "retract"
         self.jumps.append(Jump(0.5 * (low + high), before, float(first.values["amplitude"][0]), way))
+
+
+def stays(integrator: Integrator, motion: Motion, orbit: Sequence[float], tangent: Array, common: int) -> bool:
+    """Say whether a motion at the integrator's distance comes near an orbit.
+
+    No is also said where that is not clear before the motion has settled.
+    """
+    there, flat = np.array(orbit), np.linalg.inv(np.eye(len(orbit)) - tangent)
+    enough = max(SMALL, CALMED * float(np.abs(np.array(motion.y) - there).max()))
+    for _ in range(LOOKS):
+        after, _ = integrator.lock_in(motion, common)
+        if not after.is_finite:
+            return False
+        left = np.array(motion.y) - there
+        size = float(np.abs(left).max())
+        away = np.abs(flat @ (np.array(after.y) - there - tangent @ left)).max()
+        if size < enough and away < NEAR * max(size, SMALL):
+            return True
+        motion, _ = integrator.lock_in(after, REST * common)
+    return False
 
 
 def _distance(a: Motion, b: Motion) -> float:

@@ -12,18 +12,25 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
-from dforce.observables.measure import measure
+from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
 from dforce.solvers.lanes import advance_copies
 from dforce.solvers.rk4 import advance
 
 NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
-FRESH = 1e-6  # of the free amplitude: a tangent at a motion that misses by more is taken anew for the orbit
+FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
 CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by this at least
 SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 LANES = 4  # neighbors are filled up to a multiple of this: the width of a vector register
 CONVERGED, LOST, UNSTABLE = 0, 1, 2  # what became of an orbit
+
+# A step of the distance kicks the motion: it stands off the orbit that continues its state.
+SMALL = 1e-4  # of the free amplitude: a smaller kick is none
+LARGE = 0.2  # of the free amplitude: after a larger kick the first period does not show yet where the motion goes
+SUSPECT = 0.05  # share of the way to other states, as estimated from two tangents, from which on the map is asked
+HARD = 0.8  # share from which on it is open where the motion ends
+OVERSHOOT = 1.5  # times a step in distance: how much nearer the tip may come before it has settled
 
 
 def refill(target: Any, source: Any) -> None:
@@ -150,7 +157,7 @@ def shoot(
 
     `jacobian` holds a tangent to start with where `known`, and the last one used in the end. `info` gets the miss (how far
     from its start the orbit ends, relative to the free amplitude), the number of corrections, whether it converged, and
-    the miss of the motion that the tangent belongs to. The block holds the samples of the orbit's last period.
+    how far from the orbit its tangent was taken. The block holds the samples of the orbit's last period.
     """
     size = 2 * mode_count()
     miss, step, matrix, vector = np.empty(size), np.empty(size), np.empty((size, size)), np.empty(size)
@@ -187,7 +194,7 @@ def shoot(
                     work, block, p, jacobian,
                 )  # fmt: skip
                 known = True
-                info[3] = worst
+                info[3] = 0.0
             before = worst
             correction(jacobian, miss, matrix, step)
             longest = 0.0
@@ -199,6 +206,7 @@ def shoot(
             shorter = min(1.0, LARGEST / longest) if longest > 0.0 else 1.0
         for i in range(size):
             vector[i] = start[i] + shorter * step[i]
+            info[3] = max(info[3], shorter * abs(step[i]))
         y = from_vector(vector)
     return y
 
@@ -217,6 +225,69 @@ def predict(orbits: Any, zc: Any, i: int, first: int, order: int, vector: Any) -
             vector[k] += weight * orbits[a, k]
 
 
+def best_order(orbits: Any, zc: Any, i: int, most: int, vector: Any) -> int:
+    """Return the order of extrapolation that would have come closest to the orbit before distance i; `vector` is scratch.
+
+    A smooth branch can be extrapolated far; where the tip touches, sampling leaves a roughness that high orders amplify.
+    """
+    best, least = 1, np.inf
+    for order in range(1, min(most, i - 2) + 1):
+        predict(orbits, zc, i - 1, 0, order, vector)
+        error = 0.0
+        for k in range(vector.shape[0]):
+            error = max(error, abs(vector[k] - orbits[i - 1, k]))
+        if error < least:
+            best, least = order, error
+    return best
+
+
+def is_suspect(
+    orbits: Any, tangents: Any, nearest: Any, zc: Any, i: int, kinks: Any, bent: Any, matrix: Any, away: Any
+) -> bool:
+    """Say whether the step to orbit i may be a hard kick: as tangents change, or as it takes the tip past a kink.
+
+    `nearest` holds the least distances on the orbits before it and on it. `bent`, `matrix` and `away` are scratch.
+    """
+    size, largest = bent.shape[0], 0.0
+    for a in range(size):
+        bent[a] = 0.0
+        for b in range(size):
+            bent[a] += 0.5 * (tangents[i - 1, a, b] - tangents[i, a, b]) * (orbits[i - 1, b] - orbits[i, b])
+        largest = max(largest, abs(orbits[i - 1, a] - orbits[i, a]))
+    if largest < SMALL:
+        return False
+    correction(tangents[i], bent, matrix, away)
+    found = False
+    for a in range(size):
+        found = found or abs(away[a]) > SUSPECT * largest
+    reached = nearest[0] + OVERSHOOT * (zc[i] - zc[i - 1])
+    for kink in kinks:
+        found = found or (nearest[0] > kink) == (nearest[1] > kink) != (reached > kink)
+    return found
+
+
+def kick(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: Any, away: Any) -> float:
+    r"""Return how hard a motion is kicked, as a share of the way to other states; infinite where a period cannot tell.
+
+    The motion :math:`x` stands off the orbit :math:`x_*` by :math:`e = x - x_*`, and the map takes it to
+    :math:`P(x) = x_* + J e + D` (`end`), with :math:`D` what the tangent :math:`J` leaves out. Where :math:`D` is quadratic,
+    the next orbit, beyond which motions go elsewhere, stands where :math:`(1 - J) e = D`: the share is
+    :math:`|(1 - J)^{-1} D| / |e|`. `bent`, `matrix` and `away` are scratch.
+    """
+    size, largest, farthest = bent.shape[0], 0.0, 0.0
+    for a in range(size):
+        bent[a] = end[a] - orbit[a]
+        for b in range(size):
+            bent[a] -= tangent[a, b] * (before[b] - orbit[b])
+        largest = max(largest, abs(before[a] - orbit[a]))
+    if largest > LARGE:
+        return np.inf
+    correction(tangent, bent, matrix, away)
+    for a in range(size):
+        farthest = max(farthest, abs(away[a]))
+    return farthest / largest
+
+
 def follow(
     y: Any, memory: Any, latched: Any, smooth: bool, zc: Any, first: int, common: int, points: int, tones: Any, kinks: Any,
     work: Any, block: Any, p: Any, sizes: Any, tolerance: float, most: int, order: int, harmonics: int,
@@ -225,18 +296,20 @@ def follow(
     """Follow a stable orbit through the distances `zc`, and measure it at each; return how many were done.
 
     It starts from the motion y, and stops before the first distance at which no stable orbit is found. rows[i, k] is what
-    was measured over period k of the orbit at distance i.
+    was measured over period k of the orbit at distance i; infos[i] holds what ``shoot`` says, and the :func:`kick` of the
+    step to it.
     """
     bases, stage = np.empty(tones.shape[0]), work[0]
     table = np.empty((2 * points + 1, mode_count()))
     jacobian, vector = np.empty((2 * mode_count(), 2 * mode_count())), np.empty(2 * mode_count())
+    matrix, away, nearest = np.empty_like(jacobian), np.empty_like(vector), np.full(2, np.inf)
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
     guess = y
     for i in range(zc.shape[0]):
         here = at_distance(p, zc[i])
         if i > 0:
-            predict(orbits, zc, i, 0, order, vector)
+            predict(orbits, zc, i, 0, best_order(orbits, zc, i, order, vector), vector)
             guess = from_vector(vector)
         memory_before, latched_before = memory.copy(), latched.copy()
         y = shoot(
@@ -265,10 +338,19 @@ def follow(
                 jacobians[i, k, j] = jacobian[k, j]
         if common == 1:
             measure(block, first, points, tones, bases, here, kinks, harmonics, rows[i, 0])
-            continue
+        else:
+            for k in range(common):
+                phases(tones, first + k, bases)
+                tabulate(tones, bases, points, table)
+                y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, here)
+                measure(block, first + k, points, tones, bases, here, kinks, harmonics, rows[i, k])
+        nearest[0], nearest[1], infos[i, 4] = nearest[1], np.inf, 0.0
         for k in range(common):
-            phases(tones, first + k, bases)
-            tabulate(tones, bases, points, table)
-            y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, here)
-            measure(block, first + k, points, tones, bases, here, kinks, harmonics, rows[i, k])
+            nearest[1] = min(nearest[1], rows[i, k, D_MIN])
+        if i > 0 and is_suspect(orbits, jacobians, nearest, zc, i, kinks, vector, matrix, away):
+            end = over_common_period(
+                from_vector(orbits[i - 1]), memory.copy(), latched.copy(), first, common, points, tones, bases, table,
+                kinks, stage, work, block, here,
+            )  # fmt: skip
+            infos[i, 4] = kick(orbits[i - 1], end, orbits[i], jacobians[i], vector, matrix, away)
     return zc.shape[0]

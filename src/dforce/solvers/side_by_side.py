@@ -83,7 +83,7 @@ class SideBySide:
         counts = np.full(cases, steps) if counts is None else counts
         found = Stretch(
             np.empty((cases, steps, self.size)), np.empty((cases, steps, self.size, self.size)),
-            np.zeros((cases, steps, 4)), np.empty((cases, steps, self.columns)), np.zeros(cases, np.int64),
+            np.zeros((cases, steps, 5)), np.empty((cases, steps, self.columns)), np.zeros(cases, np.int64),
         )  # fmt: skip
         follow = self.kernel.entry("follow_cases")
         for start in range(0, cases, ABREAST):

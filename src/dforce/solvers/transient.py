@@ -54,15 +54,12 @@ class Steady:
         The state to go on from.
     settled, repeats
         Whether amplitudes and phases stopped moving, and whether they are the same in all windows measured.
-    orbit
-        The motion at the start of each common period, where it was found as a periodic orbit.
     """
 
     values: Mapping[str, Any]
     motion: Motion
     settled: bool
     repeats: bool
-    orbit: tuple[float, ...] | None = None
 
 
 def decay_periods(problem: Problem) -> int:
