@@ -19,10 +19,12 @@ if TYPE_CHECKING:
         shorten,
     )
     from dforce.experiments import (
+        EXPERIMENTS,
         Approach,
         Basins,
         Branches,
         Dwell,
+        Experiment,
         FrequencyGrid,
         FrequencySweep,
         Grid,
@@ -33,16 +35,18 @@ if TYPE_CHECKING:
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
     from dforce.library import examples
-    from dforce.parameters import param, shared
+    from dforce.notation import html_symbol, plain_math
+    from dforce.notices import listening
+    from dforce.parameters import Parameters, Quantity, param, shared
     from dforce.plugins import load_plugin
     from dforce.prescribed import force_along, force_curve
-    from dforce.results import Status, check_target, read, whole_file, write
+    from dforce.results import Status, check_target, read, reader_unit, whole_file, write
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
     from dforce.sweeps import sweep
     from dforce.testing import check_force
     from dforce.timing import benchmark
-    from dforce.units import parse, show
+    from dforce.units import parse, show, split_unit, unit_choices
     from dforce.validity import Advice, advice, advice_in
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
@@ -61,10 +65,12 @@ _HOMES = {
     ),
     "findings": ("Finding", "count_status", "summary"),
     "experiments": (
+        "EXPERIMENTS",
         "Approach",
         "Basins",
         "Branches",
         "Dwell",
+        "Experiment",
         "FrequencyGrid",
         "FrequencySweep",
         "Grid",
@@ -74,21 +80,24 @@ _HOMES = {
     "forces": ("Force",),
     "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
     "library": ("examples",),
-    "parameters": ("param", "shared"),
+    "notation": ("html_symbol", "plain_math"),
+    "notices": ("listening",),
+    "parameters": ("Parameters", "Quantity", "param", "shared"),
     "plugins": ("load_plugin",),
     "prescribed": ("force_along", "force_curve"),
-    "results": ("Status", "check_target", "read", "whole_file", "write"),
+    "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
     "solvers": ("SolverSettings",),
     "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
-    "units": ("parse", "show"),
+    "units": ("parse", "show", "split_unit", "unit_choices"),
 }
 _MODULES = ("forces", "plot")
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "EXPERIMENTS",
     "About",
     "Advice",
     "Approach",
@@ -102,6 +111,7 @@ __all__ = [
     "DForceError",
     "Drive",
     "Dwell",
+    "Experiment",
     "Finding",
     "Force",
     "ForceError",
@@ -112,6 +122,8 @@ __all__ = [
     "Medium",
     "Mode",
     "ParameterError",
+    "Parameters",
+    "Quantity",
     "ResultError",
     "Sample",
     "SolverSettings",
@@ -137,20 +149,26 @@ __all__ = [
     "force_curve",
     "forces",
     "frequency_sweep",
+    "html_symbol",
+    "listening",
     "load_case",
     "load_plugin",
     "nearest",
     "param",
     "parse",
+    "plain_math",
     "plot",
     "read",
+    "reader_unit",
     "run",
     "save_case",
     "shared",
     "shorten",
     "show",
+    "split_unit",
     "summary",
     "sweep",
+    "unit_choices",
     "whole_file",
     "write",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self
 
@@ -181,6 +182,10 @@ class Beam(Parameters):
 class Cantilever(Parameters):
     """The cantilever: one mode by `f0`, `k` and `Q`, several by `modes`, or a rectangular `beam`."""
 
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "one mode": ("f0", "k", "Q"), "several modes": ("modes",), "a beam": ("beam",),
+    }  # fmt: skip
+
     f0: float | None = param(
         None, unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency of the only mode"
     )
@@ -246,6 +251,10 @@ class Tone(Parameters):
 
 class Drive(Parameters):
     """The drive, a force at the tip: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`."""
+
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "one tone": ("A0", "frequency", "mode", "phase"), "several tones": ("tones",),
+    }  # fmt: skip
 
     A0: float | None = param(
         None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude of the only tone"

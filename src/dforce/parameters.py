@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self, get_args
 
@@ -168,6 +168,9 @@ class Parameters(pydantic.BaseModel):
     )
 
     title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
+    ways: ClassVar[
+        Mapping[str, tuple[str, ...]]
+    ] = {}  # groups of fields of which a user gives one, by what it is called
 
     def __init__(self, **data: Any) -> None:
         try:

@@ -170,6 +170,17 @@ def _finite(value: float, given: object) -> float:
     return value + 0.0  # minus zero is zero
 
 
+def split_unit(text: str) -> tuple[str, str] | None:
+    """Return number and unit of a text, both as written; None for a text that does not start with a number."""
+    match = NUMBER.fullmatch(text) if len(text) <= 100 else None
+    return (match[1], match[2]) if match else None
+
+
+def unit_choices(unit: str) -> tuple[str, ...]:
+    """Return the units in which people in the field give a quantity that is stored in `unit`."""
+    return SHOWN.get(unit, (unit,))
+
+
 def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
 

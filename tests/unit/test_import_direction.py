@@ -13,7 +13,7 @@ PACKAGE = Path(dforce.__file__).parent
 
 # Each module may import its own level and those above it in this list. A folder counts as one module.
 LEVELS = (
-    ("_version", "errors", "units", "quantities", "library", "notices"),
+    ("_version", "errors", "units", "quantities", "library", "notation", "notices"),
     ("parameters",),
     ("forces", "instrument", "beam"),
     ("problem", "plugins"),

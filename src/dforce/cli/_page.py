@@ -6,130 +6,15 @@ import inspect
 import re
 import shutil
 import textwrap
-import unicodedata
 
-GAP = "\0"  # stands for a wide space until the others have been counted
-SIGNS = {
-    "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "ne": "≠", "approx": "≈", "sim": "~", "simeq": "≈",
-    "gg": "≫", "ll": "≪", "cdot": "·", "times": "×", "pm": "±", "to": "→", "infty": "∞", "int": "∫",
-    "sum": "Σ", "partial": "∂", "langle": "⟨", "rangle": "⟩", "lvert": "|", "rvert": "|",
-    "ldots": "...", "dots": "...",
-    ",": " ", ";": " ", ":": " ", "!": "", " ": " ", "left": "", "right": "", "displaystyle": "",
-    "{": "{", "}": "}", "quad": GAP, "qquad": GAP,
-}  # fmt: skip
-ACCENTS = {"dot": "\N{COMBINING DOT ABOVE}", "ddot": "\N{COMBINING DIAERESIS}", "bar": "\N{COMBINING MACRON}",
-           "tilde": "\N{COMBINING TILDE}", "hat": "\N{COMBINING CIRCUMFLEX ACCENT}"}  # fmt: skip
-FUNCTIONS = (
-    "sin", "cos", "tan", "sinh", "cosh", "tanh", "coth", "arctan", "arccos", "exp", "ln", "log", "max", "min",
-)  # fmt: skip
-UPRIGHT = ("mathrm", "text", "operatorname", "mathit")
-RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
-TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[{}^_&]|\s+|[^\\{}^_&\s]", re.DOTALL)
-CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
+from dforce import plain_math
+
 WIDEST = 96  # columns of a paragraph that is easy to read
 
 
 def width() -> int:
     """Return the columns of a paragraph on this terminal."""
     return min(shutil.get_terminal_size().columns, WIDEST)
-
-
-def math(latex: str) -> str:
-    """Return an equation as text; the cases of a piecewise one stand on lines of their own."""
-    latex = CASES.sub(lambda match: "\n" + _cases(match[1]), latex)
-    lines = [_Reader(line).everything() for line in latex.split("\n")]
-    return "\n".join(_spaced(line) for line in lines if line.strip())
-
-
-def _spaced(line: str) -> str:
-    """Return a line with single spaces, and wide ones where the equation has them."""
-    line = re.sub(r"\( +| +\)", lambda match: match[0].strip(), " ".join(line.split(" ")))
-    return re.sub(f" *{GAP}[ {GAP}]*", "   ", re.sub(" +", " ", line)).rstrip()
-
-
-def _cases(latex: str) -> str:
-    """Return a line for each case, its condition behind it."""
-    rows = [row.split("&") for row in re.split(r"\\\\(?:\[[^]]*\])?", " ".join(latex.split()))]
-    return "\n".join(r"\quad " + r" \qquad ".join(part.strip() for part in row) for row in rows if row[0].strip())
-
-
-class _Reader:
-    """Reads LaTeX from left to right; what it does not know it leaves as it is, without the backslash."""
-
-    def __init__(self, latex: str) -> None:
-        self.tokens = TOKEN.findall(latex)
-        self.place = 0
-
-    def everything(self) -> str:
-        """Return all of it."""
-        parts = []
-        while self.place < len(self.tokens):
-            parts.append(self.one())
-        return "".join(parts)
-
-    def argument(self) -> str:
-        """Return what a command takes: a group in braces, or the next thing."""
-        while self.place < len(self.tokens) and self.tokens[self.place].isspace():
-            self.place += 1
-        if self.place >= len(self.tokens):
-            return ""
-        return self.one()
-
-    def group(self) -> str:
-        """Return what stands up to the closing brace."""
-        parts = []
-        while self.place < len(self.tokens) and self.tokens[self.place] != "}":
-            parts.append(self.one())
-        self.place += 1
-        return "".join(parts).strip()
-
-    def one(self) -> str:
-        """Return the next token or group as text."""
-        token = self.tokens[self.place]
-        self.place += 1
-        if token == "{":
-            return self.group()
-        if token in "^_":
-            return _script(self.argument(), token)
-        if token.isspace():
-            return " "
-        return self.command(token[1:].rstrip("*")) if token.startswith("\\") else token
-
-    def command(self, name: str) -> str:
-        """Return what a command stands for."""
-        if name in ("frac", "tfrac", "dfrac"):
-            above, below = self.argument(), self.argument()
-            return f"{_closed(above)}/{_closed(below)}"
-        if name == "sqrt":
-            return f"√{_closed(self.argument())}"
-        if name in ACCENTS:
-            return self.argument() + ACCENTS[name]
-        if name in UPRIGHT:
-            return self.argument()
-        if name in FUNCTIONS:
-            return f" {name} "
-        if name in SIGNS:
-            return SIGNS[name]
-        name = name.removeprefix("var")
-        kind = "CAPITAL" if name[:1].isupper() else "SMALL"
-        spelled = "LAMDA" if name.lower() == "lambda" else name.upper()  # the spelling of Unicode
-        try:
-            return unicodedata.lookup(f"GREEK {kind} LETTER {spelled}")
-        except KeyError:
-            return name
-
-
-def _script(text: str, sign: str) -> str:
-    if sign == "^":
-        return text.translate(RAISED) if re.fullmatch(r"-?\d", text) else f"^{_closed(text)}"
-    return text.translate(LOWERED) if text.isdigit() else f"_{text}"
-
-
-def _closed(text: str) -> str:
-    """Return a term in parentheses where it has more than one part."""
-    alone = re.fullmatch(r"[\w.*⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉\u0300-\u036f]+|\([^()]*\)", text)
-    return text if alone else f"({text})"
 
 
 def readable(docstring: str) -> str:
@@ -143,7 +28,7 @@ def readable(docstring: str) -> str:
             body = [line.removeprefix(".. math::")]
             while lines and (not lines[0].strip() or lines[0].startswith(" ")):
                 body.append(lines.pop(0))
-            blocks.append(textwrap.indent(math("\n".join(body).replace("\n", " ").strip()), "    "))
+            blocks.append(textwrap.indent(plain_math("\n".join(body).replace("\n", " ").strip()), "    "))
         elif line.strip():
             paragraph = [line]
             while lines and lines[0].strip() and not lines[0].startswith((".. ", "- ")):
@@ -156,7 +41,7 @@ def readable(docstring: str) -> str:
 
 def _inline(text: str) -> str:
     """Return a paragraph without marks: equations as text, code and names as they are typed."""
-    text = re.sub(r":math:`([^`]*)`", lambda match: math(match[1]).strip(), text)
+    text = re.sub(r":math:`([^`]*)`", lambda match: plain_math(match[1]).strip(), text)
     text = re.sub(r":\w+(?::\w+)?:`~?([^`]*)`", r"\1", text)
     return re.sub(r"``?([^`]*)``?", r"\1", text)
 

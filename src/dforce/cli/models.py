@@ -12,7 +12,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_models
-from dforce.cli._page import first_sentence, math, readable, width
+from dforce.cli._page import first_sentence, readable, width
 from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, console, print_json
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
@@ -162,7 +162,7 @@ def _page(model: type[df.Force]) -> None:
     keys = model.keys()
     for key in keys:
         about = _parameter(model, key)
-        symbol = f"{math(about['symbol'])}: " if about.get("symbol") else ""
+        symbol = f"{df.plain_math(about['symbol'])}: " if about.get("symbol") else ""
         terminal.print(f"  {_line(about)}")
         terminal.print(textwrap.indent(textwrap.fill(symbol + about["meaning"], width() - 6), "      "))
     if not keys:

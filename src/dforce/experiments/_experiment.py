@@ -95,6 +95,11 @@ class Experiment(Parameters):
         10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
     )
 
+    @classmethod
+    @abstractmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return keys without a default, as text that suits an instrument: what a form starts with."""
+
     @abstractmethod
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
@@ -114,6 +119,20 @@ class Experiment(Parameters):
         case
             What the problem was made from, for experiments that vary one of its parameters.
         """
+
+
+SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
+
+
+def tapping_distance(problem: Problem) -> str:
+    """Return a distance at which a tip taps."""
+    return units.show(SET_POINT * problem.tones[0].A0, "m", 3)
+
+
+def whole_range(problem: Problem) -> dict[str, str]:
+    """Return a range of distances from free motion to a tenth of its amplitude."""
+    A0 = problem.tones[0].A0
+    return {"start": units.show(1.2 * A0, "m", 3), "stop": units.show(0.1 * A0, "m", 3)}
 
 
 def initial_motion(integrator: Integrator, start: Start, period: int = 0) -> Motion:

@@ -8,7 +8,16 @@ import numpy as np
 import pydantic
 
 from dforce import units
-from dforce.experiments._experiment import CaseLike, Distances, Experiment, Grid, Progress, Start, initial_motion
+from dforce.experiments._experiment import (
+    CaseLike,
+    Distances,
+    Experiment,
+    Grid,
+    Progress,
+    Start,
+    initial_motion,
+    whole_range,
+)
 from dforce.parameters import param
 from dforce.quantities import JUMPS, OBSERVABLES
 
@@ -49,6 +58,11 @@ class Approach(Experiment):
             return [(i,) for i in reversed(far_to_near)]
         there, back = [(i, 0) for i in far_to_near], [(i, 1) for i in reversed(far_to_near)]
         return [*there, *back]
+
+    @classmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return typical distances; see :class:`Experiment`."""
+        return {"zc": whole_range(problem)}
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,

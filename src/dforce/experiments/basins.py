@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 
 from dforce.errors import ParameterError
-from dforce.experiments._experiment import CaseLike, Experiment, Progress
+from dforce.experiments._experiment import CaseLike, Experiment, Progress, tapping_distance
 from dforce.parameters import Parameters, param
 
 if TYPE_CHECKING:
@@ -86,6 +86,10 @@ class Basins(Experiment):
     phase zero. Modes driven by other tones start with their free motion, the sample rested.
     """
 
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "amplitude and phase": ("amplitude", "phase"), "deflection and velocity": ("deflection", "velocity"),
+    }  # fmt: skip
+
     kind: Literal["basins"] = "basins"
     zc: float = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     amplitude: AmplitudeGrid | None = pydantic.Field(
@@ -112,6 +116,11 @@ class Basins(Experiment):
         amplitude = self.amplitude or AmplitudeGrid(stop=1.2 * problem.tones[0].A0)
         phase = self.phase or PhaseGrid()
         return {"start_amplitude": amplitude.values(), "start_phase": np.degrees(phase.values())}
+
+    @classmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return typical distances; see :class:`Experiment`."""
+        return {"zc": tapping_distance(problem)}
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,

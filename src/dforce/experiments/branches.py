@@ -10,7 +10,7 @@ import pydantic
 
 from dforce import units
 from dforce.errors import ParameterError, UnitError
-from dforce.experiments._experiment import CaseLike, Experiment, Progress
+from dforce.experiments._experiment import CaseLike, Experiment, Progress, whole_range
 from dforce.parameters import Parameters, Quantity, param
 
 if TYPE_CHECKING:
@@ -77,6 +77,11 @@ class Branches(Experiment):
         elif self.start is None or self.stop is None:
             raise ParameterError(f"experiment.start and stop (the range of {self.parameter}) are missing")
         return self
+
+    @classmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return typical distances; see :class:`Experiment`."""
+        return {"zc": whole_range(problem)}
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,

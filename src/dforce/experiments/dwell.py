@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 
 from dforce.errors import ParameterError
-from dforce.experiments._experiment import CaseLike, Experiment, Progress, Start, initial_motion
+from dforce.experiments._experiment import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
 from dforce.parameters import param
 
 if TYPE_CHECKING:
@@ -36,6 +36,11 @@ class Dwell(Experiment):
     recorded_periods: int = pydantic.Field(
         8, ge=1, le=100_000, description="periods of the first tone that are recorded once settled"
     )
+
+    @classmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return typical distances; see :class:`Experiment`."""
+        return {"zc": tapping_distance(problem)}
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,

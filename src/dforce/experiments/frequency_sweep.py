@@ -9,7 +9,15 @@ import pydantic
 
 from dforce import units
 from dforce.errors import ParameterError, shorten
-from dforce.experiments._experiment import MOST_POINTS, CaseLike, Experiment, Progress, Start, initial_motion
+from dforce.experiments._experiment import (
+    MOST_POINTS,
+    CaseLike,
+    Experiment,
+    Progress,
+    Start,
+    initial_motion,
+    tapping_distance,
+)
 from dforce.parameters import Parameters, param
 
 if TYPE_CHECKING:
@@ -77,6 +85,13 @@ class FrequencySweep(Experiment):
         if self.direction == "down":
             return [(i,) for i in reversed(upward)]
         return [(i, way) for way, order in enumerate((upward, reversed(upward))) for i in order]
+
+    @classmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return five half-widths of the resonance to both sides; see :class:`Experiment`."""
+        mode = problem.modes[0]
+        low, high = (units.show(mode.f0 * max(1.0 + side * 2.5 / mode.Q, 0.1), "Hz", 4) for side in (-1.0, 1.0))
+        return {"frequency": {"start": low, "stop": high}, "zc": tapping_distance(problem)}
 
     def run(
         self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
