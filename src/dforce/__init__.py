@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
     from dforce.library import examples
-    from dforce.notation import html_symbol, plain_math
+    from dforce.notation import first_sentence, html_symbol, plain_math, unmarked
     from dforce.notices import listening
     from dforce.parameters import Parameters, Quantity, param, shared
     from dforce.plugins import load_plugin
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from dforce.sweeps import sweep
     from dforce.testing import check_force
     from dforce.timing import benchmark
-    from dforce.units import parse, show, split_unit, unit_choices
+    from dforce.units import parse, show, split_unit, unit_choices, usual_unit
     from dforce.validity import Advice, advice, advice_in
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
@@ -80,7 +80,7 @@ _HOMES = {
     "forces": ("Force",),
     "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
     "library": ("examples",),
-    "notation": ("html_symbol", "plain_math"),
+    "notation": ("first_sentence", "html_symbol", "plain_math", "unmarked"),
     "notices": ("listening",),
     "parameters": ("Parameters", "Quantity", "param", "shared"),
     "plugins": ("load_plugin",),
@@ -91,7 +91,7 @@ _HOMES = {
     "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
-    "units": ("parse", "show", "split_unit", "unit_choices"),
+    "units": ("parse", "show", "split_unit", "unit_choices", "usual_unit"),
 }
 _MODULES = ("forces", "plot")
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
@@ -145,6 +145,7 @@ __all__ = [
     "dwell",
     "example",
     "examples",
+    "first_sentence",
     "force_along",
     "force_curve",
     "forces",
@@ -169,6 +170,8 @@ __all__ = [
     "summary",
     "sweep",
     "unit_choices",
+    "unmarked",
+    "usual_unit",
     "whole_file",
     "write",
 ]

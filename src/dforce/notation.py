@@ -1,8 +1,9 @@
-"""Symbols and equations in LaTeX, as plain text for terminals or as HTML for pages."""
+"""Symbols and equations in LaTeX, and docstrings, as plain text for terminals or as HTML for pages."""
 
 from __future__ import annotations
 
 import html
+import inspect
 import re
 import unicodedata
 from collections.abc import Callable
@@ -134,3 +135,15 @@ def _closed(text: str) -> str:
     """Return a term in parentheses where it has more than one part."""
     alone = re.fullmatch(r"[\w.*⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉\u0300-\u036f]+|\([^()]*\)", text)
     return text if alone else f"({text})"
+
+
+def unmarked(text: str) -> str:
+    """Return a paragraph without marks: equations as text, code and names as they are typed."""
+    text = re.sub(r":math:`([^`]*)`", lambda match: plain_math(match[1]).strip(), text)
+    text = re.sub(r":\w+(?::\w+)?:`~?([^`]*)`", r"\1", text)
+    return re.sub(r"``?([^`]*)``?", r"\1", text)
+
+
+def first_sentence(docstring: str) -> str:
+    """Return the first line of a docstring, without its marks."""
+    return unmarked(inspect.cleandoc(docstring).split("\n")[0])

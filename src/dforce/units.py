@@ -181,6 +181,11 @@ def unit_choices(unit: str) -> tuple[str, ...]:
     return SHOWN.get(unit, (unit,))
 
 
+def usual_unit(unit: str) -> str:
+    """Return the unit in which people in the field mostly give a quantity that is stored in `unit`."""
+    return SUGGESTED.get(unit, unit)
+
+
 def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.cli._page import first_sentence, readable
+from dforce.cli._page import readable
 
 
 @pytest.mark.parametrize(
@@ -52,4 +52,4 @@ def test_a_docstring_loses_its_marks():
 def test_no_model_leaves_latex_on_the_page(model):
     page = readable(model.__doc__ or "")
     assert "\\" not in page and ":math:" not in page and "{" not in page
-    assert "`" not in first_sentence(model.__doc__ or "")
+    assert "`" not in df.first_sentence(model.__doc__ or "")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import re
 import shutil
 import textwrap
 
-from dforce import plain_math
+from dforce import plain_math, unmarked
 
 WIDEST = 96  # columns of a paragraph that is easy to read
 
@@ -34,18 +33,6 @@ def readable(docstring: str) -> str:
             while lines and lines[0].strip() and not lines[0].startswith((".. ", "- ")):
                 paragraph.append(lines.pop(0))
             hanging = "  " if line.startswith("- ") else ""
-            words = _inline(" ".join(part.strip() for part in paragraph))
+            words = unmarked(" ".join(part.strip() for part in paragraph))
             blocks.append(textwrap.fill(words, width(), subsequent_indent=hanging))
     return "\n\n".join(blocks)
-
-
-def _inline(text: str) -> str:
-    """Return a paragraph without marks: equations as text, code and names as they are typed."""
-    text = re.sub(r":math:`([^`]*)`", lambda match: plain_math(match[1]).strip(), text)
-    text = re.sub(r":\w+(?::\w+)?:`~?([^`]*)`", r"\1", text)
-    return re.sub(r"``?([^`]*)``?", r"\1", text)
-
-
-def first_sentence(docstring: str) -> str:
-    """Return the first line of a docstring."""
-    return _inline(inspect.cleandoc(docstring).split("\n")[0])

@@ -12,7 +12,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_models
-from dforce.cli._page import first_sentence, readable, width
+from dforce.cli._page import readable, width
 from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, console, print_json
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
@@ -82,7 +82,7 @@ def _described(model: type[df.Force]) -> dict[str, Any]:
     keys = model.keys()
     return {
         "name": model.name,
-        "summary": first_sentence(model.__doc__ or ""),
+        "summary": df.first_sentence(model.__doc__ or ""),
         "description": inspect.cleandoc(model.__doc__ or ""),
         "parameters": [_parameter(model, key) for key in keys],
         "from_the_instrument": list(model.shared_fields().values()),
@@ -119,7 +119,7 @@ def _list(registry: list[type[df.Force]]) -> None:
     table.add_column()
     room = width() - max(len(model.name) for model in registry) - 3
     for model in registry:
-        lines = [textwrap.fill(first_sentence(model.__doc__ or ""), room)]
+        lines = [textwrap.fill(df.first_sentence(model.__doc__ or ""), room)]
         keys = model.keys()
         for key in keys:
             line = _line(_parameter(model, key))

@@ -1,0 +1,62 @@
+"""`dforce gui`: the window."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._names import complete_cases, open_source
+from dforce.cli._terminal import DONE, Traceback
+
+
+def gui(
+    case: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[CASE]",
+            autocompletion=complete_cases,
+            show_default=False,
+            help="A case file, a result or an example to open; left out: where the last visit ended.",
+        ),
+    ] = None,
+    window: Annotated[
+        bool, typer.Option("--window", help="Open an application window instead of a page in the browser.")
+    ] = False,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the browser, or only print the address.")
+    ] = True,
+    host: Annotated[
+        str,
+        typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 opens it to a class on the network."),
+    ] = "127.0.0.1",
+    port: Annotated[
+        int | None,
+        typer.Option("--port", min=1, max=65535, show_default=False, help="Port; left out: 8571, or a free one."),
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--folder",
+            metavar="FOLDER",
+            show_default=False,
+            help="Where documents and results are kept; left out: with the user's data.",
+        ),
+    ] = None,
+    traceback: Traceback = False,
+) -> int:
+    """Open the window: forms, live curves and plots in the browser, served by this computer alone."""
+    missing = [name for name in ("nicegui", "plotly") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise df.ParameterError(
+            f'the window needs {" and ".join(missing)}, which is not installed; run: pip install "dforce[gui]"'
+        )
+    from dforce.gui.server import Options, serve
+
+    opened = None if case is None else open_source(case, []).case
+    show = "window" if window else "browser" if browser else "no"
+    serve(Options(host=host, port=port, show=show, case=opened, folder=folder))
+    return DONE

@@ -1,0 +1,23 @@
+"""The window: `dforce gui` in a browser, made from the declarations of the parameters.
+
+No physics, no defaults and no names of parameters live here: a new force model, experiment or setting appears by itself.
+The way of the data: a field or slider gives a new `Document` (an immutable value), the `Session` keeps it and tells the
+views, each `View` checks it, computes the live curve off the event loop, and hands figures to charts.
+
+========== =====================================================================================
+document   the immutable document: the case as typed, sliders, plots, results shown
+typed      decimal commas and units in what is typed
+fields     which fields a class of parameters has, from its declarations
+session    one per browser: document, undo and redo, what is kept over a restart
+results    results by identifier, on disk, with limits
+compute    the newest request wins; threads for live curves; runs with progress, Stop and a queue
+figures    figures as plain data for Plotly; every plot of a result is made here
+chart      the chart element (chart.js): typed arrays, zoom kept, acknowledged
+entry      the element of one field (entry.js) and of one slider (slider.js)
+forms      the tabs: fields, lists, choices, forces
+view       one page of a session: forms, live curve, run bar, errors and advice at their fields
+pages      the layout: header with menus, tabs at the left, plots at the right
+security   secret in the address, Host and Origin, headers, sizes
+server     free port, storage, start
+========== =====================================================================================
+"""

@@ -1,0 +1,107 @@
+// A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
+let plotly = null;
+
+function load(url) {
+  plotly ??= new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = url;
+    script.onload = () => resolve(window.Plotly);
+    script.onerror = () => reject(new Error("the chart library could not be loaded"));
+    document.head.appendChild(script);
+  });
+  return plotly;
+}
+
+function colors() {
+  const style = getComputedStyle(document.body);
+  const get = (name) => style.getPropertyValue(name).trim();
+  return {
+    ink: get("--df-ink"), soft: get("--df-soft"), grid: get("--df-grid"), paper: get("--df-paper"), line: get("--df-line"),
+    series: [0, 1, 2, 3, 4, 5].map((n) => get("--df-series-" + n)),
+  };
+}
+
+function themed(figure) {
+  const c = colors();
+  const of = (name) => (typeof name === "number" ? c.series[name % c.series.length] : c[name] ?? name);
+  const layout = structuredClone(figure.layout ?? {});
+  Object.assign(layout, {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true, uirevision: layout.uirevision ?? "kept",
+    font: { family: "Inter, system-ui, 'Segoe UI', Roboto, sans-serif", size: 12, color: c.ink },
+    hoverlabel: { bgcolor: c.paper, bordercolor: c.line, font: { color: c.ink, size: 12 } },
+  });
+  for (const key of Object.keys(layout).filter((k) => /^[xy]axis\d*$/.test(k))) {
+    const axis = layout[key];
+    const own = axis.color === undefined ? undefined : of(axis.color);
+    delete axis.color;
+    layout[key] = {
+      gridcolor: c.grid, linecolor: c.line, zerolinecolor: c.line, tickcolor: c.line, showline: true, ticks: "outside",
+      ticklen: 4, automargin: true, zeroline: false, ...axis,
+      tickfont: { color: own ?? c.soft, size: 11 },
+      title: { standoff: 8, ...axis.title, font: { size: 12, color: own ?? c.ink } },
+    };
+  }
+  if (layout.legend) layout.legend = { font: { color: c.soft, size: 11 }, bgcolor: "rgba(0,0,0,0)", ...layout.legend };
+  for (const note of layout.annotations ?? []) note.font = { ...note.font, color: of(note.font?.color ?? "soft") };
+  for (const shape of layout.shapes ?? []) if (shape.line) shape.line.color = of(shape.line.color ?? "line");
+  const data = (figure.data ?? []).map((trace) => {
+    const copy = { ...trace };
+    if (copy.line) copy.line = { ...copy.line, color: of(copy.line.color) };
+    if (copy.marker) copy.marker = { ...copy.marker, color: of(copy.marker.color) };
+    return copy;
+  });
+  return { data, layout };
+}
+
+export default {
+  template: `
+    <div class="df-chart" :class="{stale}" role="img" :aria-label="label" :data-revision="revision" tabindex="-1">
+      <div ref="plot" class="df-plot"></div>
+    </div>`,
+  props: { library: String, label: { default: "" } },
+  data() {
+    return { revision: 0, stale: false };
+  },
+  async mounted() {
+    this.figure = null;
+    this.drawn = false;
+    this.observer = new ResizeObserver(() => this.fit());
+    this.observer.observe(this.$el);
+    this.theme = new MutationObserver(() => this.figure && this.draw(this.figure, this.revision));
+    this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    await load(this.library);
+  },
+  beforeUnmount() {
+    this.observer.disconnect();
+    this.theme.disconnect();
+    if (this.drawn) window.Plotly.purge(this.$refs.plot);
+  },
+  methods: {
+    async draw(figure, revision) {
+      const Plotly = await load(this.library);
+      if (!this.$refs.plot) return revision;
+      this.figure = figure;
+      const { data, layout } = themed(figure);
+      const config = { displaylogo: false, responsive: false, displayModeBar: figure.bar ?? false, scrollZoom: false,
+                       doubleClick: "reset", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
+      await Plotly.react(this.$refs.plot, data, layout, config);
+      if (!this.drawn) {
+        this.drawn = true;
+        this.$refs.plot.on("plotly_click", (event) => {
+          const point = event.points[0];
+          this.$emit("point", { curve: point.curveNumber, index: point.pointIndex, x: point.x, y: point.y, id: point.data.meta });
+        });
+        this.fit();
+      }
+      this.stale = false;
+      this.revision = revision;
+      return revision;
+    },
+    dim(stale) {
+      this.stale = stale;
+    },
+    fit() {
+      if (this.drawn && this.$el.clientWidth > 0) window.Plotly.Plots.resize(this.$refs.plot);
+    },
+  },
+};

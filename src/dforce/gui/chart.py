@@ -1,0 +1,68 @@
+"""The chart element: figures as plain data go in, clicks on points come out."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+LIBRARY = "/assets/plotly.js"
+PATIENCE = 5.0  # s; a browser that takes longer to draw is asked again at the next change
+
+
+def library_file() -> Path:
+    """Return the file of plotly.js that the plotly package brings."""
+    return Path(str(resources.files("plotly"))) / "package_data" / "plotly.min.js"
+
+
+def packed(values: Any) -> dict[str, Any]:
+    """Return numbers as plotly.js reads them without text: base64 of a typed array."""
+    array = np.ascontiguousarray(values, dtype="<f8")
+    packed_array: dict[str, Any] = {"dtype": "f8", "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
+    if array.ndim == 2:
+        packed_array["shape"] = f"{array.shape[0]}, {array.shape[1]}"
+    return packed_array
+
+
+class Chart(ui.element, component="chart.js"):
+    """A chart that answers when it is drawn, so that no update waits behind another.
+
+    Parameters
+    ----------
+    label
+        What it shows, for screen readers.
+    on_point
+        Called when a curve is clicked, with `curve` and `index` (counted from 0), `x`, `y`, and the curve's `id`.
+    """
+
+    def __init__(self, label: str, on_point: Callable[[dict[str, Any]], None] | None = None) -> None:
+        super().__init__()
+        self.props.update(library=LIBRARY, label=label)
+        self.revision = 0
+        if on_point is not None:
+
+            def clicked(event: GenericEventArguments) -> None:
+                on_point(dict(event.args))
+
+            self.on("point", clicked)
+
+    async def draw(self, figure: dict[str, Any], label: str = "") -> bool:
+        """Draw a figure (`data` and `layout` of Plotly) and return once the browser has drawn it; False if it did not."""
+        if label and self.props.get("label") != label:
+            self.props["label"] = label
+            self.update()
+        self.revision += 1
+        try:
+            return bool(await self.run_method("draw", figure, self.revision, timeout=PATIENCE) == self.revision)
+        except TimeoutError:  # the connection was cut, or the page is hidden and its browser saves power
+            return False
+
+    def dim(self, stale: bool = True) -> None:
+        """Show that the chart does not follow what was last typed."""
+        self.run_method("dim", stale)

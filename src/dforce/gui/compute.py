@@ -1,0 +1,176 @@
+"""Computing off the event loop: the newest request wins, and runs with progress, Stop and a queue."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+import threading
+import time
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import dforce as df
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
+STOPPED_WITHIN = 0.9  # s; what does not stop by then is left to end by itself
+
+# compiled solvers release Python's lock, so that threads use the cores
+LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
+RUNS = ThreadPoolExecutor(max(1, (os.cpu_count() or 2) - 1), thread_name_prefix="run")
+
+
+class Latest(Generic[T]):
+    """Does the newest of the things asked for, one at a time; those overtaken are never begun."""
+
+    def __init__(self, work: Callable[[T], Awaitable[None]]) -> None:
+        self.work = work
+        self.wanted: T | None = None
+        self.task: asyncio.Task[None] | None = None
+
+    def ask(self, thing: T) -> None:
+        """Ask for a thing; it is begun when what is under way is done."""
+        self.wanted = thing
+        if self.task is None or self.task.done():
+            self.task = asyncio.get_running_loop().create_task(self._serve())
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether something newer waits."""
+        return self.wanted is not None
+
+    async def _serve(self) -> None:
+        while self.wanted is not None:
+            thing, self.wanted = self.wanted, None
+            await self.work(thing)
+
+
+async def in_thread(pool: ThreadPoolExecutor, work: Callable[[], R]) -> R:
+    """Do blocking work in a thread."""
+    return await asyncio.get_running_loop().run_in_executor(pool, work)
+
+
+@dataclass(frozen=True)
+class Live:
+    """A live curve: the result, and whether it was given up because it takes too long."""
+
+    result: xr.Dataset | None
+    gave_up: bool = False
+
+
+def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str], None]) -> Live:
+    """Return the result of a case's experiment if it is quick; it is given up after :data:`PATIENCE`.
+
+    Parameters
+    ----------
+    case
+        What is computed.
+    overtaken
+        Says whether something newer waits, so that this one may be given up.
+    say
+        Called, in this thread, with what dForce says, such as that it compiles; the time before its first point is not counted.
+    """
+    started = math.inf
+    looks = 0
+
+    def watch(done: int, total: int, note: str) -> None:
+        nonlocal started, looks
+        looks += 1
+        if looks == 2:  # before that, code is compiled or read from disk, once
+            started = time.monotonic()
+        late = time.monotonic() - started
+        if done < total and (late > PATIENCE or (late > 0.2 and overtaken())):
+            raise KeyboardInterrupt
+
+    with df.listening(say):
+        result = df.run(case, progress=watch)
+    return Live(result, bool(result.attrs.get("interrupted")))
+
+
+@dataclass
+class Job:
+    """A run under way, as threads and views see it."""
+
+    case: df.Case
+    seconds: float = float("inf")  # allowed
+    state: str = "queued"  # queued | running | done | stopped | failed
+    done: int = 0
+    total: int = 0
+    note: str = ""
+    error: str = ""
+    result: xr.Dataset | None = None
+    began: float = field(default_factory=time.monotonic)
+    stopping: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def busy(self) -> bool:
+        """Whether it waits or runs."""
+        return self.state in ("queued", "running")
+
+    @property
+    def share(self) -> float:
+        """Share that is done, 0 to 1."""
+        return self.done / self.total if self.total else 0.0
+
+    def time_left(self) -> float | None:
+        """Return the seconds that are left, as far as the pace so far tells; None before the first point."""
+        if not 0 < self.done < self.total:
+            return None
+        return (time.monotonic() - self.began) * (self.total - self.done) / self.done
+
+    def work(self) -> None:
+        """Run the case; blocking, in a thread."""
+        if self.stopping.is_set():
+            self.state = "stopped"
+            return
+        self.state, self.began = "running", time.monotonic()
+        try:
+            with df.listening(self._hear):
+                result = df.run(self.case, progress=self._watch)
+        except df.DForceError as error:
+            self.error, self.state = str(error), "failed"
+            return
+        except Exception as error:  # a defect of dForce must not leave the window waiting
+            self.error, self.state = (
+                f"an error inside dForce, please report it: {type(error).__name__}: {error}",
+                "failed",
+            )
+            return
+        self.result = result
+        self.state = "stopped" if result.attrs.get("interrupted") else "done"
+
+    def _hear(self, text: str) -> None:
+        self.note = text
+
+    def _watch(self, done: int, total: int, note: str) -> None:
+        if done == 0:  # a first compilation is over, and is no part of the pace
+            self.began = time.monotonic()
+        self.done, self.total, self.note = done, total, note
+        if done < total and (self.stopping.is_set() or time.monotonic() - self.began > self.seconds):
+            raise KeyboardInterrupt
+
+    async def go(self, look: Callable[[], None], every: float = 0.15) -> None:
+        """Do the run in the queue's turn; `look` is called now and then, and at the end.
+
+        What does not stop in time, such as a compilation, is left to end by itself.
+        """
+        future = asyncio.ensure_future(in_thread(RUNS, self.work))
+        since: float | None = None
+        while not future.done():
+            await asyncio.wait({future}, timeout=every)
+            look()
+            if self.stopping.is_set():
+                since = since or time.monotonic()
+                if time.monotonic() - since > STOPPED_WITHIN and not future.done():
+                    future.cancel()
+                    self.state = "stopped"
+                    break
+        look()

@@ -1,0 +1,214 @@
+"""What a person is working on, as one immutable value: the case as typed, sliders, plots, and the results shown."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import dforce as df
+
+Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count from 0
+
+FIRST = "figure-3-air"  # what a new window shows
+MOST_SLIDERS = 12
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A parameter on a slider: its path, and the range in the unit that its field shows."""
+
+    path: Path
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Document:
+    """The case as plain tables with the texts that were typed, and how it is looked at.
+
+    Nothing in it changes: every edit gives a new document.
+
+    Attributes
+    ----------
+    table
+        The tables of a case file. Texts that are not yet a value stay as they are, so that nothing typed is lost.
+    off
+        Places of the forces that are switched off for comparison.
+    aside
+        What was typed under choices that are not chosen now, by path and choice.
+    sliders
+        The parameters on sliders.
+    plots
+        The plots shown, as plain data that :mod:`dforce.gui.figures` understands; empty for those that suit the result.
+    results
+        Identifiers of the results kept, the newest last; :mod:`dforce.gui.results` holds them.
+    """
+
+    table: Mapping[str, Any]
+    off: tuple[int, ...] = ()
+    aside: Mapping[str, Any] = field(default_factory=dict)
+    sliders: tuple[Slider, ...] = ()
+    plots: tuple[Any, ...] = ()
+    results: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, case: df.Case) -> Self:
+        """Return the document of a case."""
+        return cls(tomllib.loads(case.to_toml()))
+
+    @classmethod
+    def first(cls) -> Self:
+        """Return the document that a new window shows."""
+        return cls.of(df.example(FIRST))
+
+    def case(self) -> df.Case:
+        """Return the case without the forces that are switched off.
+
+        Raises
+        ------
+        ParameterError
+            When what is typed is not a case; :func:`path_of` says which value is at fault.
+        """
+        table = dict(self.table)
+        if table.pop("plugins", None):
+            raise df.ParameterError("plugins are Python files, which are not run here; install them as a package")
+        forces = table.get("forces", [])
+        table["forces"] = [force for place, force in enumerate(forces) if place not in self.off]
+        return df.Case(**copy.deepcopy(table))
+
+    def value(self, path: Path) -> Any:
+        """Return what stands at a path, None where nothing does."""
+        found: Any = self.table
+        for step in path:
+            if isinstance(found, Mapping):
+                found = found.get(step)
+            elif isinstance(found, list) and isinstance(step, int) and step < len(found):
+                found = found[step]
+            else:
+                return None
+        return found
+
+    def put(self, path: Path, value: Any) -> Self:
+        """Return the document with a value at a path; None takes away what stands there."""
+        return dataclasses.replace(self, table=_put(self.table, path, value))
+
+    def add(self, path: Path, item: Any) -> Self:
+        """Return the document with one more item at the end of a list."""
+        return self.put(path, [*(self.value(path) or []), item])
+
+    def remove(self, path: Path) -> Self:
+        """Return the document without an item of a list; sliders on it go, those behind it move up."""
+        *above, place = path
+        items = [item for n, item in enumerate(self.value(tuple(above)) or []) if n != place]
+        changed = self.put(tuple(above), items)
+        sliders = tuple(
+            dataclasses.replace(slider, path=moved)
+            for slider in self.sliders
+            if (moved := _moved(slider.path, path)) is not None
+        )
+        off = self.off
+        if above == ["forces"] and isinstance(place, int):
+            off = tuple(n - (n > place) for n in self.off if n != place)
+        return dataclasses.replace(changed, sliders=sliders, off=off)
+
+    def switch(self, place: int, on: bool) -> Self:
+        """Return the document with a force switched on or off."""
+        off = set(self.off) - {place} if on else set(self.off) | {place}
+        return dataclasses.replace(self, off=tuple(sorted(off)))
+
+    def choose(self, path: Path, old: str, new: str, value: Any) -> Self:
+        """Return the document with another choice at a path; what the old one held is put aside and comes back with it.
+
+        `value` is what the new choice starts with when it was never typed in.
+        """
+        name = ".".join(map(str, path))
+        aside = {**self.aside, f"{name}/{old}": self.value(path)}
+        return dataclasses.replace(self.put(path, aside.pop(f"{name}/{new}", value)), aside=aside)
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the document as data that JSON can hold."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_plain(cls, plain: Any) -> Self:
+        """Return a document from what :meth:`to_plain` gave.
+
+        Raises
+        ------
+        CaseError
+            When the data are none.
+        """
+        try:
+            sliders = tuple(
+                Slider(tuple(given["path"]), float(given["low"]), float(given["high"])) for given in plain["sliders"]
+            )
+            return cls(
+                table=copy.deepcopy(dict(plain["table"])),
+                off=tuple(int(n) for n in plain["off"]),
+                aside=copy.deepcopy(dict(plain["aside"])),
+                sliders=sliders[:MOST_SLIDERS],
+                plots=tuple(plain["plots"]),
+                results=tuple(map(str, plain["results"])),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise df.CaseError("what was kept of the last visit cannot be read") from None
+
+
+def _put(table: Any, path: Path, value: Any) -> Any:
+    first, *rest = path
+    inner = _put(_inside(table, first), tuple(rest), value) if rest else value
+    if isinstance(table, list):
+        return [inner if place == first else item for place, item in enumerate(table)]
+    kept = {key: item for key, item in table.items() if key != first or inner is not None}
+    return kept if inner is None else {**kept, first: inner}
+
+
+def _inside(table: Any, step: str | int) -> Any:
+    found = table[step] if isinstance(table, list) and isinstance(step, int) else table.get(step)
+    return found if isinstance(found, dict | list) else {}
+
+
+def _moved(path: Path, removed: Path) -> Path | None:
+    """Return a path after an item was removed from a list; None when it led into that item."""
+    depth = len(removed) - 1
+    place, gone = path[depth] if len(path) > depth else None, removed[-1]
+    if path[:depth] != removed[:-1] or not isinstance(place, int) or not isinstance(gone, int) or place < gone:
+        return path
+    return None if place == gone else (*path[:depth], place - 1, *path[depth + 1 :])
+
+
+def path_of(document: Document, words: str) -> Path:
+    """Return the path that a sentence of dForce starts with, as far as the document has it; () when it has none.
+
+    Sentences count lists from 1, name a force by its model where it is the only one, and know nothing of forces that
+    are switched off.
+    """
+    path: list[str | int] = []
+    on = [n for n in range(len(document.value(("forces",)) or [])) if n not in document.off]
+    for step in _words(words):
+        here = document.value(tuple(path))
+        if path == ["forces"]:
+            place = next((n for n in on if document.value(("forces", n, "model")) == step), None)
+            if step.isdigit():
+                place = on[int(step) - 1] if 0 < int(step) <= len(on) else None
+            if place is None:
+                return tuple(path)
+            path.append(place)
+        elif isinstance(here, list):
+            if not step.isdigit() or not 0 < int(step) <= len(here):
+                return tuple(path)
+            path.append(int(step) - 1)
+        elif not path and step not in df.Case.model_fields:
+            return ()
+        else:
+            path.append(step)
+    return tuple(path)
+
+
+def _words(sentence: str) -> Iterator[str]:
+    first = sentence.split(" ", 1)[0].rstrip(":,;")
+    yield from first.split(".") if first else ()

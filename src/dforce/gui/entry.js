@@ -1,0 +1,93 @@
+// One field of a form: label with symbol, text and unit, what is wrong with it, and advice about it.
+export default {
+  template: `
+    <div class="df-entry" :class="{wrong: error, advised: advice.length, inert: disable}" :data-path="path" :data-help="help"
+         :data-name="path">
+      <label :for="uid" class="df-label">
+        <span class="df-name">{{ label }}</span><span v-if="symbol" class="df-symbol" v-html="symbol"></span>
+      </label>
+      <div class="df-control">
+        <input v-if="kind === 'text'" :id="uid" class="df-box" type="text" :value="draft" :placeholder="placeholder"
+               :disabled="disable" autocomplete="off" spellcheck="false" :inputmode="numeric ? 'decimal' : 'text'"
+               :class="{number: numeric}" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"
+               :maxlength="longest" @input="typed($event.target.value)" @focus="focused = true" @blur="left"
+               @keydown.enter="flush" />
+        <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="text" :disabled="disable"
+                :aria-describedby="uid + '-more'" @change="$emit('typed', {text: $event.target.value, unit: ''})">
+          <option v-for="option in options" :key="option.value" :value="option.value">{{ option.label }}</option>
+        </select>
+        <input v-else :id="uid" class="df-switch" type="checkbox" role="switch" :checked="text === 'true'"
+               :disabled="disable" :aria-describedby="uid + '-more'"
+               @change="$emit('typed', {text: $event.target.checked ? 'true' : 'false', unit: ''})" />
+        <select v-if="units.length > 1" class="df-unit" :value="unit" :aria-label="'unit of ' + label" :disabled="disable"
+                @change="flush(); $emit('unit', $event.target.value)">
+          <option v-for="one in units" :key="one" :value="one">{{ pretty(one) }}</option>
+        </select>
+        <span v-else-if="units.length && units[0] !== '1'" class="df-unit alone">{{ pretty(units[0]) }}</span>
+        <button v-if="slidable" type="button" class="df-slide" :class="{on: sliding}" :aria-pressed="sliding ? 'true' : 'false'"
+                :aria-label="(sliding ? 'take off the slider: ' : 'put on a slider: ') + label"
+                :title="sliding ? 'Take off the slider' : 'Put on a slider'" @click="$emit('slider')">
+          <svg viewBox="0 0 16 16" aria-hidden="true"><path d="M1 8h4M11 8h4" /><circle cx="8" cy="8" r="3" /></svg>
+        </button>
+      </div>
+      <div :id="uid + '-more'" class="df-more">
+        <div v-if="error" class="df-error" role="alert">{{ error }}</div>
+        <div v-else-if="note" class="df-note">{{ note }}</div>
+        <div v-for="piece in advice" :key="piece" class="df-advice">{{ piece }}</div>
+        <span class="df-hidden">{{ help }}</span>
+      </div>
+    </div>`,
+  props: {
+    kind: { default: "text" }, path: { default: "" }, label: { default: "" }, symbol: { default: "" },
+    help: { default: "" }, text: { default: "" }, unit: { default: "" }, units: { default: () => [] },
+    options: { default: () => [] }, placeholder: { default: "" }, error: { default: "" }, note: { default: "" },
+    advice: { default: () => [] }, numeric: Boolean, slidable: Boolean, sliding: Boolean, disable: Boolean,
+    longest: { default: 100 },
+  },
+  data() {
+    return { draft: this.text, focused: false, timer: null, uid: "" };
+  },
+  created() {
+    this.uid = "entry-" + Math.random().toString(36).slice(2);
+  },
+  watch: {
+    // what is being typed is not taken out of the hands; when the field is left it shows what was understood
+    text(value) {
+      if (!this.focused) this.draft = value;
+    },
+    unit() {
+      if (this.timer === null) this.draft = this.text;
+    },
+  },
+  beforeUnmount() {
+    this.flush();
+  },
+  methods: {
+    typed(text) {
+      this.draft = text;
+      clearTimeout(this.timer);
+      this.timer = setTimeout(this.flush, 150);
+    },
+    flush() {
+      if (this.timer === null) return;
+      clearTimeout(this.timer);
+      this.timer = null;
+      this.$emit("typed", { text: this.draft, unit: this.unit });
+    },
+    left() {
+      this.focused = false;
+      this.flush();
+      setTimeout(() => {
+        if (!this.focused && !this.error) this.draft = this.text;
+      }, 400);
+    },
+    pretty(unit) {
+      return unit
+        .replace(/^u(?=[a-zA-Z])/, "µ")
+        .replace(/^deg$/, "°")
+        .replace(/^degC$/, "°C")
+        .replace(/\^(-?\d)/g, (_, n) => ({ 2: "²", 3: "³" })[n] ?? "^" + n)
+        .replace(/ /g, "·");
+    },
+  },
+};

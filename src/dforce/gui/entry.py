@@ -1,0 +1,90 @@
+"""The elements of a form: one field, and one parameter on a slider."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+LONGEST = 2000  # characters of a field
+BETWEEN = 0.025  # s between two messages of a slider that is dragged
+
+
+class Entry(ui.element, component="entry.js"):
+    """One field: label, symbol, text or choice or switch, unit, error, advice and a button for a slider.
+
+    Parameters
+    ----------
+    path
+        Name of the parameter in the case, shown as help.
+    label, symbol, help
+        Words for it; `symbol` is HTML made by :func:`dforce.html_symbol`, the others are text.
+    kind
+        "text", "choice" or "switch".
+    on_typed
+        Called with the text and the unit shown, as typed; a switch gives "true" or "false".
+    on_unit
+        Called with a unit that was chosen.
+    on_slider
+        Called when the slider's button is pressed; without it there is none.
+    """
+
+    def __init__(
+        self, path: str, label: str, *, on_typed: Callable[[str, str], None], symbol: str = "", help: str = "",
+        kind: str = "text", numeric: bool = False, on_unit: Callable[[str], None] | None = None,
+        on_slider: Callable[[], None] | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__()
+        self.props.update(
+            path=path, label=label, symbol=symbol, help=help, kind=kind, numeric=numeric,
+            slidable=on_slider is not None, longest=LONGEST,
+        )  # fmt: skip
+
+        def typed(event: GenericEventArguments) -> None:
+            on_typed(str(event.args["text"])[:LONGEST], str(event.args["unit"])[:40])
+
+        self.on("typed", typed)
+        if on_unit is not None:
+            self.on("unit", lambda event: on_unit(str(event.args)[:40]))
+        if on_slider is not None:
+            self.on("slider", lambda: on_slider())
+
+    def show(self, **changed: Any) -> None:
+        """Show other texts, units, options, an error, a note or advice; nothing is sent where nothing changed."""
+        different = {key: value for key, value in changed.items() if self.props.get(key) != value}
+        if different:
+            self.props.update(different)
+            self.update()
+
+
+class SliderElement(ui.element, component="slider.js"):
+    """A parameter on a slider.
+
+    Parameters
+    ----------
+    on_slide
+        Called with the number while the slider is dragged, at most 40 times a second, and with the last one.
+    on_range
+        Called with the two ends as typed.
+    on_remove
+        Called when it is taken away.
+    """
+
+    def __init__(
+        self, path: str, label: str, symbol: str, *, on_slide: Callable[[float], None],
+        on_range: Callable[[Sequence[str]], None], on_remove: Callable[[], None],
+    ) -> None:  # fmt: skip
+        super().__init__()
+        self.props.update(path=path, label=label, symbol=symbol)
+        self.on("slide", lambda event: on_slide(float(event.args)), throttle=BETWEEN)
+        self.on("range", lambda event: on_range([str(end)[:40] for end in event.args]))
+        self.on("remove", lambda: on_remove())
+
+    def show(self, unit: str, low: float, high: float, step: float, given: float) -> None:
+        """Show a range and a value."""
+        changed = {"unit": unit, "low": low, "high": high, "step": step, "given": given}
+        if any(self.props.get(key) != value for key, value in changed.items()):
+            self.props.update(changed)
+            self.update()

@@ -1,0 +1,182 @@
+"""What a form has to show for a class of parameters, read from its declarations alone."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Union, get_args, get_origin
+
+import dforce as df
+
+LEFT_OUT = re.compile(r"left out: ([^;]+)")
+BOUNDS = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One form that a value can take.
+
+    Attributes
+    ----------
+    kind
+        "quantity", "numbers" (several quantities), "whole", "number", "text", "switch", "choice" (one of `words`),
+        "word" (this word alone), "table" (of `model`) or "tables" (a list of them).
+    label
+        What this form is called where there are several.
+    """
+
+    kind: str
+    label: str = ""
+    words: tuple[str, ...] = ()
+    model: type[df.Parameters] | None = None
+
+
+@dataclass(frozen=True)
+class Field:
+    """One parameter: how it is labeled, explained and bounded, and the shapes that its value can take."""
+
+    key: str
+    label: str
+    help: str
+    shapes: tuple[Shape, ...]
+    required: bool = False
+    default: Any = None
+    symbol: str = ""
+    quantity: df.Quantity | None = None
+    placeholder: str = ""
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the quantity; empty for what is none."""
+        return self.quantity.unit if self.quantity is not None else ""
+
+    def shape_of(self, value: Any) -> Shape:
+        """Return the shape that a value of a document has."""
+        if len(self.shapes) == 1:
+            return self.shapes[0]
+        given = self.default if value is None else value
+        for shape in self.shapes:
+            if _fits(shape, given):
+                return shape
+        return self.shapes[0]
+
+
+def _fits(shape: Shape, value: Any) -> bool:
+    if shape.kind == "word":
+        return bool(value == shape.words[0])
+    if shape.kind == "table":
+        return isinstance(value, Mapping)
+    if shape.kind in ("tables", "numbers"):
+        return isinstance(value, list | tuple)
+    return not isinstance(value, Mapping | list | tuple)
+
+
+def fields(model: type[df.Parameters]) -> list[Field]:
+    """Return the fields of a class that a person may give, in order; what can only have one value is left out."""
+    found = [_field(model, key) for key in model.keys()]  # noqa: SIM118 a method of Parameters
+    return [field for field in found if field.shapes]
+
+
+def _field(model: type[df.Parameters], key: str) -> Field:
+    info, quantity = model.model_fields[key], model.quantities().get(key)
+    doc = info.description or key.replace("_", " ")
+    shapes = tuple(_shapes(info.annotation, quantity))
+    default = None if info.is_required() else info.get_default(call_default_factory=True)
+    left_out = LEFT_OUT.search(doc)
+    return Field(
+        key=key,
+        label=_label(key, doc, any(shape.kind == "choice" for shape in shapes)),
+        help=f"{doc[0].upper()}{doc[1:]}.{_bounds(quantity) if quantity else ''}",
+        shapes=shapes,
+        required=info.is_required(),
+        default=default,
+        symbol=quantity.symbol if quantity else "",
+        quantity=quantity,
+        placeholder=left_out[1] if left_out else "",
+    )
+
+
+def _label(key: str, doc: str, choice: bool) -> str:
+    """Return the first phrase of a sentence as a label; the key where the sentence explains words to choose from."""
+    first = min((doc.partition(sign)[0] for sign in ("; ", ": ", " (", ", ", " {")), key=len)
+    label = key.replace("_", " ") if choice or (" " not in first and first != doc) else first
+    return f"{label[0].upper()}{label[1:]}"
+
+
+def _bounds(quantity: df.Quantity) -> str:
+    words = []
+    for name, sign in BOUNDS.items():
+        bound = getattr(quantity, name)
+        if bound is not None:
+            words.append(f"{sign} {bound if isinstance(bound, str) else df.show(bound, quantity.unit)}")
+    return f" {' and '.join(words).capitalize()}." if words else ""
+
+
+def _shapes(annotation: Any, quantity: df.Quantity | None) -> list[Shape]:
+    parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    parts = tuple(part for part in parts if part is not type(None))
+    shapes: list[Shape] = []
+    for part in parts:
+        shapes += _part(part, quantity, alone=len(parts) == 1)
+    # a number or text for one value: the text covers both
+    kinds = [shape.kind for shape in shapes]
+    if "text" in kinds and "number" in kinds:
+        shapes = [shape for shape in shapes if shape.kind != "number"]
+    return shapes
+
+
+def _part(part: Any, quantity: df.Quantity | None, alone: bool) -> list[Shape]:
+    if get_origin(part) is Literal:
+        words = tuple(map(str, get_args(part)))
+        if alone:
+            return [Shape("choice", words=words)] if len(words) > 1 else []
+        return [Shape("word", label=word, words=(word,)) for word in words]
+    if get_origin(part) is tuple:
+        inner = get_args(part)[0]
+        if _is_parameters(inner):
+            return [Shape("tables", label="list", model=inner)]
+        return [Shape("numbers", label="list of values")] if quantity is not None else [Shape("texts")]
+    if _is_parameters(part):
+        keys = ", ".join(part.keys())
+        return [Shape("table", label=keys.replace("_", " "), model=part)]
+    if quantity is not None:
+        return [Shape("quantity", label="one value")]
+    return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]
+
+
+def _is_parameters(part: Any) -> bool:
+    return inspect.isclass(part) and issubclass(part, df.Parameters)
+
+
+def check(field: Field, shape: Shape, value: Any) -> str:
+    """Return what is wrong with a value by itself, as a sentence; empty when nothing is.
+
+    Whether the values make sense together is for the case as a whole to say.
+    """
+    if value in (None, ""):
+        return f"{field.label} is missing" if field.required else ""
+    try:
+        if field.quantity is not None and shape.kind == "quantity":
+            field.quantity.check(df.parse(value, field.quantity.unit))
+        elif field.quantity is not None and shape.kind == "numbers" and isinstance(value, list):
+            for item in value:
+                field.quantity.check(df.parse(item, field.quantity.unit))
+        elif shape.kind in ("whole", "number") and isinstance(value, str):
+            return f"{df.shorten(value, 40)} is not a {'whole ' if shape.kind == 'whole' else ''}number"
+        elif shape.kind == "number" and not math.isfinite(value):
+            return "this is not a finite number"
+    except df.ParameterError as error:
+        words = str(error)
+        return words.removeprefix("= ") if words.startswith("= ") else f"this {words}"
+    return ""
+
+
+def start_of(model: type[df.Parameters], typed: Any) -> dict[str, Any]:
+    """Return a table to start a form with: of what was typed elsewhere, the values whose names the model has too."""
+    if not isinstance(typed, Mapping):
+        return {}
+    return {key: typed[key] for key in model.keys() if key in typed}  # noqa: SIM118

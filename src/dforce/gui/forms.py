@@ -1,0 +1,403 @@
+"""The tabs' forms, made from the declarations of the parameters: sections, fields, lists, choices, forces."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
+
+import dforce as df
+from dforce.gui import typed
+from dforce.gui.document import Path
+from dforce.gui.entry import Entry
+from dforce.gui.fields import Field, Shape, check, fields, start_of
+from dforce.gui.sliders import toggle
+from dforce.gui.view import Said, View
+
+LEFT_OUT = "left out"
+TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
+
+
+class Forms:
+    """The forms of one page.
+
+    `tab(names)` fills the current container with sections of the case; the fields register themselves by path, so that
+    values, errors and advice find them. A shape that has no field here is a place to add one: see :meth:`_shape`.
+    """
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.shown: dict[Path, tuple[Field, Shape, Entry]] = {}
+        self.rebuilt: list[Callable[[], None]] = []
+        view.on_show.append(self.show)
+        view.on_said.append(self.said)
+        self.last = Said()
+
+    def tab(self, names: tuple[str, ...]) -> None:
+        """Fill the container with sections of the case, and fill it anew whenever the form changes."""
+        frame = ui.element("div").classes("df-form")
+
+        def build() -> None:
+            frame.clear()
+            with frame:
+                for name in names:
+                    self._section_of_case(name)
+
+        self.rebuilt.append(build)
+        build()
+
+    def show(self, anew: bool) -> None:
+        """Show the document: every field, or the forms anew."""
+        if anew:
+            self.shown.clear()
+            for build in self.rebuilt:
+                build()
+        else:
+            for path in self.shown:
+                self._refresh(path)
+        self.said(self.last)  # a field's own mistake is seen at once, that of the case when it has been looked at
+
+    def said(self, said: Said) -> None:
+        """Show errors and advice at the fields that they are about; a field's own error comes first."""
+        self.last = said
+        advice: dict[Path, list[str]] = {}
+        for path, text in said.advice:
+            advice.setdefault(self._nearest(path), []).append(text)
+        wrong_at = self._nearest(said.where) if said.wrong else ()
+        for path, (field, shape, entry) in self.shown.items():
+            wrong = check(field, shape, self.view.document.value(path)) if shape.kind in TEXTUAL else ""
+            if not wrong and said.wrong and path == wrong_at:
+                wrong = said.wrong
+            entry.show(error=wrong, advice=advice.get(path, []))
+
+    def has(self, path: Path) -> bool:
+        """Return whether something is shown for a path, so that an error about it is seen there."""
+        return self._nearest(path) != ()
+
+    def wrong_sections(self) -> set[str]:
+        """Return the sections of the case in which a field shows an error."""
+        return {str(path[0]) for path, (_, _, entry) in self.shown.items() if entry.props.get("error")}
+
+    def _nearest(self, path: Path) -> Path:
+        """Return the path itself where it has a field, else the first field below it; () when there is none."""
+        if path in self.shown:
+            return path
+        return next((other for other in self.shown if path and other[: len(path)] == path), ())
+
+    def _section_of_case(self, name: str) -> None:
+        info = df.Case.model_fields[name]
+        model = info.annotation
+        if name == "forces":
+            self._forces()
+        elif name == "experiment":
+            self._experiment()
+        elif inspect.isclass(model) and issubclass(model, df.Parameters):
+            heading(name.replace("_", " ").capitalize())
+            self._table((name,), model)
+
+    def _table(self, path: Path, model: type[df.Parameters]) -> None:
+        """Show the fields of a class at a path; of its ways only the one that is chosen."""
+        hidden = set()
+        if model.ways:
+            way = self._way(path, model)
+            words = {name: name for name in model.ways}
+            self._choice(path, "Described by", words, way, lambda new: self._take_way(path, model, way, new))
+            hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
+        for field in fields(model):
+            if field.key not in hidden:
+                self._field((*path, field.key), field)
+
+    def _way(self, path: Path, model: type[df.Parameters]) -> str:
+        given = self.view.document.value(path) or {}
+        fits = (name for name, keys in model.ways.items() if any(key in given for key in keys))
+        return next(fits, next(iter(model.ways)))
+
+    def _take_way(self, path: Path, model: type[df.Parameters], old: str, new: str) -> None:
+        """Change to another way of saying the same; what both know by the same name is carried over."""
+        document = self.view.document
+        given = document.value(path) or {}
+        grouped = {key for keys in model.ways.values() for key in keys}
+        common = {key: value for key, value in given.items() if key not in grouped}
+        start = _carried({key: value for key, value in given.items() if key in grouped}, model, model.ways[new])
+        document = document.choose(path, old, new, common | start)
+        self.view.edit(document, anew=True)
+
+    def _field(self, path: Path, field: Field) -> None:
+        """Show one field: a row for a plain value, a choice where it may have several shapes, a group for a table."""
+        value = self.view.document.value(path)
+        optional = not field.required and field.default is None
+        table = any(shape.kind in ("table", "tables") for shape in field.shapes)
+        choosing = len(field.shapes) > 1 or (table and optional and field.shapes[0].kind == "table")
+        if not choosing:
+            self._shape(path, field, field.shapes[0])
+            return
+        labels = {shape.label: shape.label for shape in field.shapes}
+        if optional and table:
+            labels = {LEFT_OUT: LEFT_OUT, **labels}
+        shape = field.shape_of(value)
+        chosen = LEFT_OUT if optional and table and value is None else shape.label
+        self._choice(
+            path, field.label, labels, chosen, lambda new: self._take_shape(path, field, chosen, new), field.help
+        )
+        if chosen != LEFT_OUT and shape.kind != "word":
+            with ui.element("div").classes("df-group"):
+                self._shape(path, field, shape)
+
+    def _take_shape(self, path: Path, field: Field, old: str, new: str) -> None:
+        shape = next((shape for shape in field.shapes if shape.label == new), None)
+        start: Any = None
+        if shape is not None:
+            given = self.view.document.value(path)
+            if shape.kind == "table" and shape.model is not None:
+                start = start_of(shape.model, given)
+            elif shape.kind == "word":
+                start = shape.words[0]
+            elif shape.kind == "numbers":
+                start = [given["start"], given["stop"]] if isinstance(given, Mapping) and "stop" in given else []
+            elif shape.kind == "quantity":
+                start = given.get("start", "") if isinstance(given, Mapping) else ""
+        self.view.edit(self.view.document.choose(path, old, new, start), anew=True)
+
+    def _shape(self, path: Path, field: Field, shape: Shape) -> None:
+        """Show a value of one shape."""
+        if shape.kind == "table" and shape.model is not None:
+            self._table(path, shape.model)
+        elif shape.kind == "tables" and shape.model is not None:
+            self._tables(path, field, shape.model)
+        elif shape.kind == "choice":
+            words = {word: word.replace("_", " ") for word in shape.words}
+            chosen = str(self.view.document.value(path) or field.default)
+            entry = self._choice(path, field.label, words, chosen, lambda new: self._put(path, new), field.help)
+            self.shown[path] = (field, shape, entry)
+        else:
+            self._row(path, field, shape)
+
+    def _row(self, path: Path, field: Field, shape: Shape) -> None:
+        numeric = shape.kind in TEXTUAL and shape.kind != "text"
+        slidable = shape.kind in ("quantity", "whole", "number")
+        entry = Entry(
+            ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
+            field.label,
+            on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
+            symbol=df.html_symbol(field.symbol),
+            help=field.help,
+            kind="switch" if shape.kind == "switch" else "text",
+            numeric=numeric,
+            on_unit=lambda unit: self._in_unit(path, field, unit),
+            on_slider=(lambda: toggle(self.view, path, field)) if slidable else None,
+        )
+        self.shown[path] = (field, shape, entry)
+        self._refresh(path)
+
+    def _refresh(self, path: Path) -> None:
+        """Show what the document holds at a path."""
+        field, shape, entry = self.shown[path]
+        value = self.view.document.value(path)
+        sliding = any(slider.path == path for slider in self.view.document.sliders)
+        if shape.kind == "switch":
+            entry.show(text="true" if (field.default if value is None else value) else "false")
+        elif shape.kind == "choice":
+            entry.show(text=str(field.default if value is None else value))
+        elif shape.kind in ("quantity", "numbers"):
+            text, unit = shown(field, value)
+            placeholder = field.placeholder or shown(field, field.default)[0]
+            entry.show(text=text, unit=unit, units=units_of(field, unit), placeholder=placeholder, sliding=sliding)
+        else:
+            default = "" if field.default is None else str(field.default)
+            text = "" if value is None else str(value)
+            entry.show(text=text, placeholder=field.placeholder or default, sliding=sliding)
+
+    def _typed(self, path: Path, field: Field, shape: Shape, text: str, unit: str) -> None:
+        self._put(path, read(field, shape, text, unit), name=".".join(map(str, path)))
+
+    def _in_unit(self, path: Path, field: Field, unit: str) -> None:
+        text, old = shown(field, self.view.document.value(path))
+        if unit not in units_of(field, old) or field.quantity is None:
+            return
+        if not text:
+            self.shown[path][2].show(unit=unit)
+            return
+        numbers = [typed.in_unit(part, old, unit, field.quantity.unit) for part in text.split("; ")]
+        parts = [typed.composed(number, unit) for number in numbers]
+        self._put(path, parts if self.shown[path][1].kind == "numbers" else parts[0])
+
+    def _put(self, path: Path, value: Any, name: str = "") -> None:
+        self.view.edit(self.view.document.put(path, value), name=name)
+
+    def _choice(
+        self, path: Path, label: str, words: Mapping[str, str], chosen: str, take: Callable[[str], None], help: str = ""
+    ) -> Entry:  # fmt: skip
+        def typed_(word: str, unit: str) -> None:
+            if word in words:
+                take(word)
+
+        name = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+        entry = Entry(name, label, kind="choice", help=help or label, on_typed=typed_)
+        entry.show(text=chosen, options=[{"value": word, "label": shown_} for word, shown_ in words.items()])
+        return entry
+
+    def _tables(self, path: Path, field: Field, model: type[df.Parameters]) -> None:
+        """Show a list of tables, such as modes: each with its number, a way to remove it, and one to add another."""
+        items = self.view.document.value(path) or []
+        what = model.__name__.lower()
+        for place in range(len(items)):
+            with ui.element("div").classes("df-card"):
+                with ui.element("div").classes("df-card-head"):
+                    ui.label(f"{what.capitalize()} {place + 1}").classes("df-card-title")
+                    self._remove((*path, place), f"{what} {place + 1}")
+                self._table((*path, place), model)
+        last = dict(items[-1]) if items else {}
+        button(f"Add a {what}", "add", lambda: self.view.edit(self.view.document.add(path, last), anew=True))
+
+    def _remove(self, path: Path, what: str) -> None:
+        button("", "close", lambda: self.view.edit(self.view.document.remove(path), anew=True), f"remove {what}")
+
+    def _forces(self) -> None:
+        """Show the forces, each with its switch, and a menu of all models that there are."""
+        heading("Forces between tip and sample")
+        for place, given in enumerate(self.view.document.value(("forces",)) or []):
+            self._force(place, given)
+        with ui.button("Add a force", icon="add", color=None).props("flat dense no-caps").classes("df-button"):
+            with ui.menu().props("max-height=60vh"), ui.element("div").classes("df-menu"):
+                for name, model in sorted(df.forces.REGISTRY.items()):
+                    with ui.menu_item(on_click=lambda name=name: self._add_force(name)), ui.element("div"):
+                        ui.label(name.replace("_", " ")).classes("df-menu-title")
+                        ui.label(first_line(model)).classes("df-menu-text")
+
+    def _force(self, place: int, given: Mapping[str, Any]) -> None:
+        name = str(given.get("model", ""))
+        model = df.forces.REGISTRY.get(name)
+        on = place not in self.view.document.off
+        with ui.element("div").classes("df-card" if on else "df-card off"):
+            with ui.element("div").classes("df-card-head"):
+                ui.label(name.replace("_", " ")).classes("df-card-title").tooltip(first_line(model) if model else "")
+                switch = ui.switch(value=on, on_change=lambda event: self._switch(place, bool(event.value)))
+                switch.props(f'dense aria-label="{name.replace("_", " ")} takes part" ').tooltip(
+                    "Switch off for comparison"
+                )
+                self._remove(("forces", place), name.replace("_", " "))
+            if model is None:
+                ui.label(f"There is no force model '{df.shorten(name)}' here.").classes("df-error")
+            elif on:
+                self._table(("forces", place), model)
+
+    def _switch(self, place: int, on: bool) -> None:
+        self.view.edit(self.view.document.switch(place, on), anew=True)
+
+    def _add_force(self, name: str) -> None:
+        model = df.forces.REGISTRY[name]
+        self.view.edit(self.view.document.add(("forces",), {"model": name, **model.example}), anew=True)
+
+    def _experiment(self) -> None:
+        """Show the choice of the experiment, and the fields of the one chosen."""
+        heading("Experiment")
+        kind = self.view.document.value(("experiment", "kind")) or ""
+        words = {name: name.replace("_", " ") for name in df.EXPERIMENTS}
+        if kind not in words:
+            words = {"": "choose one", **words}
+        self._choice(("experiment",), "Kind", words, str(kind), lambda new: self._take_experiment(str(kind), new))
+        model = df.EXPERIMENTS.get(kind)
+        if model is not None:
+            ui.label(first_line(model)).classes("df-text")
+            self._table(("experiment",), model)
+
+    def _take_experiment(self, old: str, new: str) -> None:
+        """Change to another experiment, with values that suit the instrument where nothing was typed for it yet."""
+        if new not in df.EXPERIMENTS:
+            return
+        document = self.view.document
+        try:
+            suggested = df.EXPERIMENTS[new].suggested(document.put(("experiment",), None).case().problem)
+        except df.DForceError:  # an instrument that is not yet right suggests nothing
+            suggested = {}
+        start = {"kind": new, **suggested}
+        self.view.edit(document.choose(("experiment",), old, new, start), anew=True)
+
+
+def heading(text: str) -> None:
+    """Show the heading of a section."""
+    TextElement(tag="h2", text=text).classes("df-heading")
+
+
+def button(text: str, icon: str, press: Callable[[], None], label: str = "") -> None:
+    """Show a quiet button."""
+    made = ui.button(text, icon=icon, on_click=press, color=None).props("flat dense no-caps").classes("df-button")
+    if label:
+        made.props(f'aria-label="{label}"').tooltip(label.capitalize())
+
+
+def first_line(model: type[df.Parameters]) -> str:
+    """Return the first sentence of a class's documentation."""
+    return df.first_sentence(model.__doc__ or "")
+
+
+def shown(field: Field, value: Any) -> tuple[str, str]:
+    """Return text and unit that a field shows for a value of the document."""
+    unit = usual_unit(field)
+    if value is None or value == ():
+        return "", unit
+    if isinstance(value, list | tuple):
+        parts = [shown(field, item) for item in value]
+        same = all(part[1] == parts[0][1] for part in parts)
+        text = "; ".join(part[0] if same else " ".join(part) for part in parts)
+        return text, parts[0][1] if parts else unit
+    if not isinstance(value, str):
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return "", unit
+        value = df.show(float(value), field.unit)
+    return typed.taken_apart(value, unit)
+
+
+def usual_unit(field: Field) -> str:
+    """Return the unit that an empty field shows."""
+    parts = df.split_unit(field.default) if isinstance(field.default, str) else None
+    return parts[1] if parts and parts[1] else df.usual_unit(field.unit)
+
+
+def units_of(field: Field, unit: str) -> list[str]:
+    """Return the units to choose from, the one shown among them."""
+    known = [*df.unit_choices(field.unit)]
+    return known if unit in known else [unit, *known]
+
+
+def read(field: Field, shape: Shape, text: str, unit: str) -> Any:
+    """Return what a typed text means as a value of the document; text that means nothing yet stays as it is."""
+    text = text.strip() if shape.kind != "text" else text
+    if text == "":
+        return None
+    if shape.kind == "switch":
+        return text == "true"
+    if shape.kind == "text":
+        return text
+    try:
+        if shape.kind == "quantity":
+            return typed.composed(text, unit)
+        if shape.kind == "numbers":
+            return [typed.composed(part, unit) for part in text.split(";") if part.strip()]
+        number = typed.with_point(text)
+        return int(number) if shape.kind == "whole" else float(number)
+    except (ValueError, df.ParameterError):
+        return text
+
+
+def _carried(given: Mapping[str, Any], model: type[df.Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
+    """Return what another way can take over: single values as the first item of a list, or the first item as values."""
+    found: dict[str, Any] = {}
+    listed = [
+        value[0] for value in given.values() if isinstance(value, list) and value and isinstance(value[0], Mapping)
+    ]
+    source = {**given, **(listed[0] if listed else {})}
+    for field in fields(model):
+        if field.key not in keys:
+            continue
+        shape = field.shapes[0]
+        if shape.kind == "tables" and shape.model is not None:
+            found[field.key] = [start_of(shape.model, source)]
+        elif shape.kind == "table":
+            found[field.key] = {}
+        elif field.key in source:
+            found[field.key] = source[field.key]
+    return found

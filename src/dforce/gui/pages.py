@@ -1,0 +1,234 @@
+"""The page: header with menus and run bar, the forms' tabs at the left, sliders and plots at the right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from nicegui import app, ui
+
+import dforce as df
+from dforce.gui.chart import LIBRARY, Chart, library_file
+from dforce.gui.compute import LIVE, Job
+from dforce.gui.document import FIRST, Document
+from dforce.gui.forms import Forms
+from dforce.gui.session import Session
+from dforce.gui.sliders import SliderStrip
+from dforce.gui.view import Said, View
+
+TABS = {
+    "Microscope": ("cantilever", "drive", "medium"),
+    "Tip and sample": ("tip", "sample", "contact"),
+    "Forces": ("forces",),
+    "Experiment": ("experiment",),
+    "Solver": ("solver",),
+}
+NOT_IN_TABS = ("title", "plugins", "about")
+HERE = Path(__file__).parent
+
+
+def register(results: Path, document: Document | None = None, seconds: float = math.inf) -> None:
+    """Make the page known to the server.
+
+    Parameters
+    ----------
+    results
+        Folder in which each session has a folder of results.
+    document
+        What the first page of each session shows; None: what its last visit left.
+    seconds
+        Time that a run may take.
+    """
+    sessions: dict[str, Session] = {}
+    app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
+    app.add_static_file(local_file=HERE / "style.css", url_path="/assets/style.css", max_cache_age=0)
+
+    def session_of_browser() -> Session:
+        name = str(app.storage.browser["id"])
+        if name not in sessions:
+            sessions[name] = Session(app.storage.user, results / name, seconds)
+            if document is not None:
+                sessions[name].document = document
+        return sessions[name]
+
+    @app.on_startup
+    def warm() -> None:  # the first page must not wait for what is loaded only once
+        LIVE.submit(lambda: df.run(df.example(FIRST)))
+
+    @ui.page("/", title="dForce")
+    def page() -> None:
+        Page(session_of_browser())
+
+    @app.on_shutdown
+    def end() -> None:
+        for session in sessions.values():
+            session.close()
+
+
+class Page:
+    """One page of a session: makes the elements and ties them to a view."""
+
+    def __init__(self, session: Session) -> None:
+        self.view = View(session)
+        ui.add_head_html('<link rel="stylesheet" href="/assets/style.css">')
+        ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
+        ui.colors(primary="#0b5c8f", dark="#1a2127", dark_page="#12171b")
+        self.dark = ui.dark_mode(app.storage.user.get("dark"))
+        ui.query(".nicegui-content").classes("df-content")
+        with ui.element("header").classes("df-header"):
+            self._header()
+        with ui.element("div").classes("df-body"):
+            with ui.element("aside").classes("df-left").props('aria-label="parameters"'):
+                self._left()
+            with ui.element("main").classes("df-right"):
+                self._right()
+        client = ui.context.client
+        client.on_connect(self.view.begin)
+        client.on_delete(self.view.end)
+
+    def _header(self) -> None:
+        view = self.view
+        with ui.element("div").classes("df-brand"):
+            ui.label("dForce").classes("df-wordmark").props('role="heading" aria-level="1"')
+        with (
+            ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
+        ):
+            with ui.menu().props("max-height=80vh"), ui.element("div").classes("df-menu"):
+                for example in df.examples().values():
+                    with ui.menu_item(on_click=lambda name=example.name: self._open(name)), ui.element("div"):
+                        ui.label(example.title).classes("df-menu-title")
+                        ui.label(example.shows).classes("df-menu-text")
+        _icon("undo", "Undo", view.session.undo)
+        _icon("redo", "Redo", view.session.redo)
+        title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
+        title.classes("df-title")
+        title.on_value_change(
+            lambda event: (
+                view.edit(view.document.put(("title",), event.value or None), name="title")
+                if (event.value or None) != view.document.value(("title",))
+                else None
+            )
+        )
+
+        def show(anew: bool) -> None:
+            title.set_value(str(view.document.value(("title",)) or ""))
+
+        view.on_show.append(show)
+        RunBar(view)
+        self.mode = _icon("dark_mode", "Light or dark", self._turn)
+
+    def _turn(self) -> None:
+        self.dark.value = not self.dark.value
+        app.storage.user["dark"] = self.dark.value
+
+    def _open(self, name: str) -> None:
+        self.view.edit(Document.of(df.example(name)), anew=True)
+
+    def _left(self) -> None:
+        forms = self.forms = Forms(self.view)
+        banner = ui.label().classes("df-banner").props('role="alert"')
+        with ui.tabs().props("dense no-caps inline-label narrow-indicator align=justify").classes("df-tabs") as tabs:
+            made = {name: ui.tab(name) for name in TABS}
+        with ui.tab_panels(tabs, value="Microscope", animated=False, keep_alive=True).classes("df-panels"):
+            for name, sections in TABS.items():
+                with ui.tab_panel(name).classes("df-panel"):
+                    forms.tab(sections)
+        with ui.element("div").classes("df-foot"):
+            with ui.element("div").classes("df-force"):
+                self.view.force = Chart("force against distance")
+            ui.label("Point at a field to read what it means.").classes("df-help").props(
+                'id="df-help" aria-hidden="true"'
+            )
+
+        def said(said: Said) -> None:
+            nowhere = said.wrong if said.wrong and not forms.has(said.where) else ""
+            notes = [text for path, text in said.advice if not forms.has(path)]
+            banner.set_text(nowhere or " ".join(notes))
+            banner.classes(add="wrong" if nowhere else "", remove="" if nowhere else "wrong")
+            banner.set_visibility(bool(nowhere or notes))
+            sections = forms.wrong_sections()
+            for name, tab in made.items():
+                wrong = any(section in sections for section in TABS[name])
+                tab.classes(add="df-wrong-tab" if wrong else "", remove="" if wrong else "df-wrong-tab")
+
+        banner.set_visibility(False)
+        self.view.on_said.append(said)
+
+    def _right(self) -> None:
+        SliderStrip(self.view)
+        status = ui.label().classes("df-status").props('role="status"')
+
+        def show(text: str) -> None:
+            status.set_text(text)
+            status.set_visibility(bool(text))
+
+        show("")
+        self.view.on_status.append(show)
+        with ui.element("div").classes("df-main"):
+            self.view.main = Chart("result")
+
+
+class RunBar:
+    """Run, Stop, and how far a run is."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        with ui.element("div").classes("df-run"):
+            self.progress = ui.element("progress").props('max=1 aria-label="progress of the run"')
+            self.text = ui.label().classes("df-run-text").props('role="status"')
+            self.stop = ui.button("Stop", icon="stop", on_click=view.session.stop, color=None).props(
+                "flat dense no-caps"
+            )
+            self.run = ui.button("Run", icon="play_arrow", on_click=view.run).props(
+                "unelevated dense no-caps color=primary"
+            )
+        view.on_job.append(self.show)
+        self.show()
+
+    def show(self) -> None:
+        """Show the state of the session's run."""
+        job = self.view.session.job
+        busy = job is not None and job.busy
+        self.progress.set_visibility(busy)
+        self.stop.set_visibility(busy)
+        self.run.set_visibility(not busy)
+        if job is None:
+            self.text.set_text("")
+            return
+        if job.total:
+            self.progress.props(f"value={job.share:.3f}")
+        else:
+            self.progress.props(remove="value")
+        self.text.set_text(_words(job))
+
+
+def _words(job: Job) -> str:
+    """Return in words how far a run is."""
+    if job.state == "queued":
+        return "waiting for its turn"
+    if job.state == "failed":
+        return job.error
+    if job.state == "stopped":
+        return f"stopped at {job.done} of {job.total}" if job.total else "stopped"
+    if job.state == "done":
+        return ""
+    left = job.time_left()
+    count = f"{job.done} of {job.total}" if job.total else job.note
+    return f"{count}, {_duration(left)} left" if left is not None else count
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{max(1, round(seconds))} s"
+    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _icon(icon: str, label: str, press: Callable[[], None]) -> ui.button:
+    made = (
+        ui.button(icon=icon, on_click=press, color=None)
+        .props(f'flat dense round aria-label="{label}"')
+        .classes("df-icon")
+    )
+    made.tooltip(label)
+    return made

@@ -1,0 +1,175 @@
+"""Who may ask this server for something: a secret in the address, the right Host and Origin, nothing too large.
+
+Any web page may send requests to this computer, and open a WebSocket to it: so each request is checked.
+"""
+
+from __future__ import annotations
+
+import hmac
+import http.cookies
+import os
+import secrets
+import urllib.parse
+from collections.abc import Awaitable, Callable, MutableMapping
+from pathlib import Path
+from typing import Any
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+KEY = "key"  # of the secret in the address
+MOST_BYTES = 50_000_000  # of a request
+POLICY = "; ".join(
+    (
+        "default-src 'self'",
+        "script-src 'self' 'unsafe-inline' 'unsafe-eval'",  # Vue compiles its templates in the browser
+        "style-src 'self' 'unsafe-inline'",
+        "img-src 'self' data: blob:",
+        "font-src 'self' data:",
+        "connect-src 'self'",
+        "worker-src 'self' blob:",
+        "object-src 'none'",
+        "base-uri 'self'",
+        "form-action 'self'",
+        "frame-ancestors 'none'",
+    )
+)
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+)
+
+
+def kept_secret(file: Path) -> str:
+    """Return the secret in a file that only its owner may read; it is made at the first call.
+
+    It stays the same over a restart, so that a page that is open finds its server again.
+    """
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    try:
+        found = file.read_text(encoding="ascii").strip()
+        if len(found) >= 32:
+            return found
+        file.unlink()
+    except FileNotFoundError:
+        pass
+    secret = secrets.token_urlsafe(32)
+    with os.fdopen(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w", encoding="ascii") as stream:
+        stream.write(secret)
+    return secret
+
+
+class Guard:
+    """Lets through what comes from a page of this server itself.
+
+    Parameters
+    ----------
+    app
+        What is guarded.
+    secret
+        What the address has to hold, ``/?key=SECRET``; a cookie remembers it.
+    cookie
+        Name of that cookie.
+    hosts
+        Allowed values of the header Host; empty: any, for a server that is open to others.
+    """
+
+    def __init__(self, app: App, secret: str, cookie: str, hosts: frozenset[str] = frozenset()) -> None:
+        self.app, self.secret, self.cookie, self.hosts = app, secret, cookie, hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check a request, then pass it on."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        headers = {key.decode("latin-1").lower(): value.decode("latin-1") for key, value in scope["headers"]}
+        wrong = self._wrong(headers)
+        if wrong:
+            await _refuse(scope, send, 403, wrong)
+        elif self._in_address(scope):
+            await self._remember(scope, send)
+        elif not self._in_cookie(headers):
+            await _refuse(
+                scope, send, 403, "This page needs the whole address that dForce printed when it was started."
+            )
+        elif _size(headers) > MOST_BYTES:
+            await _refuse(scope, send, 413, f"This is larger than {MOST_BYTES // 1_000_000} MB, which is not taken.")
+        else:
+            await self.app(scope, _counted(receive), _with_headers(send))
+
+    def _wrong(self, headers: dict[str, str]) -> str:
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if self.hosts and host not in self.hosts:
+            return "This server answers only under the address that dForce printed when it was started."
+        if origin is not None and urllib.parse.urlsplit(origin).netloc != host:
+            return "This request comes from another page."
+        return ""
+
+    def _in_address(self, scope: Scope) -> bool:
+        query = urllib.parse.parse_qs(scope.get("query_string", b"").decode("latin-1"))
+        return scope["type"] == "http" and _same(query.get(KEY, [""])[0], self.secret)
+
+    def _in_cookie(self, headers: dict[str, str]) -> bool:
+        try:
+            found = http.cookies.SimpleCookie(headers.get("cookie", "")).get(self.cookie)
+        except http.cookies.CookieError:
+            return False
+        return found is not None and _same(found.value, self.secret)
+
+    async def _remember(self, scope: Scope, send: Send) -> None:
+        """Send the browser to the address without the secret, which a cookie then holds."""
+        cookie = f"{self.cookie}={self.secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000"
+        target = urllib.parse.quote(scope.get("path", "/"))
+        location = "/" + target.lstrip("/\\")  # never another host
+        headers = [(b"location", location.encode("ascii")), (b"set-cookie", cookie.encode("ascii")), *HEADERS]
+        await send({"type": "http.response.start", "status": 303, "headers": [*headers, (b"content-length", b"0")]})
+        await send({"type": "http.response.body", "body": b""})
+
+
+def _same(given: str, wanted: str) -> bool:
+    return hmac.compare_digest(given.encode("utf-8", "replace"), wanted.encode())
+
+
+def _size(headers: dict[str, str]) -> int:
+    length = headers.get("content-length", "0")
+    return int(length) if length.isdecimal() and len(length) < 19 else MOST_BYTES + 1
+
+
+async def _refuse(scope: Scope, send: Send, status: int, text: str) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008})
+        return
+    body = text.encode()
+    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"content-length", str(len(body)).encode()), *HEADERS]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})
+
+
+def _counted(receive: Receive) -> Receive:
+    """Return a receiver that ends a body which does not say how long it is and does not stop."""
+    received = 0
+
+    async def counted() -> Message:
+        nonlocal received
+        message = await receive()
+        if message["type"] == "http.request":
+            received += len(message.get("body", b""))
+            if received > MOST_BYTES:
+                return {"type": "http.disconnect"}
+        return message
+
+    return counted
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message.get("headers", []), *HEADERS]}
+        await send(message)
+
+    return sent

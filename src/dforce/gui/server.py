@@ -1,0 +1,142 @@
+"""Starts the window: address, storage, guard, and a browser to show it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import webbrowser
+from dataclasses import dataclass
+from pathlib import Path
+
+import dforce as df
+from dforce.gui.document import Document
+from dforce.gui.security import KEY, Guard, kept_secret
+
+PORT = 8571  # tried first, so that an open page finds its server again after a restart
+OWN = "127.0.0.1"
+RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
+RUN_SECONDS = 300.0  # of a run, where others use the server too
+BROWSERS = (
+    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "msedge", "chrome",
+    "brave-browser",
+)  # fmt: skip
+PLACES = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
+    r"C:\Program Files\Microsoft\Edge\Application\msedge.exe",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the window is started.
+
+    Attributes
+    ----------
+    host
+        Address to listen at; others than this computer's own open the server to a class.
+    port
+        Port; None for the usual one or, where that is taken, a free one.
+    show
+        How to show it: "browser", "window" (without a browser's bars) or "no".
+    case
+        A case to open, None for where the last visit ended.
+    folder
+        Where documents and results are kept; None for the user's data folder.
+    """
+
+    host: str = OWN
+    port: int | None = None
+    show: str = "browser"
+    case: df.Case | None = None
+    folder: Path | None = None
+
+
+def data_folder() -> Path:
+    """Return the folder where the window keeps documents, results and its secret."""
+    import platformdirs
+
+    return Path(platformdirs.user_data_dir("dforce", appauthor=False)) / "window"
+
+
+def free_port(host: str, wanted: int | None = None) -> int:
+    """Return the port wanted, or the usual one, or any free one.
+
+    Raises
+    ------
+    ParameterError
+        When the port wanted is taken, or there is no such address on this computer.
+    """
+    for port in (wanted,) if wanted is not None else (PORT, 0):
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+            if os.name == "posix":
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((host, port))
+                return int(probe.getsockname()[1])
+            except OSError as error:
+                reason = error.strerror or str(error)
+    raise df.ParameterError(f"cannot listen at {df.shorten(host)}, port {wanted or 'any'}: {reason.lower()}")
+
+
+def serve(options: Options) -> None:
+    """Start the server and show the window; returns when it is stopped."""
+    folder = options.folder or data_folder()
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    # read by NiceGUI when it is imported, which is why that waits until here
+    os.environ["NICEGUI_STORAGE_PATH"] = str(folder / "sessions")
+    (folder / "sessions").mkdir(mode=0o700, exist_ok=True)
+    from nicegui import app, ui
+
+    from dforce.gui import pages
+
+    port = free_port(options.host, options.port)
+    secret = kept_secret(folder / "secret")
+    address = f"http://{_named(options.host)}:{port}/?{KEY}={secret}"
+    alone = options.host in (OWN, "localhost", "::1")
+    hosts = frozenset(f"{name}:{port}" for name in (OWN, "localhost", "[::1]")) if alone else frozenset[str]()
+    document = None if options.case is None else Document.of(options.case)
+    pages.register(folder / "results", document, float("inf") if alone else RUN_SECONDS)
+    app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
+    app.on_startup(lambda: _announce(address, options.show, folder / "browser"))
+    ui.run(
+        host=options.host, port=port, title="dForce", language="en-US", reload=False, show=False, dark=None,
+        reconnect_timeout=RECONNECT, storage_secret=kept_secret(folder / "cookie-secret"), show_welcome_message=False,
+        favicon=str(Path(__file__).parent / "icon.svg"), tailwind=False,
+        session_middleware_kwargs={"max_age": 10 * 365 * 86400, "same_site": "lax", "session_cookie": f"dforce-session-{port}"},
+    )  # fmt: skip
+
+
+def _named(host: str) -> str:
+    """Return the name under which others reach this computer."""
+    if host in ("0.0.0.0", "::"):
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
+def _announce(address: str, show: str, profile: Path) -> None:
+    print(f"dForce is ready at {address}\nStop it with Ctrl-C.", flush=True)
+    if show == "window" and open_window(address, profile):
+        return
+    if show != "no":
+        webbrowser.open(address)
+
+
+def open_window(address: str, profile: Path) -> bool:
+    """Open an application window, a browser without bars and with a profile of its own; False where none is found."""
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    found = found or next((place for place in PLACES if Path(place).exists()), None)
+    if found is None:
+        print("No Chromium, Chrome or Edge was found, so the window opens in the browser.", file=sys.stderr)
+        return False
+    subprocess.Popen(
+        [found, f"--app={address}", f"--user-data-dir={profile}", "--window-size=1366,800", "--no-first-run"],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    return True

@@ -1,0 +1,164 @@
+"""Parameters on sliders: which ones, their ranges, and what happens while one is dragged."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+from nicegui import ui
+
+import dforce as df
+from dforce.gui import typed
+from dforce.gui.document import MOST_SLIDERS, Path, Slider
+from dforce.gui.entry import SliderElement
+from dforce.gui.fields import Field, fields
+from dforce.gui.view import View
+
+STEPS = 200  # of a slider, about
+
+
+def toggle(view: View, path: Path, field: Field) -> None:
+    """Put a parameter on a slider, from half its value to twice that; or take it off."""
+    document = view.document
+    others = tuple(slider for slider in document.sliders if slider.path != path)
+    if len(others) == len(document.sliders):
+        value, unit = number_at(view, path, field)
+        if value is None:
+            ui.notify("Type a value first; the slider then starts from it.")
+            return
+        if len(others) >= MOST_SLIDERS:
+            ui.notify(f"{MOST_SLIDERS} sliders are the most that fit.")
+            return
+        low, high = within(field, unit, min(0.5 * value, 2.0 * value), max(0.5 * value, 2.0 * value))
+        others = (*others, Slider(path, low, high))
+    view.edit(dataclasses.replace(document, sliders=others))
+
+
+def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
+    """Return the number at a path in the unit that its field shows, and that unit."""
+    value = view.document.value(path)
+    value = field.default if value is None else value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if field.quantity is None or field.unit == "1":
+            return float(value), "1"
+        value = df.show(float(value), field.unit)
+    if not isinstance(value, str):
+        return None, ""
+    text, unit = typed.taken_apart(value, field.unit or "1")
+    try:
+        return float(typed.with_point(text)), unit
+    except (ValueError, df.ParameterError):
+        return None, ""
+
+
+def within(field: Field, unit: str, low: float, high: float) -> tuple[float, float]:
+    """Return a range that is not empty and keeps to the bounds of the parameter."""
+    if not low < high:
+        low, high = low, low + (abs(low) or 1.0)
+    if field.quantity is not None:
+        least, most = field.quantity.bounds()
+        scale = df.parse(f"1 {unit}", field.unit) if unit != "1" else 1.0
+        if least / scale > low or (field.quantity.above is not None and least / scale >= low):
+            low = least / scale + (step_of(least / scale, high) if field.quantity.above is not None else 0.0)
+        high = min(high, most / scale)
+    return _tidy(low), _tidy(high)
+
+
+def step_of(low: float, high: float) -> float:
+    """Return a round step, 1, 2 or 5 times a power of ten, of which about 200 make the range."""
+    raw = (high - low) / STEPS
+    power = 10.0 ** math.floor(math.log10(raw)) if raw > 0.0 else 1.0
+    return next(n * power for n in (1.0, 2.0, 5.0, 10.0) if n * power >= raw * 0.999)
+
+
+def _tidy(value: float) -> float:
+    return float(f"{value:.9g}")
+
+
+class SliderStrip:
+    """The sliders of a page, in the container that is open when it is made."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.frame = ui.element("div").classes("df-sliders").props('role="group" aria-label="sliders"')
+        self.made: dict[Path, tuple[Field, SliderElement]] = {}
+        view.on_show.append(self.show)
+        self.show(True)
+
+    def show(self, anew: bool) -> None:
+        """Show the sliders of the document, their ranges and values."""
+        sliders = {slider.path: slider for slider in self.view.document.sliders}
+        if list(self.made) != list(sliders) or anew:
+            self.frame.clear()
+            self.made.clear()
+            with self.frame:
+                for path in sliders:
+                    self._make(path)
+        for path, (field, element) in self.made.items():
+            value, unit = number_at(self.view, path, field)
+            slider = sliders[path]
+            if value is not None:
+                step = 1.0 if field.shapes[0].kind == "whole" else step_of(slider.low, slider.high)
+                element.show(unit, slider.low, slider.high, step, value)
+
+    def _make(self, path: Path) -> None:
+        field = field_at(self.view, path)
+        if field is None:
+            return
+        element = SliderElement(
+            ".".join(map(str, path)), field.label, df.html_symbol(field.symbol),
+            on_slide=lambda value: self._slide(path, field, value),
+            on_range=lambda ends: self._range(path, field, ends),
+            on_remove=lambda: toggle(self.view, path, field),
+        )  # fmt: skip
+        self.made[path] = (field, element)
+
+    def _slide(self, path: Path, field: Field, value: float) -> None:
+        unit = number_at(self.view, path, field)[1]
+        text: str | int = f"{value:.9g}" if unit in ("1", "") else f"{value:.9g} {unit}"
+        if field.shapes[0].kind == "whole":
+            text = round(value)
+        elif field.quantity is None:
+            self.view.edit(self.view.document.put(path, value), name=f"slide {path}")
+            return
+        self.view.edit(self.view.document.put(path, text), name=f"slide {path}")
+
+    def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
+        unit = number_at(self.view, path, field)[1]
+        try:
+            low, high = (float(typed.with_point(end)) for end in ends)
+        except (ValueError, df.ParameterError):
+            ui.notify("The ends of a slider are two numbers.")
+            low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)
+        low, high = within(field, unit, min(low, high), max(low, high))
+        sliders = tuple(
+            dataclasses.replace(slider, low=low, high=high) if slider.path == path else slider
+            for slider in self.view.document.sliders
+        )
+        self.view.edit(dataclasses.replace(self.view.document, sliders=sliders))
+
+
+def field_at(view: View, path: Path) -> Field | None:
+    """Return the field that a path of the document leads to, None when it leads to none now."""
+    model: type[df.Parameters] | None = df.Case
+    found: Field | None = None
+    walked: tuple[str | int, ...] = ()
+    for step in path:
+        walked = (*walked, step)
+        if isinstance(step, int):
+            if walked[0] == "forces":
+                model = df.forces.REGISTRY.get(str(view.document.value((*walked, "model"))))
+            continue
+        if model is None:
+            return None
+        if model is df.Case and step in ("forces", "experiment"):
+            kind = str(view.document.value(("experiment", "kind")))
+            model = df.EXPERIMENTS.get(kind) if step == "experiment" else None
+            continue
+        found = next((field for field in fields(model) if field.key == step), None)
+        if found is None:
+            return None
+        tables = [shape.model for shape in found.shapes if shape.model is not None]
+        model = tables[0] if tables else None
+    return found

@@ -1,0 +1,214 @@
+"""One page of a session: what is typed goes to the document, the document to errors, advice, live curve and run bar."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+import logging
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import dforce as df
+from dforce.gui import figures
+from dforce.gui.chart import Chart
+from dforce.gui.compute import LIVE, Job, Latest, Live, in_thread, live_curve
+from dforce.gui.document import Document, Path, path_of
+from dforce.gui.session import Session
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+log = logging.getLogger("dforce.gui")
+
+TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
+TOO_LONG = "This takes longer than a live curve may; press Run."
+
+
+@dataclasses.dataclass(frozen=True)
+class Said:
+    """What is said about a document: what is wrong, where, and the advice on its case."""
+
+    wrong: str = ""
+    where: Path = ()
+    advice: tuple[tuple[Path, str], ...] = ()
+
+
+class View:
+    """Ties a session to the elements of one page.
+
+    The page sets the attributes `main` and `force` (charts) and the hooks below, then calls :meth:`begin` once the browser
+    is there.
+
+    Attributes
+    ----------
+    on_show
+        Hooks called as ``hook(anew)`` when the document has changed: forms, sliders, title.
+    on_said
+        Hooks called with a :class:`Said` when errors and advice are known.
+    on_status
+        Hooks called with a sentence about the live curve; empty when all is well.
+    on_job
+        Hooks called while a run goes on and when it ends.
+    on_result
+        Hooks called with the Dataset that the main chart now shows, and whether a run gave it: here further plots, the
+        table of a result and the list of results plug in.
+    """
+
+    main: Chart
+    force: Chart
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.on_show: list[Callable[[bool], None]] = []
+        self.on_said: list[Callable[[Said], None]] = []
+        self.on_status: list[Callable[[str], None]] = []
+        self.on_job: list[Callable[[], None]] = []
+        self.on_result: list[Callable[[xr.Dataset, bool], None]] = []
+        self.result: xr.Dataset | None = None
+        self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
+        self._latest = Latest(self._compute)
+
+    @property
+    def document(self) -> Document:
+        """The session's document."""
+        return self.session.document
+
+    def begin(self) -> None:
+        """Show everything once the browser is there, also after a connection was cut."""
+        if self not in self.session.views:
+            self.session.views.append(self)
+        self.show(anew=False)
+        self.show_job()
+
+    def end(self) -> None:
+        """Let go of the session when the page is gone."""
+        if self in self.session.views:
+            self.session.views.remove(self)
+
+    def edit(self, document: Document, name: str = "", anew: bool = False) -> None:
+        """Take a new document; see :meth:`Session.edit`."""
+        self.session.edit(document, name=name, anew=anew)
+
+    def show(self, anew: bool) -> None:
+        """Show the session's document, and ask for its curve."""
+        for hook in self.on_show:
+            hook(anew)
+        self._latest.ask(self.document)
+
+    def show_job(self) -> None:
+        """Show how far the session's run is."""
+        for hook in self.on_job:
+            hook()
+
+    async def run(self) -> None:
+        """Run the case as it stands."""
+        try:
+            case = self.document.case()
+        except df.DForceError as error:
+            self._say(Said(str(error), path_of(self.document, str(error))))
+            return
+        await self.session.run(case, self._finished)
+
+    def _finished(self, job: Job) -> None:
+        """Show what a run gave in all pages of the session, a partial result too."""
+        self.session._look()
+        if job.result is None:
+            return
+        for view in self.session.views:
+            if isinstance(view, View):
+                view.show_result(job.result)
+
+    def show_result(self, result: xr.Dataset) -> None:
+        """Show the result of a run in the main chart."""
+        self._latest.ask(Shown(result))
+
+    async def _compute(self, wanted: Document | Shown) -> None:
+        """Do what was asked for last: a curve that follows the document, or the result of a run."""
+        try:
+            if isinstance(wanted, Shown):
+                await self._draw(wanted.result, kept=True)
+            else:
+                await self._follow(wanted)
+        except Exception:  # whatever happens, the next edit must find a page that follows it
+            log.exception("the page could not follow")
+            self._status("an error inside dForce, please report it")
+
+    async def _follow(self, document: Document) -> None:
+        try:
+            case = document.case()
+            if case.experiment is None:
+                raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
+        except (df.DForceError, TypeError) as error:
+            self._say(Said(str(error), path_of(document, str(error))))
+            self.main.dim()
+            self.force.dim()
+            return
+        self._say(Said(advice=_advice(document, case, None)))
+        key = (case.experiment, case.solver)
+        try:
+            curve = await in_thread(LIVE, lambda: df.force_curve(case))
+            await self.force.draw(figures.force_distance(curve))
+            if self.slow[0] == key and time.monotonic() - self.slow[1] < TRIED_AGAIN:
+                self._status(TOO_LONG)
+                self.main.dim()
+                return
+            say = self._status_from_thread()
+            live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+        except df.DForceError as error:
+            self._say(Said(str(error), path_of(document, str(error))))
+            self.main.dim()
+            return
+        await self._show_live(document, case, live, key)
+
+    async def _show_live(self, document: Document, case: df.Case, live: Live, key: Any) -> None:
+        if live.gave_up:
+            if not self._latest.overtaken:
+                self.slow = (key, time.monotonic())
+                self._status(TOO_LONG)
+            self.main.dim()
+        elif live.result is not None:
+            self._status("")
+            self._say(Said(advice=_advice(document, case, live.result)))
+            await self._draw(live.result, kept=False)
+
+    async def _draw(self, result: xr.Dataset, kept: bool) -> None:
+        self.result = result
+        figure = await in_thread(LIVE, lambda: figures.figure(result))
+        await self.main.draw(figure)
+        if kept:
+            self._status("stopped; shown is what was computed" if result.attrs.get("interrupted") else "")
+        for hook in self.on_result:
+            hook(result, kept)
+
+    def _status_from_thread(self) -> Callable[[str], None]:
+        loop = asyncio.get_running_loop()
+
+        def say(text: str) -> None:
+            loop.call_soon_threadsafe(self._status, text)
+
+        return say
+
+    def _status(self, text: str) -> None:
+        for hook in self.on_status:
+            hook(text)
+
+    def _say(self, said: Said) -> None:
+        for hook in self.on_said:
+            hook(said)
+
+
+@dataclasses.dataclass(frozen=True)
+class Shown:
+    """A result to be shown instead of a live curve."""
+
+    result: xr.Dataset
+
+
+def _advice(document: Document, case: df.Case, result: xr.Dataset | None) -> tuple[tuple[Path, str], ...]:
+    """Return the advice on a case and its result, each piece beside the first field that it is about."""
+    found = []
+    for piece in df.advice(case, result):
+        about = [path for path in (path_of(document, name) for name in piece.about) if path]
+        found.append((about[0] if about else (), piece.text))
+    return tuple(found)

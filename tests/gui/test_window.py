@@ -1,0 +1,162 @@
+"""The window without a browser: forms from declarations, edits, curves, runs."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import ClassVar
+
+import pytest
+from nicegui.testing.user_simulation import user_simulation
+
+import dforce as df
+from dforce.gui.entry import Entry
+from dforce.gui.pages import Page
+from dforce.gui.session import Session
+
+
+@contextlib.asynccontextmanager
+async def window(folder, session=None):
+    """Give a simulated browser and the session that it shows."""
+    pages = []
+
+    def root():
+        pages.append(Page(session or Session({}, folder)))
+
+    async with user_simulation(root=root) as user:
+        await user.open("/")
+        yield user, pages[0]
+
+
+def entry(user, path):
+    """Return the field of a path."""
+    with user.client:
+        found = [element for element in user.client.elements.values() if isinstance(element, Entry)]
+    return next(element for element in found if element.props["path"] == path and element.props["kind"] != "choice")
+
+
+def type_into(user, path, text, unit=""):
+    """Type a text into a field."""
+    field = entry(user, path)
+    for listener in field._event_listeners.values():
+        if listener.type == "typed":
+            field._handle_event({"listener_id": listener.id, "args": {"text": text, "unit": unit}})
+    return field
+
+
+def test_what_is_typed_goes_to_the_case_and_mistakes_to_their_field(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            type_into(user, "drive.A0", "0,5", "um")
+            assert page.view.document.case().drive.A0 == 0.5e-6
+            field = type_into(user, "drive.A0", "-1", "nm")
+            page.view.show(anew=False)
+            await until(lambda: "is not above 0 nm" in field.props.get("error", ""))
+
+    asyncio.run(flow())
+
+
+def test_a_new_force_model_appears_by_itself(tmp_path):
+    class Spring(df.Force):
+        """A spring that pulls back at any distance."""
+
+        name = "window_test_spring"
+        example: ClassVar = {"stiffness": "1 mN/m"}
+        stiffness: float = df.param(unit="N/m", symbol="k_s", low="0 N/m", doc="stiffness of the test spring")
+
+        @staticmethod
+        def law(d: float, rate: float, t: float, stiffness: float) -> float:
+            return -stiffness * d
+
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            await user.should_see("window test spring")
+            page.forms._add_force("window_test_spring")
+            field = entry(user, "forces.2.stiffness")
+            assert (field.props["label"], field.props["text"]) == ("Stiffness of the test spring", "1")
+            assert page.view.document.case().forces[1].stiffness == 1e-3
+
+    try:
+        asyncio.run(flow())
+    finally:
+        del df.forces.REGISTRY["window_test_spring"]
+
+
+async def until(true, seconds=20.0):
+    """Wait for something to become true."""
+    async with asyncio.timeout(seconds):
+        while not true():
+            await asyncio.sleep(0.02)
+
+
+def test_a_run_keeps_its_result(tmp_path):
+    async def flow():
+        session = Session({}, tmp_path)
+        async with window(tmp_path, session) as (_, page):
+            await page.view.run()
+            assert session.job.state == "done"
+            (name,) = session.document.results
+            assert session.shelf.take(name).sizes["zc"] == 221
+
+    asyncio.run(flow())
+
+
+def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
+    async def flow():
+        session = Session({}, tmp_path)
+        # a transient of thousands of periods at each of many distances
+        document = session.document.put(("solver",), {"method": "transient", "settle_tolerance": 1e-12})
+        session.document = document.put(("experiment", "zc", "points"), 20001)
+        async with window(tmp_path, session) as (_, page):
+            run = asyncio.create_task(page.view.run())
+            await until(lambda: session.job is not None and session.job.done > 3, 60.0)
+            begun = asyncio.get_running_loop().time()
+            session.stop()
+            await run
+            assert asyncio.get_running_loop().time() - begun < 1.0
+            (name,) = session.document.results
+            result = session.shelf.take(name)
+            assert 0 < int((result["status"] == df.Status.OK).sum()) < 40002
+
+    asyncio.run(flow())
+
+
+def test_undo_and_redo_take_edits_back_and_forth(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            first = page.view.document
+            type_into(user, "drive.A0", "5", "nm")
+            type_into(user, "tip.radius", "9", "nm")
+            second = page.view.document
+            page.view.session.undo()
+            page.view.session.undo()
+            assert page.view.document == first
+            page.view.session.redo()
+            page.view.session.redo()
+            assert page.view.document == second
+
+    asyncio.run(flow())
+
+
+def test_what_was_typed_is_there_after_a_restart(tmp_path):
+    store: dict[str, object] = {}
+
+    async def flow():
+        async with window(tmp_path, Session(store, tmp_path)) as (user, page):
+            type_into(user, "drive.A0", "5", "nm")
+            type_into(user, "tip.radius", "not yet a num", "nm")
+            page.view.session.close()
+
+    asyncio.run(flow())
+    assert Session(store, tmp_path).document.value(("drive", "A0")) == "5 nm"
+    assert Session(store, tmp_path).document.value(("tip", "radius")) == "not yet a num"
+
+
+@pytest.mark.parametrize("name", list(df.examples()))
+def test_every_example_opens(tmp_path, name):
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            page._open(name)
+            assert page.view.document.case() == df.example(name)
+
+    asyncio.run(flow())
