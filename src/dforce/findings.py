@@ -44,6 +44,8 @@ def summary(dataset: xr.Dataset) -> list[Finding]:
     """Return what a reader looks for first in the result of any experiment."""
     if "point" in dataset.dims:
         return list(_branches(dataset))
+    if "reached" in dataset:
+        return list(_basins(dataset))
     if "zc" not in dataset.coords:
         return [finding for way, sweep in _ways(dataset) for finding in _force_curve(sweep, way)]
     if _along(dataset) == "frequency":
@@ -211,6 +213,19 @@ SPECIALS = (
     ("fold", "folds"), ("period_doubling", "period doublings"), ("torus", "tori"), ("grazing", "grazing"),
     ("end", "curves end"),
 )  # fmt: skip
+
+
+def _basins(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give each state, the one that most starts lead to first, and the starts that lead to none."""
+    yield _finding("zc", "average distance", float(dataset["zc"]), "m")
+    for state in dataset["state"].values:
+        one = dataset.sel(state=state).isel(tone=0)
+        amplitude, phase = float(one["amplitude"]), float(one["phase"])
+        about = f" of the starts, to {number(amplitude, 'm')} and {number(phase, 'degree')}"
+        yield _finding("share", f"state {state}", float(one["share"]), "1", more=about)
+    lost = int((dataset["reached"] == 0).sum())
+    if lost:
+        yield Finding("lost", "starts that lead to none", str(lost), float(lost), "1")
 
 
 def _branches(dataset: xr.Dataset) -> Iterator[Finding]:

@@ -123,7 +123,7 @@ def unit_for(size: float, unit: str, name: str = "") -> tuple[float, str]:
             if size >= scale:
                 return (ELECTRONVOLT, shown) if shown == "eV" else (scale, shown)
         return (1e-3 * ELECTRONVOLT, "meV") if size else (ELECTRONVOLT, "eV")
-    observable = quantities.OBSERVABLES.get(name)
+    observable = (quantities.OBSERVABLES | quantities.AXES).get(name)
     if observable is not None and observable.shown == "%":
         return 0.01, "%"
     scale, chosen = units.reader_unit(size, unit)

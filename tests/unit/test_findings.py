@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import synthetic
 
+import dforce as df
 from dforce.findings import count_status, jumps, number, summary
 from dforce.results import Status
 
@@ -89,3 +90,11 @@ def test_every_status_is_counted():
 )  # fmt: skip
 def test_numbers_read_well(value, unit, text):
     assert number(value, unit) == text
+
+
+def test_basins_say_each_state_with_its_share():
+    starts = df.basins(df.example("figure-3-basins"), amplitude={"stop": "12 nm", "points": 5}, phase={"points": 8})
+    zc, *states = summary(starts)
+    assert zc.name == "zc" and zc.value == pytest.approx(9e-9)
+    assert sum(state.value for state in states) == pytest.approx(1.0)
+    assert all(f"{100 * state.value:.5g} % of the starts, to " in state.text for state in states)
