@@ -3,6 +3,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+DOCS_READY := $(VENV)/.ready-for-docs
 LOWEST := .venv-lowest
 # What the environment was made from: a change there makes it anew.
 SOURCES := pyproject.toml
@@ -20,7 +21,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: demo test lint test-lowest clean
+.PHONY: demo test lint docs test-lowest clean
 
 demo: $(READY)
 	$(BIN)/dforce run figure-3-air-jump -o approach.nc --plot approach.png
@@ -34,6 +35,11 @@ lint: $(READY)
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+# The site, in docs/_build/html; it is made without a network, and read without one.
+docs: $(DOCS_READY)
+	$(BIN)/python -m sphinx --builder html --fresh-env --fail-on-warning --keep-going --quiet docs docs/_build/html
+	@echo "The documentation is in docs/_build/html/index.html"
+
 # The tests with the lowest versions that pyproject.toml allows; wheels of these exist for Python 3.11 and 3.12.
 # Warnings are no errors here: an old package beside a new one of another project warns of its own use of it.
 test-lowest: $(LOWEST)/.ready
@@ -41,13 +47,18 @@ test-lowest: $(LOWEST)/.ready
 
 clean:
 	rm -rf $(VENV) $(LOWEST) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis approach.nc approach.png
-	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	rm -rf docs/_build docs/forces docs/tutorials docs/generated docs/reference/generated
+	find src tests docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A broken or half-made environment is made anew; a working one only gets what it lacks.
 $(READY): $(SOURCES)
 	@echo "Setting up $(VENV); this takes a minute or two, once."
 	@$(BIN)/python -c 'import pip; $(SUITS)' >/dev/null 2>&1 || { $(FIND_PYTHON); "$$python" -m venv --clear $(VENV); }
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+$(DOCS_READY): $(READY)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	@touch $@
 
 $(LOWEST)/.ready: $(SOURCES)

@@ -1,0 +1,16 @@
+"""Pages and tables of the documentation that are made from dForce's own declarations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sphinx.application import Sphinx
+
+from dforce_docs import cases, cli, commands, costs, forces, mathml, quantities
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register everything with Sphinx."""
+    for part in (mathml, commands, forces, quantities, cases, cli, costs):
+        part.setup(app)
+    return {"parallel_read_safe": False, "parallel_write_safe": True}

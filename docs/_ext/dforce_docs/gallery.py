@@ -1,0 +1,29 @@
+"""The order of the tutorials, and what each starts from."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+
+from ran_page import forget_own_models
+
+TUTORIALS = ("soft_sample_in_liquid.py", "why_the_phase_jumps.py", "bimodal_contrast.py", "your_own_force.py")
+
+
+class Order:
+    """Sorts the tutorials as a reader takes them; any other script comes after them, by name."""
+
+    def __init__(self, folder: str) -> None:
+        self.folder = folder
+
+    def __call__(self, name: str) -> tuple[int, str]:
+        """Return what a script is sorted by."""
+        return (TUTORIALS.index(name) if name in TUTORIALS else len(TUTORIALS), name)
+
+
+def start_afresh(gallery_conf: dict[str, Any], name: str) -> None:
+    """Begin every page with plain pictures and the shipped models, whatever the page before it has done."""
+    forget_own_models()
+    mpl.rcdefaults()
+    mpl.use("agg")

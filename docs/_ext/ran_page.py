@@ -1,0 +1,126 @@
+"""Runs the blocks of a page, as a reader would: in one folder, its Python in one namespace, one after the other.
+
+Used while the pages are built, which shows what the blocks print, and by the tests.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+import tempfile
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import matplotlib as mpl
+from typer.testing import CliRunner
+
+from dforce.cli import app as program
+from dforce.forces import REGISTRY
+
+COLUMNS = "96"
+FENCE = re.compile(r"^```(?P<head>[^\n`]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+OPTION = re.compile(r":(?P<key>[a-z]+):[ ]?(?P<value>[^\n]*)\n")
+
+
+class BlockError(Exception):
+    """A block of a page does not do what the page says."""
+
+
+class Page:
+    """What the blocks of one page share: a folder and a namespace."""
+
+    def __init__(self) -> None:
+        self.temporary = tempfile.TemporaryDirectory(prefix="dforce-docs-")
+        self.folder = Path(self.temporary.name)
+        self.namespace: dict[str, Any] = {"__name__": "__main__"}
+
+    def __enter__(self) -> Self:
+        """Return the page."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the page."""
+        self.close()
+
+    def close(self) -> None:
+        """Remove the folder and forget the force models that the page has defined."""
+        self.temporary.cleanup()
+        forget_own_models()
+
+    def run(self, language: str, code: str, options: dict[str, Any]) -> str:
+        """Run a block, or write it where the option `file` says, and return what it printed."""
+        if "file" in options:
+            (self.folder / options["file"]).write_text(code.rstrip("\n") + "\n", encoding="utf-8")
+            return ""
+        if language == "sh":
+            return self.commands(code, int(options.get("exit", 0)))
+        if language == "python":
+            return self.python(code)
+        raise BlockError(f"a block in {language} cannot be run")
+
+    def commands(self, lines: str, expected: int = 0) -> str:
+        """Return what commands print; every line starts with dforce."""
+        printed = []
+        for line in lines.splitlines():
+            words = shlex.split(line, comments=True)
+            if not words:
+                continue
+            if words[0] != "dforce":
+                raise BlockError(f"a command of a page starts with dforce, not with {words[0]}")
+            with self._entered():
+                done = CliRunner().invoke(program, words[1:], env={"COLUMNS": COLUMNS, "NO_COLOR": "1"})
+            if done.exit_code != expected:
+                raise BlockError(f"{line} ended with {done.exit_code}: {done.output}") from done.exception
+            printed.append(done.output)
+        return "\n".join(printed)
+
+    def python(self, code: str) -> str:
+        """Return what Python code prints."""
+        printed = io.StringIO()
+        with self._entered(), contextlib.redirect_stdout(printed):
+            exec(compile(code, "<a block of the page>", "exec"), self.namespace)
+        return printed.getvalue()
+
+    @contextlib.contextmanager
+    def _entered(self) -> Iterator[None]:
+        """Work in the page's folder, without windows, with warnings as errors."""
+        backend = mpl.get_backend()
+        mpl.use("agg")
+        try:
+            with contextlib.chdir(self.folder), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                yield
+        finally:
+            mpl.use(backend)
+
+
+def forget_own_models() -> None:
+    """Keep the shipped force models only, so that no page sees those of another."""
+    for name, model in list(REGISTRY.items()):
+        if not model.__module__.startswith("dforce.forces."):
+            del REGISTRY[name]
+
+
+def fences(text: str) -> Iterator[tuple[str, str]]:
+    """Give the language and the body of each fenced block."""
+    for match in FENCE.finditer(text):
+        yield match["head"].strip(), match["body"]
+
+
+def ran_blocks(text: str) -> Iterator[tuple[str, str, dict[str, str]]]:
+    """Give language, code and options of each block that is run while the page is built."""
+    for head, body in fences(text):
+        if not head.startswith("{ran}"):
+            continue
+        options: dict[str, str] = {}
+        while match := OPTION.match(body):
+            options[match["key"]] = match["value"]
+            body = body[match.end() :]
+        yield head.removeprefix("{ran}").strip(), body, options

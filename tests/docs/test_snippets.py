@@ -1,0 +1,120 @@
+"""Every block of code in the README and in the pages runs as it stands, and the names in the pages exist."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import tomllib
+import warnings
+from pathlib import Path
+
+import jsonschema
+import matplotlib.pyplot as plt
+import pytest
+
+import dforce as df
+from dforce.quantities import AXES, JUMPS, OBSERVABLES, TRACES
+from ran_page import Page, fences, forget_own_models, ran_blocks
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)
+TUTORIALS = sorted(path for path in (ROOT / "examples" / "tutorials").glob("*.py") if path.name != "brush.py")
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SHOWN = ("", "text", "toml", "powershell", "shell")  # not to be run here: files, installation, other systems
+LONG = ("dforce benchmark",)  # takes minutes; its own tests run a short one
+
+
+def named(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("path", PAGES, ids=named)
+def test_every_block_of_a_page_runs(path):
+    with Page() as page:
+        for language, code, options in ran_blocks(path.read_text(encoding="utf-8")):
+            page.run(language, code, options)
+
+
+@pytest.mark.parametrize("path", PAGES, ids=named)
+def test_no_code_of_a_page_is_left_unrun(path):
+    unrun = [head for head, _ in fences(path.read_text(encoding="utf-8")) if not head.startswith("{")]
+    assert set(unrun) <= set(SHOWN)
+
+
+def test_every_block_of_the_readme_runs():
+    with Page() as page:
+        for language, code in fences(README):
+            if language == "python":
+                page.python(code)
+            if language == "sh":
+                lines = [line for line in code.splitlines() if line.startswith("dforce") and not line.startswith(LONG)]
+                page.commands("\n".join(lines))
+
+
+@pytest.mark.parametrize("path", [ROOT / "README.md", *PAGES], ids=named)
+def test_every_piece_of_a_case_file_has_only_keys_that_exist(path):
+    schema = df.case_schema()
+    schema.pop("required", None)  # a piece may leave out the rest of the case
+    for language, body in fences(path.read_text(encoding="utf-8")):
+        if language == "toml":
+            jsonschema.validate(tomllib.loads(body), schema)
+
+
+@pytest.mark.parametrize("target", sorted(set(re.findall(r"^make (\w+)", README, re.MULTILINE))))
+def test_every_make_target_of_the_readme_exists(target):
+    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+@pytest.mark.parametrize("path", TUTORIALS, ids=named)
+def test_every_tutorial_runs(path, monkeypatch):
+    monkeypatch.chdir(path.parent)  # where the files are that it uses
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")  # of plt.show
+        runpy.run_path(str(path), run_name="__main__")
+    plt.close("all")
+    forget_own_models()
+
+
+def glossary():
+    """Return the columns of the glossary that name places in a case and in a result, a pair for each row."""
+    text = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    for row in re.findall(r"^\| (?!-)(.*) \|$", text, re.MULTILINE)[1:]:
+        cells = row.split("|")
+        yield re.findall(r"`([^`]+)`", cells[1]), re.findall(r"`([^`]+)`", cells[2])
+
+
+SECTIONS = {
+    "cantilever": df.Cantilever,
+    "drive": df.Drive,
+    "tip": df.Tip,
+    "sample": df.Sample,
+    "contact": df.Contact,
+    "experiment": df.Approach,
+}
+
+
+@pytest.mark.parametrize("place", sorted({place for places, _ in glossary() for place in places}))
+def test_every_place_in_the_glossary_exists(place):
+    if place.startswith("kind"):
+        assert tomllib.loads(f"[experiment]\n{place}")["experiment"]["kind"] in str(df.case_schema())
+        return
+    steps = place.strip("[]").split("[[")[-1].split(".")
+    if steps[0] == "forces":
+        models = df.forces.REGISTRY.values() if steps[1] == "*" else [df.forces.REGISTRY[steps[1]]]
+        assert any(steps[2] in model.model_fields for model in models)
+    else:
+        assert steps[1] in SECTIONS[steps[0]].model_fields
+
+
+@pytest.mark.parametrize("name", sorted({name for _, names in glossary() for name in names}))
+def test_every_quantity_in_the_glossary_exists(name):
+    known = {**OBSERVABLES, **TRACES, **JUMPS, **AXES}
+    assert name in known or hasattr(df, name.removeprefix("df."))
+
+
+def test_every_public_name_stands_in_the_reference():
+    reference = (ROOT / "docs" / "reference" / "api.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^   (\w+)$", reference, re.MULTILINE))
+    assert set(df.__all__) - {"forces", "plot"} <= listed
+    assert set(df.plot.__all__) - {"FORMATS"} <= listed
