@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 import dforce as df
 from dforce.cli import app
 from dforce.cli._terminal import plain
+from dforce.validity import attributes
 
 CASE = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'
 
@@ -168,10 +169,53 @@ def test_points_that_failed_are_told_and_make_the_exit_code_1(here, ran):
     assert f"1 of 222 points: {df.Status.FAILED.sentence}" in done.stderr
 
 
-def test_advice_is_told(here, ran):
-    ran(lambda: synthetic.dwell().assign_attrs(advice="The sample is soft.\nThe tip is blunt."))
+SOFT = df.Advice("soft", 2e-9, 1e-9, "The sample is soft. Use a harder one.", "this test", ("sample",), "m")
+STILL = df.Advice("not_settled", 2, 0, "Two points moved. Wait for them.", "this test", ("solver",))
+
+
+def test_what_advice_found_is_told_after_a_run(here, ran):
+    ran(lambda: synthetic.dwell().assign_attrs(attributes([SOFT])))
     done = invoke("run", "case.toml")
-    assert done.stderr == "advice: The sample is soft.\nadvice: The tip is blunt.\n"
+    assert done.stderr == "advice: The sample is soft.\nwhat to do: dforce check case.nc\n"
+    assert invoke("run", "case.toml", "-o", "out.csv").stderr.endswith("dforce check case.toml\n")
+    assert json.loads(invoke("run", "case.toml", "--json").stdout)["advice"] == [
+        {
+            "name": "soft",
+            "found": 2e-9,
+            "limit": 1e-9,
+            "text": SOFT.text,
+            "source": "this test",
+            "about": ["sample"],
+            "unit": "m",
+        }
+    ]
+
+
+def test_points_that_did_not_settle_are_told_once(here, ran):
+    ran(lambda: synthetic.approach().assign_attrs(attributes([STILL])))
+    told = invoke("run", "case.toml").stderr
+    assert "advice: Two points moved." in told and df.Status.NOT_SETTLED.sentence not in told
+    assert df.Status.FAILED.sentence in told
+
+
+def test_check_says_what_was_found_and_what_to_do(monkeypatch, here):
+    done = invoke("check", "figure-3-water")
+    assert done.exit_code == 0 and done.stderr == ""
+    lines = done.stdout.splitlines()
+    assert "low_Q" in lines and "  found 2, limit 10 (cantilever.Q)" in lines
+    assert not any(line.endswith(" ") for line in lines)
+    assert invoke("check", "table-1-am").stdout == "nothing to say\n"
+    assert "cantilever.k" in invoke("check", "table-1-am", "--set", "cantilever.k=40 kN/m").stdout
+    assert invoke("check", "no-such-case").exit_code == 2
+    answer = json.loads(invoke("check", "figure-3-water", "--json").stdout)
+    assert [piece["name"] for piece in answer["advice"]] == ["indentation_and_radius", "low_Q"]
+    assert answer["title"] == df.example("figure-3-water").title
+
+
+def test_check_of_a_result_looks_at_its_motion(here):
+    df.write(df.run(df.example("figure-3-air")), "air.nc")
+    assert "thermal_motion_and_force" in invoke("check", "air.nc").stdout
+    assert "thermal_motion_and_force" not in invoke("check", "figure-3-air").stdout
 
 
 def test_json_is_for_machines(here, ran):
@@ -296,7 +340,7 @@ def test_the_version_is_told():
 
 def test_help_names_every_command():
     text = invoke("--help").stdout
-    assert all(command in text for command in ("run", "models", "examples", "curve", "schema"))
+    assert all(command in text for command in ("run", "check", "models", "examples", "curve", "schema"))
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,9 @@ LEVELS = (
     ("problem", "plugins"),
     ("kernel",),
     ("solvers", "observables"),
-    ("experiments", "results", "prescribed"),
+    ("experiments", "results"),
     ("case", "plot", "validity"),
-    ("runs", "findings", "timing", "sweeps"),
+    ("runs", "findings", "timing", "sweeps", "prescribed"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

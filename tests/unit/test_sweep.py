@@ -178,3 +178,22 @@ def test_only_an_approach_or_a_dwell_can_be_swept():
         df.sweep(case(experiment=None), over={"drive.A0": [1e-9]})
     with pytest.raises(df.ParameterError, match="can be swept over in a dwell only"):
         df.sweep(case(experiment=df.Approach(zc=["9 nm"])), over={"experiment.zc": [1e-9]})
+
+
+def test_advice_is_given_at_the_corners_of_a_sweep():
+    elastic = case(forces=[df.forces.Hertz()], experiment=df.Dwell(zc="5 nm"))
+    result = df.sweep(
+        elastic, over={"sample.youngs_modulus": ["10 MPa", "1 GPa", "300 GPa"], "drive.A0": ["8 nm", "9 nm"]}
+    )
+    piece = next(piece for piece in df.advice_in(result) if piece.name == "indentation_and_radius")
+    assert piece.text.startswith("At sample.youngs_modulus = 10 MPa, drive.A0 = 9 nm: The indentation is")
+    assert piece.found == float(result.max_indentation[0, 1])
+    assert df.advice_in(df.sweep(elastic, over={"sample.youngs_modulus": [1e9, 2e9]})) == []
+
+
+def test_points_of_a_sweep_that_did_not_settle_are_counted_inside_the_grid_too():
+    moving = case(forces=[df.forces.Hertz()], experiment=df.Dwell(zc="5 nm", start="rest"))
+    moving = moving.set("solver.method=transient", "solver.max_periods=20")
+    result = df.sweep(moving, over={"sample.youngs_modulus": [1e9, 2e9, 3e9]})
+    (piece,) = (piece for piece in df.advice_in(result) if piece.name == "not_settled")
+    assert piece.found == 3

@@ -348,6 +348,12 @@ def test_the_mean_force_is_off_by_about_as_much_as_the_advice_on_the_sampling_sa
     assert piece.found == pytest.approx(abs(float(coarse.mean_force / fine.mean_force) - 1), rel=0.5)
 
 
+def test_a_force_curve_is_told_of_its_forces_alone():
+    slack = over(DMT(hamaker=2e-20), cantilever__Q=2)
+    assert [piece.name for piece in df.advice_in(df.force_curve(slack))] == ["tabor_of_dmt"]
+    assert {piece.name for piece in df.advice(slack)} == {"tabor_of_dmt", "low_Q"}
+
+
 def test_advice_costs_little_beside_a_run():
     result = df.run(CALM)
     once = min(timeit.repeat(lambda: df.advice(CALM, result), number=10, repeat=5)) / 10

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from dforce.cli import _terminal, benchmark, curve, examples, gui, models, run, schema
+from dforce.cli import _terminal, benchmark, check, curve, examples, gui, models, run, schema
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -42,7 +42,10 @@ def options(
 
 
 options.__doc__ = HELP
-for _command in (run.run, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui):
+COMMANDS = (
+    run.run, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui,
+)  # fmt: skip
+for _command in COMMANDS:
     app.command()(_terminal.guarded(_command))
 
 

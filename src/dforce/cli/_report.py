@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
@@ -34,19 +35,33 @@ def print_findings(result: xr.Dataset) -> None:
 
 
 def status_lines(result: xr.Dataset) -> list[str]:
-    """Return a sentence for each way in which points are not as they should be."""
+    """Return a sentence for each way in which points are not as they should be, and advice does not say it."""
     counted = df.count_status(result)
     total = sum(counted.values())
+    said = {df.Status.OK, df.Status.NOT_COMPUTED}
+    if any(piece.name == df.Status.NOT_SETTLED.meaning for piece in df.advice_in(result)):
+        said.add(df.Status.NOT_SETTLED)
     return [
         f"{count} of {total} {'point' if total == 1 else 'points'}: {status.sentence}"
         for status, count in counted.items()
-        if status not in (df.Status.OK, df.Status.NOT_COMPUTED)
+        if status not in said
     ]
 
 
-def advice(result: xr.Dataset) -> list[str]:
-    """Return the advice that a result carries, a sentence each."""
-    return [f"advice: {line}" for line in str(result.attrs.get("advice", "")).splitlines()]
+def advice_lines(result: xr.Dataset, name: str) -> list[str]:
+    """Return what each piece of advice in a result found, and how to read on about the case or result of this name."""
+    found = [f"advice: {piece.finding}" for piece in df.advice_in(result)]
+    return [*found, f"what to do: dforce check {quoted(name)}"] if found else []
+
+
+def quoted(name: str) -> str:
+    """Return a name as it is typed in a shell."""
+    return f'"{name}"' if " " in name else name
+
+
+def advice_as_json(pieces: list[df.Advice]) -> list[dict[str, Any]]:
+    """Return advice for a program."""
+    return [dataclasses.asdict(piece) for piece in pieces]
 
 
 def as_json(result: xr.Dataset) -> dict[str, Any]:
@@ -60,5 +75,5 @@ def as_json(result: xr.Dataset) -> dict[str, Any]:
             }
             for finding in df.summary(result)
         ],
-        "advice": str(result.attrs.get("advice", "")).splitlines(),
+        "advice": advice_as_json(df.advice_in(result)),
     }  # fmt: skip

@@ -9,8 +9,8 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, open_source
-from dforce.cli._report import as_json, print_findings
-from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json
+from dforce.cli._report import advice_lines, as_json, print_findings
+from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json, say
 
 MOST_POINTS = 1_000_000
 
@@ -85,6 +85,8 @@ def curve(
     print_findings(result)
     if files:
         typer.echo(f"written: {', '.join(files)}")
+    for line in advice_lines(result, case):
+        say(line)
     return DONE
 
 

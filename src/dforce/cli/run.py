@@ -11,7 +11,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._progress import Bar
-from dforce.cli._report import advice, as_json, print_findings, status_lines
+from dforce.cli._report import advice_lines, as_json, print_findings, quoted, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def run(
         print_findings(result)
         typer.echo(f"written: {', '.join(str(path) for path in (written, plot) if path is not None)}")
     if not (json or quiet):
-        for line in [*status_lines(result), *advice(result)]:
+        for line in [*status_lines(result), *advice_lines(result, str(written) if written.suffix == ".nc" else case)]:
             say(line)
     if stopped:
         done = f"{_computed(result)} of {_points(result)} points"
@@ -109,8 +109,11 @@ def _failed(result: xr.Dataset) -> bool:
 
 def _how(written: Path) -> str:
     """Say how to go on with an interrupted run."""
-    name = f'"{written}"' if " " in str(written) else str(written)
-    return f"; continue with: dforce run {name}" if written.suffix == ".nc" else "; only a .nc file can be continued"
+    return (
+        f"; continue with: dforce run {quoted(str(written))}"
+        if written.suffix == ".nc"
+        else "; only a .nc file can be continued"
+    )
 
 
 def _answer(

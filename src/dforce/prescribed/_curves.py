@@ -14,6 +14,7 @@ from dforce.errors import ParameterError, shorten
 from dforce.forces import Force
 from dforce.prescribed._follow import Answer, Array, Motion, follow
 from dforce.results import describe, provenance
+from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -226,5 +227,5 @@ def _finished(data: xr.Dataset, case: Case, parts: Sequence[Array], dims: tuple[
         ]
         data = data.assign_coords(model=labels)
         data["partial_force"] = (("model", *dims), np.stack(parts))
-    data.attrs = {**provenance(case.to_toml(), case.title)}
+    data.attrs = provenance(case.to_toml(), case.title) | attributes(advice(case, data))
     return describe(data)

@@ -19,7 +19,9 @@ from dforce.experiments._experiment import Progress, initial_motion
 from dforce.quantities import OBSERVABLES
 from dforce.runs import throttled
 from dforce.solvers.crew import Crew, Stopped
+from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
+from dforce.validity import attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -283,4 +285,5 @@ def _dataset(
         data = describe(data.assign_coords(zc=experiment.zc))
     data = data.assign_coords({axis.dim: axis.coordinate() for axis in axes})
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
+    data.attrs |= attributes(advice_on_sweep(case, axes, data))
     return data.assign_attrs(interrupted=1) if interrupted else data

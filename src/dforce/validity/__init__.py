@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from dforce.case import Case
 
-__all__ = ["PIECES", "Advice", "advice", "advice_in", "attributes"]
+__all__ = ["PIECES", "Advice", "advice", "advice_in", "attributes", "points_not_settled"]
 
 PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *inputs.PIECES,
@@ -29,10 +29,19 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
 )
 
 
+FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # what a force curve can be told
+
+
 def advice(case: Case, result: xr.Dataset | None = None) -> list[Advice]:
     """Return the advice on a case, and on its result where one is given; a calm case gives none.
 
     Without a result, what depends on the motion is left out, or a bound takes its place.
     """
     seen = Evidence(case, result)
-    return [found for piece in PIECES if (found := piece(seen)) is not None]
+    pieces = FORCES_ALONE if seen.is_force_curve else PIECES
+    return [found for piece in pieces if (found := piece(seen)) is not None]
+
+
+def points_not_settled(case: Case, result: xr.Dataset) -> Advice | None:
+    """Return the advice on the points of any result, a sweep's too, that had not settled."""
+    return sampling.not_settled(Evidence(case, result))

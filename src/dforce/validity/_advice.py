@@ -43,6 +43,16 @@ class Advice:
     about: tuple[str, ...]
     unit: str = "1"
 
+    @property
+    def figures(self) -> str:
+        """Both figures as text with units: ``found 1.1 nm, limit 1 nm``."""
+        return f"found {shown(self.found, self.unit)}, limit {shown(self.limit, self.unit)}"
+
+    @property
+    def finding(self) -> str:
+        """What was found: the first sentence of the text."""
+        return self.text.split(". ")[0].removesuffix(".") + "."
+
 
 def attributes(pieces: list[Advice]) -> dict[str, str]:
     """Return the attributes that keep advice in a result."""
@@ -61,7 +71,9 @@ def advice_in(result: xr.Dataset) -> list[Advice]:
 def shown(value: float, unit: str) -> str:
     """Return an SI value in the unit that a reader likes: ``0.27 nm``."""
     scale, name = unit_for(abs(value), unit)
-    return f"{value / scale:.3g} {name}"
+    number = value / scale
+    text = f"{number:.3g}" if abs(number) < 1000.0 else f"{number:.0f}"
+    return f"{text} {name}" if unit != "1" else text
 
 
 def percent(share: float) -> str:

@@ -33,6 +33,11 @@ class Evidence:
         """Whether there is a result with a steady motion in it."""
         return self.result is not None and "amplitude" in self.result.variables and self.values("amplitude").size > 0
 
+    @property
+    def is_force_curve(self) -> bool:
+        """Whether the result is that of a tip that is moved, without a cantilever."""
+        return self.result is not None and "force" in self.result.variables and "amplitude" not in self.result.variables
+
     # the case
 
     def force(self, *names: str) -> Force | None:
@@ -148,7 +153,7 @@ class Evidence:
     @functools.cached_property
     def closest(self) -> float:
         """Smallest tip–surface distance (m), a0 or more; without a result, what the free motion may reach."""
-        found = self.values("min_distance")
+        found = self.values("distance" if self.is_force_curve else "min_distance")
         if found.size:
             nearest = float(found.min())
         elif self.range_of_zc is not None:
@@ -160,6 +165,8 @@ class Evidence:
     @functools.cached_property
     def deepest(self) -> float | None:
         """Largest indentation (m); without a result, what Hertz' contact is expected to give, if it is one."""
+        if self.is_force_curve:
+            return None  # how deep it goes is the user's choice, and shown
         return self.largest("max_indentation") if self.computed else self._expected_indentation()
 
     def _expected_indentation(self) -> float | None:

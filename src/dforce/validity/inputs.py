@@ -47,14 +47,14 @@ def unusual_value(seen: Evidence) -> Advice | None:
     odd = [(path, value, usual) for path, value, usual in _values(seen) if not usual.low <= abs(value) <= usual.high]
     if not odd:
         return None
-    said = ", ".join(f"{path} is {shown(value, usual.unit)}" for path, value, usual in odd)
+    said = ", ".join(f"{path} = {shown(value, usual.unit)}" for path, value, usual in odd)
     _, value, usual = odd[0]
     limit = usual.low if abs(value) < usual.low else usual.high
     return Advice(
         "unusual_value", value, limit,
-        f"{said[0].upper()}{said[1:]}; in use are {shown(usual.low, usual.unit)} to {shown(usual.high, usual.unit)}"
-        f"{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if the value is meant, the models may not be "
-        "made for it.",
+        f"No usual instrument or sample has {said}: in use are {shown(usual.low, usual.unit)} to "
+        f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if the value is "
+        "meant, the models may not be made for it.",
         "instruments and samples in use, with a factor of ten to spare", tuple(path for path, _, _ in odd), usual.unit,
     )  # fmt: skip
 

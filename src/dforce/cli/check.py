@@ -1,0 +1,40 @@
+"""`dforce check`: where the models of a case, or its result, stop meaning what they seem to say."""
+
+from __future__ import annotations
+
+import textwrap
+
+import typer
+
+import dforce as df
+from dforce.cli._names import CaseName, open_source
+from dforce.cli._page import width
+from dforce.cli._report import advice_as_json
+from dforce.cli._terminal import DONE, Json, Settings, Traceback, console, print_json
+
+
+def check(case: CaseName, settings: Settings, json: Json = False, traceback: Traceback = False) -> int:
+    """Tell where a case leaves the range of its models; nothing is computed.
+
+    CASE may be a result: what its motion says is told, too.
+    """  # fmt: skip
+    source = open_source(case, settings)
+    pieces = df.advice(source.case, source.result)
+    if json:
+        print_json({"title": source.case.title, "advice": advice_as_json(pieces)})
+    elif pieces:
+        _print(pieces)
+    else:
+        typer.echo("nothing to say")
+    return DONE
+
+
+def _print(pieces: list[df.Advice]) -> None:
+    """Print each piece: its name, what to know and do, the figures, where they belong and come from."""
+    from rich.text import Text
+
+    terminal = console()
+    for number, piece in enumerate(pieces):
+        terminal.print(Text(("\n" if number else "") + piece.name, style="bold"))
+        for text in (piece.text, f"{piece.figures} ({', '.join(piece.about)})", f"source: {piece.source}"):
+            terminal.print(textwrap.fill(text, width(), initial_indent="  ", subsequent_indent="  "))
