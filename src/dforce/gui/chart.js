@@ -12,7 +12,14 @@ function load(url) {
   return plotly;
 }
 
+let palette = null; // reading styles makes the browser lay the page out anew, so they are read once a theme
+
 function colors() {
+  palette ??= readColors();
+  return palette;
+}
+
+function readColors() {
   const style = getComputedStyle(document.body);
   const get = (name) => style.getPropertyValue(name).trim();
   return {
@@ -36,7 +43,7 @@ function themed(figure) {
     delete axis.color;
     layout[key] = {
       gridcolor: c.grid, linecolor: c.line, zerolinecolor: c.line, tickcolor: c.line, showline: true, ticks: "outside",
-      ticklen: 4, automargin: true, zeroline: false, ...axis,
+      ticklen: 4, automargin: false, zeroline: false, ...axis,
       tickfont: { color: own ?? c.soft, size: 11 },
       title: { standoff: 8, ...axis.title, font: { size: 12, color: own ?? c.ink } },
     };
@@ -67,7 +74,10 @@ export default {
     this.drawn = false;
     this.observer = new ResizeObserver(() => this.fit());
     this.observer.observe(this.$el);
-    this.theme = new MutationObserver(() => this.figure && this.draw(this.figure, this.revision));
+    this.theme = new MutationObserver(() => {
+      palette = null;
+      if (this.figure) this.draw(this.figure, this.revision);
+    });
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     await load(this.library);
   },

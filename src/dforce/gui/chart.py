@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
+import contextlib
 from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
@@ -45,6 +47,7 @@ class Chart(ui.element, component="chart.js"):
         super().__init__()
         self.props.update(library=LIBRARY, label=label)
         self.revision = 0
+        self._drawing: asyncio.Task[None] | None = None
         if on_point is not None:
 
             def clicked(event: GenericEventArguments) -> None:
@@ -52,16 +55,20 @@ class Chart(ui.element, component="chart.js"):
 
             self.on("point", clicked)
 
-    async def draw(self, figure: dict[str, Any], label: str = "") -> bool:
-        """Draw a figure (`data` and `layout` of Plotly) and return once the browser has drawn it; False if it did not."""
+    async def draw(self, figure: dict[str, Any], label: str = "") -> None:
+        """Draw a figure (`data` and `layout` of Plotly) once the browser has drawn the one before."""
+        if self._drawing is not None:
+            await self._drawing
         if label and self.props.get("label") != label:
             self.props["label"] = label
             self.update()
+        self._drawing = asyncio.get_running_loop().create_task(self._send(figure))
+
+    async def _send(self, figure: dict[str, Any]) -> None:
         self.revision += 1
-        try:
-            return bool(await self.run_method("draw", figure, self.revision, timeout=PATIENCE) == self.revision)
-        except TimeoutError:  # the connection was cut, or the page is hidden and its browser saves power
-            return False
+        # without an answer the connection was cut, or the page is hidden and its browser saves power
+        with contextlib.suppress(TimeoutError):
+            await self.run_method("draw", figure, self.revision, timeout=PATIENCE)
 
     def dim(self, stale: bool = True) -> None:
         """Show that the chart does not follow what was last typed."""

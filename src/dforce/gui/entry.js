@@ -12,14 +12,14 @@ export default {
                :class="{number: numeric}" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"
                :maxlength="longest" @input="typed($event.target.value)" @focus="focused = true" @blur="left"
                @keydown.enter="flush" />
-        <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="text" :disabled="disable"
+        <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="now.text" :disabled="disable"
                 :aria-describedby="uid + '-more'" @change="$emit('typed', {text: $event.target.value, unit: ''})">
           <option v-for="option in options" :key="option.value" :value="option.value">{{ option.label }}</option>
         </select>
-        <input v-else :id="uid" class="df-switch" type="checkbox" role="switch" :checked="text === 'true'"
+        <input v-else :id="uid" class="df-switch" type="checkbox" role="switch" :checked="now.text === 'true'"
                :disabled="disable" :aria-describedby="uid + '-more'"
                @change="$emit('typed', {text: $event.target.checked ? 'true' : 'false', unit: ''})" />
-        <select v-if="units.length > 1" class="df-unit" :value="unit" :aria-label="'unit of ' + label" :disabled="disable"
+        <select v-if="units.length > 1" class="df-unit" :value="now.unit" :aria-label="'unit of ' + label" :disabled="disable"
                 @change="flush(); $emit('unit', $event.target.value)">
           <option v-for="one in units" :key="one" :value="one">{{ pretty(one) }}</option>
         </select>
@@ -45,24 +45,36 @@ export default {
     longest: { default: 100 },
   },
   data() {
-    return { draft: this.text, focused: false, timer: null, uid: "" };
+    return { draft: this.text, focused: false, timer: null, uid: "", taken: null };
+  },
+  computed: {
+    now() {
+      return this.taken ?? { text: this.text, unit: this.unit };
+    },
   },
   created() {
     this.uid = "entry-" + Math.random().toString(36).slice(2);
   },
   watch: {
     // what is being typed is not taken out of the hands; when the field is left it shows what was understood
-    text(value) {
-      if (!this.focused) this.draft = value;
+    now(now, before) {
+      if (!this.focused || (now.unit !== before.unit && this.timer === null)) this.draft = now.text;
+    },
+    text() {
+      this.taken = null;
     },
     unit() {
-      if (this.timer === null) this.draft = this.text;
+      this.taken = null;
     },
   },
   beforeUnmount() {
     this.flush();
   },
   methods: {
+    // a value that changes many times a second comes this way: properties would draw the whole page anew
+    take(text, unit) {
+      this.taken = { text, unit };
+    },
     typed(text) {
       this.draft = text;
       clearTimeout(this.timer);
@@ -72,13 +84,13 @@ export default {
       if (this.timer === null) return;
       clearTimeout(this.timer);
       this.timer = null;
-      this.$emit("typed", { text: this.draft, unit: this.unit });
+      this.$emit("typed", { text: this.draft, unit: this.now.unit });
     },
     left() {
       this.focused = false;
       this.flush();
       setTimeout(() => {
-        if (!this.focused && !this.error) this.draft = this.text;
+        if (!this.focused && !this.error) this.draft = this.now.text;
       }, 400);
     },
     pretty(unit) {

@@ -54,9 +54,13 @@ class Entry(ui.element, component="entry.js"):
     def show(self, **changed: Any) -> None:
         """Show other texts, units, options, an error, a note or advice; nothing is sent where nothing changed."""
         different = {key: value for key, value in changed.items() if self.props.get(key) != value}
-        if different:
+        if set(different) <= {"text", "unit"} and "text" in self.props:
+            with self.props.suspend_updates():
+                self.props.update(different)
+            if different:
+                self.run_method("take", self.props["text"], self.props.get("unit", ""))
+        else:
             self.props.update(different)
-            self.update()
 
 
 class SliderElement(ui.element, component="slider.js"):
@@ -85,6 +89,10 @@ class SliderElement(ui.element, component="slider.js"):
     def show(self, unit: str, low: float, high: float, step: float, given: float) -> None:
         """Show a range and a value."""
         changed = {"unit": unit, "low": low, "high": high, "step": step, "given": given}
-        if any(self.props.get(key) != value for key, value in changed.items()):
+        different = {key for key, value in changed.items() if self.props.get(key) != value}
+        if different == {"given"}:
+            with self.props.suspend_updates():
+                self.props.update(changed)
+            self.run_method("take", given)
+        elif different:
             self.props.update(changed)
-            self.update()

@@ -31,6 +31,7 @@ class Forms:
     def __init__(self, view: View) -> None:
         self.view = view
         self.shown: dict[Path, tuple[Field, Shape, Entry]] = {}
+        self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
         self.rebuilt: list[Callable[[], None]] = []
         view.on_show.append(self.show)
         view.on_said.append(self.said)
@@ -53,6 +54,7 @@ class Forms:
         """Show the document: every field, or the forms anew."""
         if anew:
             self.shown.clear()
+            self._looked_at.clear()
             for build in self.rebuilt:
                 build()
         else:
@@ -68,10 +70,19 @@ class Forms:
             advice.setdefault(self._nearest(path), []).append(text)
         wrong_at = self._nearest(said.where) if said.wrong else ()
         for path, (field, shape, entry) in self.shown.items():
-            wrong = check(field, shape, self.view.document.value(path)) if shape.kind in TEXTUAL else ""
+            wrong = self._wrong(path, field, shape)
             if not wrong and said.wrong and path == wrong_at:
                 wrong = said.wrong
             entry.show(error=wrong, advice=advice.get(path, []))
+
+    def _wrong(self, path: Path, field: Field, shape: Shape) -> str:
+        """Return what is wrong with the value at a path by itself; looked at once for each value."""
+        value = self.view.document.value(path)
+        seen = self._looked_at.get(path)
+        if seen is None or seen[0] != value:
+            seen = value, check(field, shape, value) if shape.kind in TEXTUAL else ""
+            self._looked_at[path] = seen
+        return seen[1]
 
     def has(self, path: Path) -> bool:
         """Return whether something is shown for a path, so that an error about it is seen there."""

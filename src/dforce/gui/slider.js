@@ -33,10 +33,13 @@ export default {
   watch: {
     // while it is dragged the hand is ahead of the server
     given(value) {
-      if (performance.now() - this.sliding > 600) this.value = value;
+      this.take(value);
     },
   },
   methods: {
+    take(value) {
+      if (performance.now() - this.sliding > 600) this.value = value;
+    },
     slide(value) {
       this.value = value;
       this.sliding = performance.now();

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.gui import figures
 from dforce.gui.chart import Chart
-from dforce.gui.compute import LIVE, Job, Latest, Live, in_thread, live_curve
+from dforce.gui.compute import LIVE, Job, Latest, in_thread, live_curve
 from dforce.gui.document import Document, Path, path_of
 from dforce.gui.session import Session
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
+FORCE_EVERY = 0.25  # s between two pictures of the force while something is dragged
 TOO_LONG = "This takes longer than a live curve may; press Run."
 
 
@@ -67,6 +68,8 @@ class View:
         self.on_result: list[Callable[[xr.Dataset, bool], None]] = []
         self.result: xr.Dataset | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
+        self.said = Said()
+        self._force_drawn = -FORCE_EVERY
         self._latest = Latest(self._compute)
 
     @property
@@ -135,49 +138,55 @@ class View:
             self._status("an error inside dForce, please report it")
 
     async def _follow(self, document: Document) -> None:
+        """Compute and draw what follows a document: the live curve first, then the force; words once nothing newer waits."""
+        advice: list[df.Advice] = []
         try:
             case = document.case()
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
+            if self.said.wrong:
+                self._say(Said())
+            result = await self._live(case)
+            if not self._latest.overtaken or time.monotonic() - self._force_drawn > FORCE_EVERY:
+                await self._draw_force(case)
+            advice = df.advice(case) if result is None else df.advice_in(result)
         except (df.DForceError, TypeError) as error:
             self._say(Said(str(error), path_of(document, str(error))))
             self.main.dim()
             self.force.dim()
             return
-        self._say(Said(advice=_advice(document, case, None)))
-        key = (case.experiment, case.solver)
-        try:
-            curve = await in_thread(LIVE, lambda: df.force_curve(case))
-            await self.force.draw(figures.force_distance(curve))
-            if self.slow[0] == key and time.monotonic() - self.slow[1] < TRIED_AGAIN:
-                self._status(TOO_LONG)
-                self.main.dim()
-                return
-            say = self._status_from_thread()
-            live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
-        except df.DForceError as error:
-            self._say(Said(str(error), path_of(document, str(error))))
-            self.main.dim()
-            return
-        await self._show_live(document, case, live, key)
+        if not self._latest.overtaken:
+            self._say(Said(advice=_places(document, advice)))
 
-    async def _show_live(self, document: Document, case: df.Case, live: Live, key: Any) -> None:
-        if live.gave_up:
+    async def _live(self, case: df.Case) -> xr.Dataset | None:
+        """Draw the live curve and return its result; None, with a word on why, when it takes too long."""
+        key = (case.experiment, case.solver)
+        if self.slow[0] == key and time.monotonic() - self.slow[1] < TRIED_AGAIN:
+            self._status(TOO_LONG)
+            self.main.dim()
+            return None
+        say = self._status_from_thread()
+        live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+        if live.gave_up or live.result is None:
             if not self._latest.overtaken:
                 self.slow = (key, time.monotonic())
                 self._status(TOO_LONG)
             self.main.dim()
-        elif live.result is not None:
-            self._status("")
-            self._say(Said(advice=_advice(document, case, live.result)))
-            await self._draw(live.result, kept=False)
+            return None
+        self._status("")
+        await self._draw(live.result, kept=False)
+        return live.result
+
+    async def _draw_force(self, case: df.Case) -> None:
+        curve = await in_thread(LIVE, lambda: df.force_curve(case))
+        self._force_drawn = time.monotonic()
+        await self.force.draw(figures.force_distance(curve))
 
     async def _draw(self, result: xr.Dataset, kept: bool) -> None:
         self.result = result
-        figure = await in_thread(LIVE, lambda: figures.figure(result))
-        await self.main.draw(figure)
+        await self.main.draw(figures.figure(result))
         if kept:
-            self._status("stopped; shown is what was computed" if result.attrs.get("interrupted") else "")
+            self._status("Stopped: this is what was computed." if result.attrs.get("interrupted") else "")
         for hook in self.on_result:
             hook(result, kept)
 
@@ -194,6 +203,7 @@ class View:
             hook(text)
 
     def _say(self, said: Said) -> None:
+        self.said = said
         for hook in self.on_said:
             hook(said)
 
@@ -205,10 +215,10 @@ class Shown:
     result: xr.Dataset
 
 
-def _advice(document: Document, case: df.Case, result: xr.Dataset | None) -> tuple[tuple[Path, str], ...]:
-    """Return the advice on a case and its result, each piece beside the first field that it is about."""
+def _places(document: Document, advice: list[df.Advice]) -> tuple[tuple[Path, str], ...]:
+    """Return each piece of advice with the path of the first field that it is about."""
     found = []
-    for piece in df.advice(case, result):
+    for piece in advice:
         about = [path for path in (path_of(document, name) for name in piece.about) if path]
         found.append((about[0] if about else (), piece.text))
     return tuple(found)
