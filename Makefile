@@ -26,9 +26,9 @@ endef
 demo: $(READY)
 	$(BIN)/dforce run figure-3-air-jump -o approach.nc --plot approach.png
 
-# ARGS goes to pytest: make test ARGS="tests/unit -x"
+# ARGS goes to pytest: make test ARGS="tests/unit -x". One process a core; a file's tests stay together, and share what they set up.
 test: $(READY)
-	$(BIN)/pytest $(ARGS)
+	$(BIN)/pytest -n auto --dist loadfile $(ARGS)
 
 lint: $(READY)
 	$(BIN)/ruff check
