@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from dforce.plugins import load_plugin
     from dforce.prescribed import force_along, force_curve
     from dforce.results import Status, check_target, read, reader_unit, whole_file, write
+    from dforce.revisit import motion_at
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
     from dforce.sweeps import sweep
@@ -86,6 +87,7 @@ _HOMES = {
     "plugins": ("load_plugin",),
     "prescribed": ("force_along", "force_curve"),
     "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
+    "revisit": ("motion_at",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
     "solvers": ("SolverSettings",),
     "sweeps": ("sweep",),
@@ -154,6 +156,7 @@ __all__ = [
     "listening",
     "load_case",
     "load_plugin",
+    "motion_at",
     "nearest",
     "param",
     "parse",

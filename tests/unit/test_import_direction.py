@@ -21,7 +21,7 @@ LEVELS = (
     ("solvers", "observables"),
     ("experiments", "results"),
     ("case", "plot", "validity"),
-    ("runs", "findings", "timing", "sweeps", "prescribed"),
+    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

@@ -120,6 +120,10 @@ class Experiment(Parameters):
             What the problem was made from, for experiments that vary one of its parameters.
         """
 
+    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
+        """Return the problem at one point of a result of this experiment, whose coordinates say where it is."""
+        return problem
+
 
 SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
 

@@ -131,6 +131,10 @@ class Branches(Experiment):
             return data
         return self._dataset(period_map, curves, quantity)
 
+    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
+        """Return the problem at the value of the parameter of a point; see :class:`Experiment`."""
+        return self._range(problem, case)[3](float(point[self._name()]))
+
     def _name(self) -> str:
         """Return the name of the coordinate that holds the parameter: the last step of its path."""
         from dforce.quantities import OBSERVABLES

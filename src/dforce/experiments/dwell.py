@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.integrator import Integrator
+    from dforce.solvers.integrator import Integrator, Motion
 
 MOST_SAMPLES = 20_000_000  # of a trace: beyond this it does not fit into a picture, nor soon into memory
 
@@ -72,52 +72,61 @@ class Dwell(Experiment):
             motion, count = found.motion, self.recorded_periods
             if self.record == "all":
                 motion, count = first, settling + self.recorded_periods
-            self._record(data, integrator, motion, count)
+            if count * integrator.points > MOST_SAMPLES:
+                raise ParameterError(
+                    f"a record of {count} periods with {integrator.points} samples each is too long; "
+                    'lower experiment.recorded_periods, or record = "settled"'
+                )
+            motion = record_traces(data, integrator, motion, count)
+            record_spectrum(data, integrator, motion, self.recorded_periods)
         progress(1, 1, "")
         return data
 
-    def _record(self, data: xr.Dataset, integrator: Integrator, motion: Any, count: int) -> None:
-        """Add traces over `count` periods from a motion on, and the spectrum of the last ones."""
-        from dforce.observables.window import weights, window_length
 
-        problem, scales = integrator.problem, integrator.scales
-        if count * integrator.points > MOST_SAMPLES:
-            raise ParameterError(
-                f"a record of {count} periods with {integrator.points} samples each is too long; "
-                'lower experiment.recorded_periods, or record = "settled"'
-            )
-        modes = len(problem.modes)
-        start, blocks = motion.period, []
-        for _ in range(count):
-            motion, block = integrator.record(motion)
-            blocks.append(block[:-1, [*range(2 * modes), -1]])  # the last sample is the next period's first
-        samples = np.concatenate(blocks)
-        z_n, v_n = samples[:, 0 : 2 * modes : 2].T * scales.length, samples[:, 1 : 2 * modes : 2].T * scales.speed
-        z = z_n.sum(0)
-        d = self.zc + z
-        period = 1.0 / problem.tones[0].frequency
-        # whole periods from the first drive's phase zero: time counts from the start of the record
-        data["time"] = ("time", np.arange(len(z)) * period / integrator.points)
-        data["deflection"] = ("time", z)
-        data["mode_deflection"] = (("mode", "time"), z_n)
-        data["velocity"] = ("time", v_n.sum(0))
-        data["distance"] = ("time", d)
-        data["force"] = ("time", samples[:, -1])
-        data["indentation"] = ("time", np.maximum(problem.a0 - d, 0.0))
-        data.attrs["record_start_period"] = start
-        # tones that do not repeat within the record need a longer one to be told apart
-        frequencies = [tone.frequency for tone in problem.tones]
-        window = min(window_length(frequencies), LONGEST_SPECTRUM)
-        longer = []
-        for _ in range(window * math.ceil(self.recorded_periods / window)):
-            motion, block = integrator.record(motion)
-            longer.append(block[:-1, 0 : 2 * modes : 2].sum(1) * scales.length)
-        each = np.repeat(weights(frequencies, len(longer)), integrator.points)
-        data["frequency"] = ("frequency", np.fft.rfftfreq(len(each), period / integrator.points))
-        data["spectrum"] = ("frequency", amplitude_spectrum(np.concatenate(longer), each))
-        from dforce.results import describe
+def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> Motion:
+    """Add traces over `count` periods of the first tone from a motion on; return the motion after them."""
+    from dforce.results import describe
 
-        describe(data)
+    problem, scales = integrator.problem, integrator.scales
+    modes, period = len(problem.modes), 1.0 / problem.tones[0].frequency
+    start, blocks = motion.period, []
+    for _ in range(count):
+        motion, block = integrator.record(motion)
+        blocks.append(block[:-1, [*range(2 * modes), -1]])  # the last sample is the next period's first
+    samples = np.concatenate(blocks)
+    z_n, v_n = samples[:, 0 : 2 * modes : 2].T * scales.length, samples[:, 1 : 2 * modes : 2].T * scales.speed
+    z = z_n.sum(0)
+    d = float(data["zc"]) + z
+    # whole periods from the first drive's phase zero: time counts from the start of the record
+    data["time"] = ("time", np.arange(len(z)) * period / integrator.points)
+    data["deflection"] = ("time", z)
+    data["mode_deflection"] = (("mode", "time"), z_n)
+    data["velocity"] = ("time", v_n.sum(0))
+    data["distance"] = ("time", d)
+    data["force"] = ("time", samples[:, -1])
+    data["indentation"] = ("time", np.maximum(problem.a0 - d, 0.0))
+    data.attrs["record_start_period"] = start
+    describe(data)
+    return motion
+
+
+def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> None:
+    """Add the spectrum of at least `count` periods of the first tone from a motion on."""
+    from dforce.observables.window import weights, window_length
+    from dforce.results import describe
+
+    problem, modes = integrator.problem, len(integrator.problem.modes)
+    # tones that do not repeat within the record need a longer one to be told apart
+    frequencies = [tone.frequency for tone in problem.tones]
+    window = min(window_length(frequencies), LONGEST_SPECTRUM)
+    longer = []
+    for _ in range(window * math.ceil(count / window)):
+        motion, block = integrator.record(motion)
+        longer.append(block[:-1, 0 : 2 * modes : 2].sum(1) * integrator.scales.length)
+    each = np.repeat(weights(frequencies, len(longer)), integrator.points)
+    data["frequency"] = ("frequency", np.fft.rfftfreq(len(each), 1.0 / frequencies[0] / integrator.points))
+    data["spectrum"] = ("frequency", amplitude_spectrum(np.concatenate(longer), each))
+    describe(data)
 
 
 def amplitude_spectrum(z: np.ndarray[Any, Any], weight: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -145,3 +145,7 @@ class FrequencySweep(Experiment):
         from dforce.results import describe
 
         return describe(data)
+
+    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
+        """Return the problem at the frequency of a point; see :class:`Experiment`."""
+        return problem.at_frequency(float(point["frequency"]))

@@ -1,0 +1,173 @@
+"""The motion at one point of a result, computed anew: what a curve of amplitudes does not keep."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.errors import DForceError, ParameterError, ResultError
+from dforce.runs import LOOKS_A_SECOND
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers.integrator import Integrator, Motion
+    from dforce.solvers.transient import Steady
+
+SAME = 0.01  # of the free amplitude: motions nearer to each other than this are one state
+PERIODS = 2  # that are recorded; tones that repeat together only after more are recorded until they do
+MOST_PERIODS = 20
+UNSTABLE = (
+    "No experiment shows this state: it is unstable, and the smallest disturbance leads away from it. "
+    "Drawn is the periodic motion itself."
+)
+UNSETTLED = "The motion did not settle here, so this is a stretch of it; it does not repeat."
+
+
+def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | None = None) -> xr.Dataset:
+    """Return the motion at one point of a result, as traces over two periods of the first tone.
+
+    The motion is sought from the amplitudes, phases and harmonics of the point: the periodic orbit itself where there is
+    one, stable or not, else what a transient from there settles into. It is the state of the point, or there is an error.
+
+    Parameters
+    ----------
+    point
+        A result of any experiment with one point chosen, such as ``result.sel(zc=5e-9, direction="retract")``.
+    progress
+        Called now and then as ``progress(0, 1, note)``; it gives up by raising KeyboardInterrupt.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as of a dwell, and its
+        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence where the
+        motion is no steady state that an experiment shows, else empty.
+
+    Raises
+    ------
+    ParameterError
+        When it is no result with one point, or carries no case.
+    ResultError
+        When the point has no motion, or it was not found anew.
+    """
+    from dforce.results import Status
+    from dforce.solvers.integrator import INTEGRATORS
+    from dforce.solvers.transient import steady
+
+    case, problem = _origin(point)
+    reached = int(point["status"]) if point["status"].ndim == 0 else int(Status.OK)  # of basins only states are kept
+    status = next(one for one in Status if one == reached)
+    if status in (Status.NOT_COMPUTED, Status.FAILED):
+        raise ResultError(f"there is no motion at this point: {status.sentence}")
+    integrator = INTEGRATORS[case.solver.integrator](problem, case.solver, point.sizes.get("harmonic", 1))
+    integrator.place(float(point["zc"]))
+    start = _start(integrator, point)
+    looked = time.monotonic()
+
+    def watch() -> None:
+        nonlocal looked
+        if progress is not None and time.monotonic() - looked > 1.0 / LOOKS_A_SECOND:
+            looked = time.monotonic()
+            progress(0, 1, "settling")
+
+    found = _orbit(integrator, start, point)
+    note = UNSTABLE if found is not None and "stable" in point and not bool(point["stable"]) else ""
+    if found is None and "stable" in point and not bool(point["stable"]):
+        raise ResultError("this state is unstable, so that no experiment shows it, and its motion was not found anew")
+    if found is None:
+        found = steady(integrator, start, watch)
+        if status is not Status.OK:
+            note = UNSETTLED
+        elif _apart(found.values, point) > SAME * problem.tones[0].A0:
+            raise ResultError("the motion that starts from this point settles in another state, so it is not shown")
+    return _recorded(integrator, found, point, note)
+
+
+def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
+    """Return the case of a result and the problem at the point."""
+    if not {"status", "amplitude", "mode_amplitude", "zc"} <= {*point.variables}:
+        raise ParameterError("this is not the result of an experiment, so it has no motion")
+    more = [str(dim) for name in ("amplitude", "zc") for dim in point[name].dims if dim != "tone"]
+    if more:
+        raise ParameterError(f"the motion is that of one point; choose one along {more[0]} with .isel")
+    try:
+        case = Case.from_toml(str(point.attrs.get("case", "")))
+    except DForceError as error:
+        raise ParameterError(f"the result does not say what it was computed from: {error}") from None
+    if case.experiment is None:
+        raise ParameterError("the result does not say which experiment it is from")
+    return case, case.experiment.problem_at(case.problem, point, case)
+
+
+def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
+    """Return the state at the start of a period that moves as a point says, as far as it says it."""
+    from dforce.solvers.integrator import with_amplitudes
+
+    problem = integrator.problem
+    tones, modes = len(problem.tones), len(problem.modes)
+    amplitudes = np.zeros((tones, modes), dtype=complex)
+    for n in range(modes):
+        driven = (j for j, tone in enumerate(problem.tones) if tone.mode == n)
+        j = next(driven, 0)
+        lag = np.radians(float(point["mode_phase"][n]))
+        amplitudes[j, n] = float(point["mode_amplitude"][n]) * np.exp(1j * (problem.tones[j].phase - lag))
+    start = with_amplitudes(integrator, amplitudes)
+    z, v = np.array(start.y[::2]), np.array(start.y[1::2])
+    z[0] += float(point["mean_deflection"]) / integrator.scales.length
+    if "harmonic_amplitude" in point and modes == 1:  # of several modes no harmonic says whose it is
+        first = problem.tones[0]
+        for h, amplitude, lag in zip(
+            point["harmonic"].values[1:], point["harmonic_amplitude"].values[1:],
+            np.radians(point["harmonic_phase"].values[1:]), strict=True,
+        ):  # fmt: skip
+            turned = amplitude * np.exp(1j * (h * first.phase - lag))
+            z[0] += turned.real / integrator.scales.length
+            v[0] -= 2.0 * np.pi * h * first.frequency * turned.imag / integrator.scales.speed
+    return replace(start, y=tuple(np.stack([z, v], axis=1).ravel().tolist()))
+
+
+def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady | None:
+    """Return the periodic orbit that Newton's method finds from a motion, None where it is none of the point's state."""
+    from dforce.observables.window import common_period
+    from dforce.solvers.fixed_point import PeriodMap, as_steady, orbit_from
+
+    problem = integrator.problem
+    zc, A0 = float(point["zc"]), problem.tones[0].A0
+    if common_period([tone.frequency for tone in problem.tones]) is None:
+        return None
+    period_map = PeriodMap(integrator, integrator.place, zc - A0, zc + A0)
+    found = orbit_from(period_map, start, zc / period_map.span)
+    integrator.place(zc)  # derivatives were taken beside it
+    if found is None or _apart(found.values, point) > SAME * A0:
+        return None
+    return as_steady(period_map, found)
+
+
+def _apart(values: Any, point: xr.Dataset) -> float:
+    """Return how far two motions are apart at the first tone (m)."""
+    one = float(values["amplitude"][0]) * np.exp(-1j * np.radians(float(values["phase"][0])))
+    other = float(point["amplitude"][0]) * np.exp(-1j * np.radians(float(point["phase"][0])))
+    return float(abs(one - other))
+
+
+def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset, note: str) -> xr.Dataset:
+    from dforce.experiments._table import Table
+    from dforce.experiments.dwell import record_traces
+    from dforce.observables.window import common_period
+
+    table = Table((), {}, integrator)
+    table.put((), found)
+    data = table.dataset().assign_coords(zc=float(point["zc"]))
+    common = common_period([tone.frequency for tone in integrator.problem.tones])
+    count = common if common is not None and PERIODS < common <= MOST_PERIODS else PERIODS
+    record_traces(data, integrator, found.motion, count)
+    data.attrs |= {"title": str(point.attrs.get("title", "")), "note": note}
+    return data
