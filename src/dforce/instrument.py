@@ -126,6 +126,10 @@ class Beam(Parameters):
     """
 
     title_of: ClassVar[str] = "cantilever.beam"
+    # silicon along <110>: M. A. Hopcroft, W. D. Nix, T. W. Kenny, J. Microelectromech. Syst. 19, 229 (2010)
+    example: ClassVar[Mapping[str, Any]] = {
+        "youngs_modulus": "169 GPa", "density": "2330 kg/m^3", "length": "225 um", "width": "30 um", "thickness": "3 um",
+    }  # fmt: skip
 
     youngs_modulus: float = param(
         unit="Pa", symbol="E", above="0 GPa", high="10 TPa", doc="Young's modulus of the beam"

@@ -168,6 +168,9 @@ class Parameters(pydantic.BaseModel):
     )
 
     title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
+    example: ClassVar[
+        Mapping[str, Any]
+    ] = {}  # typical values of the parameters without a default, for forms and checks
     ways: ClassVar[
         Mapping[str, tuple[str, ...]]
     ] = {}  # groups of fields of which a user gives one, by what it is called

@@ -70,7 +70,7 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
 
     async def flow():
         async with window(tmp_path) as (user, page):
-            await user.should_see("window test spring")
+            await user.should_see("A spring that pulls back at any distance.")
             page.forms._add_force("window_test_spring")
             field = entry(user, "forces.2.stiffness")
             assert (field.props["label"], field.props["text"]) == ("Stiffness of the test spring", "1")

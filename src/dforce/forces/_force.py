@@ -90,7 +90,6 @@ class Force(Parameters):
     dissipative: ClassVar[bool] = False
     timed: ClassVar[bool] = False
     source: ClassVar[str] = ""
-    example: ClassVar[Mapping[str, Any]] = {}
     memory: ClassVar[int] = 0
     memory_scale: ClassVar[float] = 1e-9
 

@@ -7,6 +7,7 @@ views, each `View` checks it, computes the live curve off the event loop, and ha
 ========== =====================================================================================
 document   the immutable document: the case as typed, sliders, plots, results shown
 typed      decimal commas and units in what is typed
+values     between the values of a document and the texts of fields
 fields     which fields a class of parameters has, from its declarations
 session    one per browser: document, undo and redo, what is kept over a restart
 results    results by identifier, on disk, with limits
@@ -15,6 +16,7 @@ figures    figures as plain data for Plotly; every plot of a result is made here
 chart      the chart element (chart.js): typed arrays, zoom kept, acknowledged
 entry      the element of one field (entry.js) and of one slider (slider.js)
 forms      the tabs: fields, lists, choices, forces
+sliders    parameters on sliders
 view       one page of a session: forms, live curve, run bar, errors and advice at their fields
 pages      the layout: header with menus, tabs at the left, plots at the right
 security   secret in the address, Host and Origin, headers, sizes

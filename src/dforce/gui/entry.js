@@ -1,25 +1,25 @@
 // One field of a form: label with symbol, text and unit, what is wrong with it, and advice about it.
 export default {
   template: `
-    <div class="df-entry" :class="{wrong: error, advised: advice.length, inert: disable}" :data-path="path" :data-help="help"
+    <div class="df-entry" :class="{wrong: error, wide: kind === 'text' && !numeric}" :data-path="path" :data-help="help"
          :data-name="path">
       <label :for="uid" class="df-label">
         <span class="df-name">{{ label }}</span><span v-if="symbol" class="df-symbol" v-html="symbol"></span>
       </label>
       <div class="df-control">
         <input v-if="kind === 'text'" :id="uid" class="df-box" type="text" :value="draft" :placeholder="placeholder"
-               :disabled="disable" autocomplete="off" spellcheck="false" :inputmode="numeric ? 'decimal' : 'text'"
+               autocomplete="off" spellcheck="false" :inputmode="numeric ? 'decimal' : 'text'"
                :class="{number: numeric}" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"
                :maxlength="longest" @input="typed($event.target.value)" @focus="focused = true" @blur="left"
                @keydown.enter="flush" />
-        <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="now.text" :disabled="disable"
+        <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="now.text"
                 :aria-describedby="uid + '-more'" @change="$emit('typed', {text: $event.target.value, unit: ''})">
           <option v-for="option in options" :key="option.value" :value="option.value">{{ option.label }}</option>
         </select>
         <input v-else :id="uid" class="df-switch" type="checkbox" role="switch" :checked="now.text === 'true'"
-               :disabled="disable" :aria-describedby="uid + '-more'"
+               :aria-describedby="uid + '-more'"
                @change="$emit('typed', {text: $event.target.checked ? 'true' : 'false', unit: ''})" />
-        <select v-if="units.length > 1" class="df-unit" :value="now.unit" :aria-label="'unit of ' + label" :disabled="disable"
+        <select v-if="units.length > 1" class="df-unit" :value="now.unit" :aria-label="'unit of ' + label"
                 @change="flush(); $emit('unit', $event.target.value)">
           <option v-for="one in units" :key="one" :value="one">{{ pretty(one) }}</option>
         </select>
@@ -41,7 +41,7 @@ export default {
     kind: { default: "text" }, path: { default: "" }, label: { default: "" }, symbol: { default: "" },
     help: { default: "" }, text: { default: "" }, unit: { default: "" }, units: { default: () => [] },
     options: { default: () => [] }, placeholder: { default: "" }, error: { default: "" }, note: { default: "" },
-    advice: { default: () => [] }, numeric: Boolean, slidable: Boolean, sliding: Boolean, disable: Boolean,
+    advice: { default: () => [] }, numeric: Boolean, slidable: Boolean, sliding: Boolean,
     longest: { default: 100 },
   },
   data() {

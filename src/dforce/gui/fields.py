@@ -12,6 +12,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import dforce as df
 
+NEEDED = "this needs a value"
 LEFT_OUT = re.compile(r"left out: ([^;]+)")
 BOUNDS = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
 
@@ -59,6 +60,8 @@ class Field:
         if len(self.shapes) == 1:
             return self.shapes[0]
         given = self.default if value is None else value
+        if given is None:
+            return self.shapes[0]
         for shape in self.shapes:
             if _fits(shape, given):
                 return shape
@@ -102,8 +105,11 @@ def _field(model: type[df.Parameters], key: str) -> Field:
 
 def _label(key: str, doc: str, choice: bool) -> str:
     """Return the first phrase of a sentence as a label; the key where the sentence explains words to choose from."""
-    first = min((doc.partition(sign)[0] for sign in ("; ", ": ", " (", ", ", " {")), key=len)
-    label = key.replace("_", " ") if choice or (" " not in first and first != doc) else first
+    first, sign = min(
+        ((doc.partition(sign)[0], sign) for sign in ("; ", ": ", " (", ", ", " {")), key=lambda f: len(f[0])
+    )
+    explains = sign == ": " and first != doc and " " not in first
+    label = key.replace("_", " ") if choice or explains else first
     return f"{label[0].upper()}{label[1:]}"
 
 
@@ -113,7 +119,8 @@ def _bounds(quantity: df.Quantity) -> str:
         bound = getattr(quantity, name)
         if bound is not None:
             words.append(f"{sign} {bound if isinstance(bound, str) else df.show(bound, quantity.unit)}")
-    return f" {' and '.join(words).capitalize()}." if words else ""
+    text = " and ".join(words)
+    return f" {text[0].upper()}{text[1:]}." if text else ""
 
 
 def _shapes(annotation: Any, quantity: df.Quantity | None) -> list[Shape]:
@@ -158,7 +165,7 @@ def check(field: Field, shape: Shape, value: Any) -> str:
     Whether the values make sense together is for the case as a whole to say.
     """
     if value in (None, ""):
-        return f"{field.label} is missing" if field.required else ""
+        return NEEDED if field.required else ""
     try:
         if field.quantity is not None and shape.kind == "quantity":
             field.quantity.check(df.parse(value, field.quantity.unit))
@@ -176,7 +183,11 @@ def check(field: Field, shape: Shape, value: Any) -> str:
 
 
 def start_of(model: type[df.Parameters], typed: Any) -> dict[str, Any]:
-    """Return a table to start a form with: of what was typed elsewhere, the values whose names the model has too."""
-    if not isinstance(typed, Mapping):
-        return {}
-    return {key: typed[key] for key in model.keys() if key in typed}  # noqa: SIM118
+    """Return a table to start a form with: typical values, and of what was typed elsewhere what the model knows by name."""
+    known = typed if isinstance(typed, Mapping) else {}
+    return {**model.example, **{key: known[key] for key in model.keys() if key in known}}  # noqa: SIM118
+
+
+def name_of(model: type[df.Parameters]) -> str:
+    """Return the name of a class as words: "Kelvin Voigt"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)

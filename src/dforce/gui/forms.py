@@ -13,11 +13,13 @@ import dforce as df
 from dforce.gui import typed
 from dforce.gui.document import Path
 from dforce.gui.entry import Entry
-from dforce.gui.fields import Field, Shape, check, fields, start_of
+from dforce.gui.fields import Field, Shape, check, fields, name_of, start_of
 from dforce.gui.sliders import toggle
+from dforce.gui.values import read, shown, units_of
 from dforce.gui.view import Said, View
 
 LEFT_OUT = "left out"
+SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 
 
@@ -118,7 +120,11 @@ class Forms:
             self._choice(path, "Described by", words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
         for field in fields(model):
-            if field.key not in hidden:
+            if field.key in hidden:
+                continue
+            if model.ways and model.ways[way] == (field.key,):  # the way has been chosen, so there is no more to choose
+                self._shape((*path, field.key), field, field.shapes[0])
+            else:
                 self._field((*path, field.key), field)
 
     def _way(self, path: Path, model: type[df.Parameters]) -> str:
@@ -130,9 +136,11 @@ class Forms:
         """Change to another way of saying the same; what both know by the same name is carried over."""
         document = self.view.document
         given = document.value(path) or {}
+        earlier = [document.aside[key] for key in document.aside if key.rpartition("/")[0] == ".".join(map(str, path))]
         grouped = {key for keys in model.ways.values() for key in keys}
         common = {key: value for key, value in given.items() if key not in grouped}
-        start = _carried({key: value for key, value in given.items() if key in grouped}, model, model.ways[new])
+        known = {key: value for table in (*earlier, given) for key, value in (table or {}).items() if key in grouped}
+        start = _carried(known, model, model.ways[new])
         document = document.choose(path, old, new, common | start)
         self.view.edit(document, anew=True)
 
@@ -273,9 +281,9 @@ class Forms:
             self._force(place, given)
         with ui.button("Add a force", icon="add", color=None).props("flat dense no-caps").classes("df-button"):
             with ui.menu().props("max-height=60vh"), ui.element("div").classes("df-menu"):
-                for name, model in sorted(df.forces.REGISTRY.items()):
+                for name, model in sorted(df.forces.REGISTRY.items(), key=lambda item: name_of(item[1])):
                     with ui.menu_item(on_click=lambda name=name: self._add_force(name)), ui.element("div"):
-                        ui.label(name.replace("_", " ")).classes("df-menu-title")
+                        ui.label(name_of(model)).classes("df-menu-title")
                         ui.label(first_line(model)).classes("df-menu-text")
 
     def _force(self, place: int, given: Mapping[str, Any]) -> None:
@@ -284,12 +292,11 @@ class Forms:
         on = place not in self.view.document.off
         with ui.element("div").classes("df-card" if on else "df-card off"):
             with ui.element("div").classes("df-card-head"):
-                ui.label(name.replace("_", " ")).classes("df-card-title").tooltip(first_line(model) if model else "")
+                title = name_of(model) if model is not None else name
+                ui.label(title).classes("df-card-title").props["title"] = first_line(model) if model is not None else ""
                 switch = ui.switch(value=on, on_change=lambda event: self._switch(place, bool(event.value)))
-                switch.props(f'dense aria-label="{name.replace("_", " ")} takes part" ').tooltip(
-                    "Switch off for comparison"
-                )
-                self._remove(("forces", place), name.replace("_", " "))
+                switch.props.update({"dense": True, "aria-label": f"{title} takes part", "title": SWITCH})
+                self._remove(("forces", place), title)
             if model is None:
                 ui.label(f"There is no force model '{df.shorten(name)}' here.").classes("df-error")
             elif on:
@@ -337,61 +344,12 @@ def button(text: str, icon: str, press: Callable[[], None], label: str = "") -> 
     """Show a quiet button."""
     made = ui.button(text, icon=icon, on_click=press, color=None).props("flat dense no-caps").classes("df-button")
     if label:
-        made.props(f'aria-label="{label}"').tooltip(label.capitalize())
+        made.props.update({"aria-label": label, "title": f"{label[0].upper()}{label[1:]}"})
 
 
 def first_line(model: type[df.Parameters]) -> str:
     """Return the first sentence of a class's documentation."""
     return df.first_sentence(model.__doc__ or "")
-
-
-def shown(field: Field, value: Any) -> tuple[str, str]:
-    """Return text and unit that a field shows for a value of the document."""
-    unit = usual_unit(field)
-    if value is None or value == ():
-        return "", unit
-    if isinstance(value, list | tuple):
-        parts = [shown(field, item) for item in value]
-        same = all(part[1] == parts[0][1] for part in parts)
-        text = "; ".join(part[0] if same else " ".join(part) for part in parts)
-        return text, parts[0][1] if parts else unit
-    if not isinstance(value, str):
-        if not isinstance(value, int | float) or isinstance(value, bool):
-            return "", unit
-        value = df.show(float(value), field.unit)
-    return typed.taken_apart(value, unit)
-
-
-def usual_unit(field: Field) -> str:
-    """Return the unit that an empty field shows."""
-    parts = df.split_unit(field.default) if isinstance(field.default, str) else None
-    return parts[1] if parts and parts[1] else df.usual_unit(field.unit)
-
-
-def units_of(field: Field, unit: str) -> list[str]:
-    """Return the units to choose from, the one shown among them."""
-    known = [*df.unit_choices(field.unit)]
-    return known if unit in known else [unit, *known]
-
-
-def read(field: Field, shape: Shape, text: str, unit: str) -> Any:
-    """Return what a typed text means as a value of the document; text that means nothing yet stays as it is."""
-    text = text.strip() if shape.kind != "text" else text
-    if text == "":
-        return None
-    if shape.kind == "switch":
-        return text == "true"
-    if shape.kind == "text":
-        return text
-    try:
-        if shape.kind == "quantity":
-            return typed.composed(text, unit)
-        if shape.kind == "numbers":
-            return [typed.composed(part, unit) for part in text.split(";") if part.strip()]
-        number = typed.with_point(text)
-        return int(number) if shape.kind == "whole" else float(number)
-    except (ValueError, df.ParameterError):
-        return text
 
 
 def _carried(given: Mapping[str, Any], model: type[df.Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
@@ -408,7 +366,7 @@ def _carried(given: Mapping[str, Any], model: type[df.Parameters], keys: tuple[s
         if shape.kind == "tables" and shape.model is not None:
             found[field.key] = [start_of(shape.model, source)]
         elif shape.kind == "table":
-            found[field.key] = {}
+            found[field.key] = start_of(shape.model, {}) if shape.model is not None else {}
         elif field.key in source:
             found[field.key] = source[field.key]
     return found

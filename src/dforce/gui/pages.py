@@ -184,7 +184,13 @@ class RunBar:
                 "unelevated dense no-caps color=primary"
             )
         view.on_job.append(self.show)
+        view.on_show.append(self._forget)
         self.show()
+
+    def _forget(self, anew: bool) -> None:
+        """Say no more about a run that has ended once something is edited."""
+        if self.view.session.job is None or not self.view.session.job.busy:
+            self.text.set_text("")
 
     def show(self) -> None:
         """Show the state of the session's run."""

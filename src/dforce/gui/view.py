@@ -23,6 +23,8 @@ log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
 FORCE_EVERY = 0.25  # s between two pictures of the force while something is dragged
+DIM_AFTER, SAY_AFTER = 0.3, 1.0  # s after which a plot that does not follow is dimmed, and a word says why
+COMPUTING = "Computing ..."
 TOO_LONG = "This takes longer than a live curve may; press Run."
 
 
@@ -68,7 +70,7 @@ class View:
         self.on_result: list[Callable[[xr.Dataset, bool], None]] = []
         self.result: xr.Dataset | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
-        self.said = Said()
+        self.said, self.status = Said(), ""
         self._force_drawn = -FORCE_EVERY
         self._latest = Latest(self._compute)
 
@@ -165,8 +167,13 @@ class View:
             self._status(TOO_LONG)
             self.main.dim()
             return None
-        say = self._status_from_thread()
-        live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+        say, loop = self._status_from_thread(), asyncio.get_running_loop()
+        late = [loop.call_later(DIM_AFTER, self.main.dim), loop.call_later(SAY_AFTER, self._say_computing)]
+        try:
+            live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+        finally:
+            for timer in late:
+                timer.cancel()
         if live.gave_up or live.result is None:
             if not self._latest.overtaken:
                 self.slow = (key, time.monotonic())
@@ -190,6 +197,10 @@ class View:
         for hook in self.on_result:
             hook(result, kept)
 
+    def _say_computing(self) -> None:
+        if not self.status:
+            self._status(COMPUTING)
+
     def _status_from_thread(self) -> Callable[[str], None]:
         loop = asyncio.get_running_loop()
 
@@ -199,6 +210,7 @@ class View:
         return say
 
     def _status(self, text: str) -> None:
+        self.status = text
         for hook in self.on_status:
             hook(text)
 
