@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from dforce import forces, plot
+    from dforce.bars import ProgressBar
     from dforce.case import About, Case, case_schema, example, load_case, save_case
     from dforce.errors import (
         CaseError,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from dforce.parameters import Parameters, Quantity, param, shared
     from dforce.plugins import load_plugin
     from dforce.prescribed import force_along, force_curve
+    from dforce.reports import Report, report
     from dforce.results import Status, check_target, read, reader_unit, whole_file, write
     from dforce.revisit import motion_at
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {
     "validity": ("Advice", "advice", "advice_in"),
+    "bars": ("ProgressBar",),
     "case": ("About", "Case", "case_schema", "example", "load_case", "save_case"),
     "errors": (
         "CaseError",
@@ -86,6 +89,7 @@ _HOMES = {
     "parameters": ("Parameters", "Quantity", "param", "shared"),
     "plugins": ("load_plugin",),
     "prescribed": ("force_along", "force_curve"),
+    "reports": ("Report", "report"),
     "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
     "revisit": ("motion_at",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
@@ -125,7 +129,9 @@ __all__ = [
     "Mode",
     "ParameterError",
     "Parameters",
+    "ProgressBar",
     "Quantity",
+    "Report",
     "ResultError",
     "Sample",
     "SolverSettings",
@@ -164,6 +170,7 @@ __all__ = [
     "plot",
     "read",
     "reader_unit",
+    "report",
     "run",
     "save_case",
     "shared",

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from dforce.bars import ProgressBar
 from dforce.case import Case
 from dforce.errors import ParameterError
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
@@ -18,7 +21,7 @@ if TYPE_CHECKING:
 LOOKS_A_SECOND = 20.0  # at most, so that showing progress costs nothing
 
 
-def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None = None) -> xr.Dataset:
+def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset | None = None) -> xr.Dataset:
     """Do what a case's experiment says and return the result.
 
     Parameters
@@ -26,7 +29,8 @@ def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None 
     case
         The case; ``case.experiment`` must be given.
     progress
-        Called as ``progress(done, total, note)`` at most 20 times a second, and at the end.
+        True for a bar, on a terminal or in a notebook. Or a function, called as ``progress(done, total, note)`` at most
+        20 times a second, and at the end.
     resume
         An interrupted result of the same case, to be continued.
 
@@ -51,13 +55,14 @@ def run(case: Case, progress: Progress | None = None, resume: xr.Dataset | None 
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and "restart" in resume else None
-    data = case.experiment.run(case.problem, case.solver, throttled(progress), usable, case)
+    with watched(progress, case.title) as tell:
+        data = case.experiment.run(case.problem, case.solver, tell, usable, case)
     data.attrs = provenance(text, case.title) | data.attrs
     data.attrs |= attributes(advice(case, data))
     return data
 
 
-def approach(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return amplitude, phase and every other quantity against the average distance.
 
     Parameters
@@ -74,7 +79,7 @@ def approach(case: Case, zc: Any = None, progress: Progress | None = None, **set
     return run(_with_experiment(case, Approach, {"zc": zc} | settings), progress)
 
 
-def dwell(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+def dwell(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return the motion at one average distance: traces over time, spectrum and every scalar quantity.
 
     Parameters
@@ -91,7 +96,7 @@ def dwell(case: Case, zc: Any = None, progress: Progress | None = None, **settin
     return run(_with_experiment(case, Dwell, {"zc": zc} | settings), progress)
 
 
-def branches(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return all steady states along the distance or another parameter, stable and unstable, through folds.
 
     Parameters
@@ -117,7 +122,7 @@ def branches(case: Case, zc: Any = None, progress: Progress | None = None, **set
 
 
 def frequency_sweep(
-    case: Case, frequency: Any = None, zc: Any = None, progress: Progress | None = None, **settings: Any
+    case: Case, frequency: Any = None, zc: Any = None, progress: Progress | bool | None = None, **settings: Any
 ) -> xr.Dataset:
     """Return amplitude, phase and every other quantity against the drive frequency, at constant driving force.
 
@@ -141,7 +146,7 @@ def frequency_sweep(
     return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
 
 
-def basins(case: Case, zc: Any = None, progress: Progress | None = None, **settings: Any) -> xr.Dataset:
+def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return which of the steady states at one distance is reached from which start, and the share of each.
 
     Parameters
@@ -170,6 +175,16 @@ def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any
     if isinstance(case.experiment, kind):
         return case.replace(experiment=case.experiment.replace(**given))
     return case.replace(experiment=kind(**given))
+
+
+@contextlib.contextmanager
+def watched(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
+    """Give a progress function that passes on few enough calls, to a bar where one is asked for."""
+    if progress is True:
+        with ProgressBar(title) as bar:
+            yield throttled(bar)
+    else:
+        yield throttled(progress or None)
 
 
 def throttled(progress: Progress | None) -> Progress:

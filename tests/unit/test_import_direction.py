@@ -13,7 +13,7 @@ PACKAGE = Path(dforce.__file__).parent
 
 # Each module may import its own level and those above it in this list. A folder counts as one module.
 LEVELS = (
-    ("_version", "errors", "units", "quantities", "library", "notation", "notices"),
+    ("_version", "bars", "errors", "units", "quantities", "library", "notation", "notices"),
     ("parameters",),
     ("forces", "instrument", "beam"),
     ("problem", "plugins"),
@@ -21,7 +21,7 @@ LEVELS = (
     ("solvers", "observables"),
     ("experiments", "results"),
     ("case", "plot", "validity"),
-    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed"),
+    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

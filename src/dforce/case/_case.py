@@ -162,6 +162,12 @@ class Case(Parameters):
         with plugin_files.beside(self.folder):
             return type(self)(**changed(self, pairs))
 
+    def _repr_html_(self) -> str:
+        """Show the parameters in a notebook: symbol, value with unit, meaning; defaults in gray."""
+        from dforce.case._html import html_of
+
+        return html_of(self)
+
     def to_toml(self, complete: bool = False) -> str:
         """Return the case as the text of a case file; :meth:`from_toml` gives back an equal case.
 

@@ -17,20 +17,16 @@ def print_findings(result: xr.Dataset) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    findings = df.summary(result)
-    ways = list(dict.fromkeys(finding.direction for finding in findings))
-    table = Table(show_header=len(ways) > 1, box=None, pad_edge=False, padding=(0, 3, 0, 0))
-    for heading in ("", *ways):
-        table.add_column(Text(heading), overflow="fold")
-    rows: dict[str, dict[str, str]] = {}
-    for finding in findings:
-        rows.setdefault(finding.label, {})[finding.direction] = finding.text
-    for label, texts in rows.items():
-        table.add_row(Text(label), *(Text(texts.get(way, "")) for way in ways))
+    report = df.report(result)
+    rows = report.rows()
+    table = Table(show_header=False, box=None, pad_edge=False, padding=(0, 3, 0, 0))
+    for _ in rows[0] if rows else ():
+        table.add_column(overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
     terminal = console()
-    title = str(result.attrs.get("title", ""))
-    if title:
-        terminal.print(Text("".join(c if c.isprintable() else "?" for c in title), style="bold"))
+    if report.title:
+        terminal.print(Text("".join(c if c.isprintable() else "?" for c in report.title), style="bold"))
     terminal.print(table)
 
 

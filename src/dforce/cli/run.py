@@ -10,7 +10,6 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
-from dforce.cli._progress import Bar
 from dforce.cli._report import advice_lines, as_json, print_findings, quoted, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
 
@@ -52,7 +51,7 @@ def run(
     if plot is not None:
         df.check_target(plot, df.plot.FORMATS)
     start = time.monotonic()
-    with Bar(source.case.title or source.stem, shown=not quiet) as bar:
+    with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
         result = df.run(source.case, progress=bar, resume=source.result if continued else None)
     seconds = time.monotonic() - start
     stopped = bool(result.attrs.get("interrupted"))

@@ -132,6 +132,12 @@ def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> Non
         target.suptitle(lines, fontsize="medium", parse_math=False)
 
 
+def figure_of(axes: Any) -> Any:
+    """Return the whole figure that holds axes, one or a list of them."""
+    holder = axes if isinstance(axes, FigureBase) else np.ravel(np.asarray(axes, dtype=object))[0].figure
+    return holder.figure if isinstance(holder, SubFigure) else holder
+
+
 def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150) -> Path:
     """Write the picture that holds `axes` (one, or a list of them) to PNG, PDF or SVG, whole or not at all.
 
@@ -141,8 +147,7 @@ def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150) -> Path:
         For another ending, or a place that cannot be written.
     """
     target = check_target(path, FORMATS)
-    holder = axes if isinstance(axes, FigureBase) else np.ravel(np.asarray(axes, dtype=object))[0].figure
-    figure: Any = holder.figure if isinstance(holder, SubFigure) else holder
+    figure = figure_of(axes)
     with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}), whole_file(target) as temporary:
         figure.savefig(temporary, format=target.suffix[1:].lower(), dpi=dpi)
     return target

@@ -17,7 +17,7 @@ from dforce.errors import ParameterError, nearest
 from dforce.experiments import Approach, Dwell, InitialMotion
 from dforce.experiments._experiment import Progress, initial_motion
 from dforce.quantities import OBSERVABLES
-from dforce.runs import throttled
+from dforce.runs import watched
 from dforce.solvers.crew import Crew, Stopped
 from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
@@ -38,7 +38,7 @@ def sweep(
     case: Case,
     over: Mapping[str, Any],
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     quantities: Iterable[str] | None = None,
 ) -> xr.Dataset:
     """Return the result of a case's experiment for all combinations of parameter values, many cases at once.
@@ -61,7 +61,7 @@ def sweep(
     workers
         Threads; left out: one for each core.
     progress
-        Called as ``progress(points done, points in all, note)``; Ctrl-C keeps what is done.
+        True for a bar, or a function called as ``progress(points done, points in all, note)``; Ctrl-C keeps what is done.
     quantities
         Names of the quantities to keep; left out: all.
 
@@ -87,17 +87,18 @@ def sweep(
         )
     choices = [axis for axis in axes if axis.quantity is None]
     numbers = [axis for axis in axes if axis.quantity is not None]
-    crew = Crew(count(axes) * len(visits), throttled(progress), workers)
     cases = [
         type(case)(**changed(case, zip((axis.path for axis in choices), values, strict=True)))
         for values in itertools.product(*(axis.values for axis in choices))
     ]
     parts, interrupted = [], False
-    for chosen in cases:
-        part = Part(chosen, numbers, crew, kept)
-        parts.append(part)
-        if not interrupted:
-            interrupted = not part.run()
+    with watched(progress, case.title) as tell:
+        crew = Crew(count(axes) * len(visits), tell, workers)
+        for chosen in cases:
+            part = Part(chosen, numbers, crew, kept)
+            parts.append(part)
+            if not interrupted:
+                interrupted = not part.run()
     return _dataset(case, axes, choices, numbers, parts, interrupted)
 
 

@@ -1,0 +1,156 @@
+"""What a notebook shows: cases, results, progress bars."""
+
+from __future__ import annotations
+
+import base64
+import html.parser
+import time
+
+import numpy as np
+import pytest
+import synthetic
+from IPython.core.interactiveshell import InteractiveShell
+from IPython.utils.capture import capture_output
+
+import dforce as df
+from dforce import bars
+
+
+class Reader(html.parser.HTMLParser):
+    """Collects the cells of a table, and the tags."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.cells, self.tags, self.open = [], [], []
+        self.feed(text)
+        assert not self.open, f"never closed: {self.open}"
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        if tag in ("td", "th"):
+            self.cells.append("")
+        if tag not in ("br", "img"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if {"td", "th"} & set(self.open):
+            self.cells[-1] += data
+
+
+@pytest.fixture
+def notebook(monkeypatch):
+    """A shell like that of a Jupyter kernel."""
+    shell = InteractiveShell.instance()
+    monkeypatch.setattr(shell, "kernel", object(), raising=False)
+    yield shell
+    InteractiveShell.clear_instance()
+
+
+def test_a_case_is_a_table_of_symbols_values_and_meanings():
+    cells = Reader(df.example("figure-6")._repr_html_()).cells
+    row = cells.index("cantilever.modes.2")
+    assert cells[row + 1 : row + 5] == ["f0", "f0", "310 kHz", "resonance frequency without damping"]
+    assert "forces.dmt" in cells and "4e-20 J" in cells and "recorded_periods" in cells
+
+
+def test_a_case_shows_what_a_user_wrote_as_text():
+    nasty = "<script>alert(1)</script>"
+    case = df.example("table-1-am").replace(title=nasty, about={"shows": nasty})
+    case = case.replace(forces=[df.forces.Custom(law="P1 if d < 1e-9 else 0", P1=1e-10)])
+    read = Reader(case._repr_html_())
+    assert "script" not in read.tags
+    assert "P1 if d < 1e-9 else 0" in read.cells
+
+
+@pytest.mark.parametrize("name", list(df.examples()))
+def test_every_example_has_a_table(name):
+    case = df.example(name)
+    cells = Reader(case._repr_html_()).cells
+    assert df.show(case.problem.modes[0].k, "N/m") in cells
+    assert {f"forces.{force.name}" for force in case.forces} <= set(cells)
+
+
+def test_a_result_is_shown_with_a_picture_findings_and_advice():
+    case = df.example("figure-3-air-jump")
+    report = df.report(df.run(case))
+    read = Reader(report._repr_html_())
+    assert "deepest indentation" in read.cells and "approach" in read.cells
+    assert "img" in read.tags and read.tags.count("li") == len(report.advice) > 0
+    assert report.picture().startswith(b"\x89PNG")
+    assert base64.b64encode(report.picture()[:30]).decode() in report._repr_html_()
+    text = str(report)
+    assert text.startswith(case.title) and "deepest indentation" in text and report.advice[0].text in text
+
+
+def test_a_report_shows_a_title_as_text():
+    result = synthetic.dwell().assign_attrs(title="<script>alert(1)</script>")
+    assert "script" not in Reader(df.report(result)._repr_html_()).tags
+
+
+def test_a_sweep_is_reported_one_case_at_a_time():
+    result = df.sweep(df.example("table-1-am"), over={"sample.youngs_modulus": [1e9, 2e9]})
+    with pytest.raises(
+        df.ParameterError, match=r"sweep over sample\.youngs_modulus; choose one of its cases with \.isel"
+    ):
+        df.report(result)
+    assert df.report(result.isel(youngs_modulus=0)).findings
+
+
+def updates(captured):
+    """The texts that a bar had, one after the other."""
+    return [output.data["text/html"] for output in captured.outputs]
+
+
+def test_a_bar_in_a_notebook_is_replaced_in_place_and_taken_away(notebook):
+    with capture_output() as captured, df.ProgressBar("a <b>long</b> run") as bar:
+        bar(1, 4, "zc = 5 nm")
+        bar._bar.show()
+        bar(2, 4, "zc = 4 nm")
+    first, shown, later, last = updates(captured)
+    assert first == last == ""
+    assert 'value="1" max="4"' in shown and "1/4" in shown and "zc = 5 nm" in shown
+    assert 'value="2" max="4"' in later and "s left" in later
+    assert "b" not in Reader(later).tags
+    assert [output.update for output in captured.outputs] == [False, True, True, True]
+    assert len({output.transient["display_id"] for output in captured.outputs}) == 1
+
+
+def test_a_quick_run_in_a_notebook_shows_no_bar(notebook):
+    with capture_output() as captured:
+        df.run(df.example("table-1-am"), progress=True)
+    assert all("<progress" not in text for text in updates(captured))
+
+
+def test_a_bar_appears_by_itself_while_nothing_is_reported(notebook, monkeypatch):
+    monkeypatch.setattr(bars, "WAIT", 0.0)
+    with capture_output() as captured, df.ProgressBar("compiling"):
+        time.sleep(0.3)
+    assert any("<progress></progress> compiling" in text for text in updates(captured))
+
+
+def test_progress_is_asked_for_by_true(monkeypatch):
+    seen = []
+
+    class Bar(bars.ProgressBar):
+        def __call__(self, done, total, note):
+            seen.append((self.title, done, total))
+
+    monkeypatch.setattr("dforce.runs.ProgressBar", Bar)
+    case = df.example("figure-4-hard").replace(title="hard", experiment=df.Approach(zc=np.linspace(9e-9, 8e-9, 3)))
+    df.run(case, progress=True)
+    assert seen[-1] == ("hard", 3, 3)
+    df.sweep(case, over={"sample.youngs_modulus": [1e9, 2e9]}, progress=True)
+    assert seen[-1] == ("hard", 6, 6)
+    count = len(seen)
+    df.run(case, progress=False)
+    assert len(seen) == count
+
+
+def test_there_is_no_bar_where_nobody_looks(capsys):
+    with df.ProgressBar("into a file") as bar:
+        assert bar._bar is None
+        bar(1, 2, "")
+    assert capsys.readouterr().err == ""
