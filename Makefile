@@ -21,7 +21,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: demo test lint docs test-lowest clean
+.PHONY: demo test lint docs validate test-lowest clean
 
 demo: $(READY)
 	$(BIN)/dforce run figure-3-air-jump -o approach.nc --plot approach.png
@@ -40,13 +40,17 @@ docs: $(DOCS_READY)
 	$(BIN)/python -m sphinx --builder html --fresh-env --fail-on-warning --keep-going --quiet docs docs/_build/html
 	@echo "The documentation is in docs/_build/html/index.html"
 
+# Some minutes: everything that dForce is held against, on a page; ARGS=--quick for the part that tests run.
+validate: $(READY)
+	$(BIN)/dforce validate -o validation.md $(ARGS)
+
 # The tests with the lowest versions that pyproject.toml allows; wheels of these exist for Python 3.11 and 3.12.
 # Warnings are no errors here: an old package beside a new one of another project warns of its own use of it.
 test-lowest: $(LOWEST)/.ready
 	$(LOWEST)/bin/pytest -W default $(ARGS)
 
 clean:
-	rm -rf $(VENV) $(LOWEST) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis approach.nc approach.png
+	rm -rf $(VENV) $(LOWEST) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis approach.nc approach.png validation.md
 	rm -rf docs/_build docs/forces docs/tutorials docs/generated docs/reference/generated
 	find src tests docs -name __pycache__ -type d -prune -exec rm -rf {} +
 

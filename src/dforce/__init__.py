@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from dforce.testing import check_force
     from dforce.timing import benchmark
     from dforce.units import parse, show, split_unit, unit_choices, usual_unit
+    from dforce.validation import validate, validation_page
     from dforce.validity import Advice, advice, advice_in
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
@@ -97,6 +98,7 @@ _HOMES = {
     "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
+    "validation": ("validate", "validation_page"),
     "units": ("parse", "show", "split_unit", "unit_choices", "usual_unit"),
 }
 _MODULES = ("forces", "plot")
@@ -182,6 +184,8 @@ __all__ = [
     "unit_choices",
     "unmarked",
     "usual_unit",
+    "validate",
+    "validation_page",
     "whole_file",
     "write",
 ]

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import brentq
-from tip_equation import Region, TipEquation, attraction_that_stops, dmt_with_drag, hertz
 
 import dforce as df
 from dforce.problem import Problem
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
+from dforce.validation.tip_equation import Region, TipEquation, attraction_that_stops, dmt_with_drag, hertz, jkr
 
 F0, K, FREE, A0, PERIODS = 5e4, 0.9, 10e-9, 0.165e-9, 6
 
@@ -99,25 +98,10 @@ def test_two_modes_and_tones(Q, zc, hamaker, log_modulus, ratio, everywhere):
     check(problem, equation)
 
 
-def jkr(gamma, radius, E_eff):
-    """Return the JKR law and its region: in at zero depth, off where the branch at a prescribed distance ends."""
-    unit = (3 * math.pi**2 * gamma**2 * radius / (16 * E_eff**2)) ** (1 / 3)
-    last = 3.0 ** (-1 / 3)
-
-    def force(d, v, flags, memory):
-        if not flags[0]:
-            return 0.0
-        depth = max((A0 - d) / unit, 3 * last**4 - 4 * last)
-        q = brentq(lambda q: 3 * q**4 - 4 * q - depth, last, 2 + abs(depth), xtol=1e-15, rtol=1e-15)
-        return 3 * math.pi * gamma * radius * (q**6 - 2 * q**3)
-
-    return force, Region(A0, A0 + 3 ** (2 / 3) * unit)
-
-
 @pytest.mark.parametrize(("zc", "gamma"), [(6e-9, 0.02), (8.5e-9, 0.05)])
 def test_jkr_with_its_jump_into_contact_and_off(zc, gamma):
     radius, modulus, modes = 10e-9, 1e8, [(F0, K, 30.0)]
-    law, region = jkr(gamma, radius, modulus / 0.91)
+    law, region = jkr(gamma, radius, modulus / 0.91, A0)
     equation = TipEquation(modes, drive(modes, [FREE]), zc, law, [region])
     problem = build(modes, [{"A0": FREE}], [df.forces.JKR(surface_energy=gamma)], radius, modulus)
     # at the end of the branch the force goes like the root of the distance to it: steps are short there for all

@@ -21,7 +21,7 @@ LEVELS = (
     ("solvers", "observables"),
     ("experiments", "results"),
     ("case", "plot", "validity"),
-    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports"),
+    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "validation"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

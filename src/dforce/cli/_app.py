@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from dforce.cli import _terminal, benchmark, check, curve, examples, gui, models, run, schema
+from dforce.cli import _terminal, benchmark, check, curve, examples, gui, models, run, schema, validate
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -44,6 +44,7 @@ def options(
 options.__doc__ = HELP
 COMMANDS = (
     run.run, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui,
+    validate.validate,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command()(_terminal.guarded(_command))

@@ -1,0 +1,38 @@
+"""`dforce validate`: what dForce gives, held against what does not depend on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+
+
+def validate(
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="PAGE.md", show_default=False, help="Write the page to a file."),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Only what takes seconds.")] = False,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """Check dForce against published values, exact balances and independent integrators.
+
+    Prints a page in Markdown, or writes it. Exit code 1: a check is not met; the page says which.
+    """
+    target = None if output is None else df.check_target(output, (".md",))
+    result = df.validate(quick, say)
+    page = df.validation_page(result)
+    if target is not None:
+        with df.whole_file(target) as temporary:
+            temporary.write_text(page, encoding="utf-8", newline="\n")
+        say(f"written: {output}")
+    if json:
+        print_json(result)
+    elif target is None:
+        typer.echo(page)
+    return DONE if result["met"] else SOME_POINTS_FAILED

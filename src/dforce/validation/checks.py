@@ -1,0 +1,117 @@
+"""What a check is: a number found, the number expected, how far apart they may be; parts of checks make a report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Check:
+    """One number held against what it should be.
+
+    Attributes
+    ----------
+    group, name
+        What is checked.
+    found, expected
+        Both in `unit`; a disagreement has no expected value.
+    unit
+        SI unit, ``°`` or ``1``.
+    error
+        How far apart they are, relative to the size that the check names, or the disagreement itself.
+    limit
+        The largest error that meets the check; None where the figure is only reported.
+    source
+        Where the expected value comes from, or the case that gave the disagreement.
+    note
+        Why the limit is what it is, where it is not the number of digits given.
+    """
+
+    group: str
+    name: str
+    found: float
+    expected: float | None
+    unit: str
+    error: float
+    limit: float | None
+    source: str = ""
+    note: str = ""
+
+    @property
+    def met(self) -> bool:
+        """Whether the error is within the limit."""
+        return self.limit is None or bool(self.error <= self.limit)
+
+    @property
+    def digits(self) -> float:
+        """Decimal digits in which both numbers agree, at most 16."""
+        return 16.0 if self.error <= 1e-16 else -math.log10(self.error) if math.isfinite(self.error) else 0.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the validation.
+
+    Attributes
+    ----------
+    name, title, text
+        Its key, its heading, and what is done in it.
+    checks
+        All checks.
+    cases
+        Case files of the checks that name one, by that name.
+    """
+
+    name: str
+    title: str
+    text: str
+    checks: tuple[Check, ...]
+    cases: dict[str, str]
+
+    @property
+    def missed(self) -> tuple[Check, ...]:
+        """The checks that are not met."""
+        return tuple(check for check in self.checks if not check.met)
+
+
+def half_a_digit(text: str) -> float:
+    """Return half a unit of the last digit of a number as written, relative to it.
+
+    >>> half_a_digit("-2.5e-9")
+    0.02
+    """
+    mantissa = text.lower().split("e")[0].lstrip("+-")
+    decimals = len(mantissa.partition(".")[2])
+    # a hair more: what is rounded to exactly half a digit is within it
+    return 0.5 * 10.0**-decimals / abs(float(mantissa)) * (1.0 + 1e-9) if float(mantissa) else math.inf
+
+
+def compare(
+    group: str, name: str, found: float, expected: str, unit: str, within: float | None = None,
+    of: float | None = None, source: str = "", note: str = "",
+) -> Check:  # fmt: skip
+    """Return the check of a number against one as written: to half a unit of its last digit, or relative `within`.
+
+    `of` is the size that errors are relative to, where that is not the expected value itself.
+    """
+    value = float(expected)
+    size = abs(value) if of is None else of
+    limit = half_a_digit(expected) * abs(value) / size if within is None else within
+    return Check(group, name, found, value, unit, abs(found - value) / size, limit, source, note)
+
+
+def as_table(parts: tuple[Part, ...]) -> list[dict[str, Any]]:
+    """Return the parts as plain data, for JSON."""
+    return [
+        {
+            "name": part.name,
+            "title": part.title,
+            "text": part.text,
+            "met": not part.missed,
+            "checks": [{**vars(check), "met": check.met} for check in part.checks],
+            "cases": part.cases,
+        }
+        for part in parts
+    ]
