@@ -82,7 +82,6 @@ def states(count):
 
 
 CONE = {"tip__half_angle": "20 deg", "sample__thickness": "1 um"}
-CLEAN = {"mean_force": 1e-11, "mean_deflection": 1e-11 / 0.9}
 TONE2 = {"cantilever": {"modes": [{"f0": 5e4, "k": 0.9, "Q": 100}, {"f0": 31e4, "k": 35, "Q": 200}]}}
 BEAM = {
     "youngs_modulus": "169 GPa",
@@ -102,20 +101,20 @@ SPEAKS = {
         over(cantilever__k="40 kN/m"), over(tip__radius="10 um"), over(cantilever__f0="50 Hz"),
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
-    "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.02e-11 / 0.9)],
+    "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9)],
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
     "tabor_of_dmt": [
-        AIR, over(SPHERE(hamaker=2e-20), HERTZ()), tapping(AIR, max_indentation=1e-10, peak_force=1e-10),
+        over(DMT(hamaker=0.8e-20)), over(SPHERE(hamaker=2e-20), HERTZ()), tapping(AIR, max_indentation=1e-10, peak_force=3e-9),
         over(df.forces.AdhesionHysteresis(), HERTZ()),
     ],
-    "tabor_of_jkr": [over(df.forces.JKR(surface_energy="10 mJ/m^2"))],
+    "tabor_of_jkr": [over(df.forces.JKR(surface_energy="10 mJ/m^2"), sample__youngs_modulus="79 MPa")],
     "adhesion_left_out": [
         over(SPHERE(hamaker=2e-20, inside="off"), HERTZ()),
         tapping(over(SPHERE(hamaker=2e-20, inside="off"), HERTZ()), max_indentation=1e-10, peak_force=1e-9),
     ],
-    "hamaker_and_surface_energy": [over(DMT(hamaker=2e-20, surface_energy="50 mJ/m^2"))],
+    "hamaker_and_surface_energy": [over(DMT(hamaker=2e-20, surface_energy="9.93 mJ/m^2"))],
     "indentation_and_radius": [
         df.example("figure-4-soft"), tapping(CALM, max_indentation=1.1e-9),
         tapping(over(df.forces.BottomEffect(**LAYER), **CONE), max_indentation=1.1e-9),
@@ -158,7 +157,7 @@ SPEAKS = {
         tapping(AIR, (2e-9, 1e-9), contact_fraction=[0.1, 1.0], mean_force=[1e-12, -1e-10]),
     ],
     "coexisting_states": [
-        both_ways(0.1), branch([6e-9, 5e-9, 4e-9, 5e-9, 6e-9, 5e-9, 4e-9], [True] * 3 + [False] * 2 + [True] * 2), states(2),
+        both_ways(0.02), branch([6e-9, 5e-9, 4e-9, 5e-9, 6e-9, 5e-9, 4e-9], [True] * 3 + [False] * 2 + [True] * 2), states(2),
         (CALM, tapping(CALM)[1].assign(jump_zc=("jump", [3e-9]))),
     ],
     "set_point_met_twice": [tapping(CALM, (6e-9, 5e-9, 4e-9, 3e-9), amplitude=[5e-9, 4e-9, 4.2e-9, 3e-9])],
@@ -167,11 +166,12 @@ SPEAKS = {
 SILENT = {
     "unusual_value": [CALM, AIR, over(cantilever__k="0.03 N/m", cantilever__f0="7 kHz", sample__youngs_modulus="1 kPa")],
     "sampling": [
-        tapping(CALM, **CLEAN), tapping(CALM, (5e-9, 4e-9), mean_force=[1e-11, 1e-16], mean_deflection=[1e-11 / 0.9, 2e-16]),
+        tapping(CALM, mean_force=1e-11, mean_deflection=1.002e-11 / 0.9),
+        tapping(CALM, (5e-9, 4e-9), mean_force=[1e-11, 1e-16], mean_deflection=[1e-11 / 0.9, 2e-16]),
         tapping(over(solver__settle="fixed", solver__method="transient"), mean_force=1e-11, mean_deflection=1.02e-11 / 0.9),
     ],
     "energy_gained": [
-        tapping(CALM, total_dissipated_energy=2e-20), tapping(CALM, total_dissipated_energy=-1e-23),
+        tapping(CALM, total_dissipated_energy=2e-20), tapping(CALM, total_dissipated_energy=-2e-20),
         tapping(ALTERNATING, total_dissipated_energy=-1e-19),
     ],
     "amplitude_beyond_the_drive": [
@@ -185,17 +185,17 @@ SILENT = {
         over(SPHERE(hamaker=2e-20, inside="off"), HERTZ()), tapping(AIR, max_indentation=0.0, peak_force=0.0),
         tapping(AIR, max_indentation=1e-9, peak_force=1e-8),
     ],
-    "tabor_of_jkr": [over(df.forces.JKR(surface_energy="50 mJ/m^2"), sample__youngs_modulus="10 MPa")],
+    "tabor_of_jkr": [over(df.forces.JKR(surface_energy="10 mJ/m^2"), sample__youngs_modulus="22 MPa")],
     "adhesion_left_out": [
         over(SPHERE(hamaker=2e-20), HERTZ()), CALM,
         tapping(over(SPHERE(hamaker=2e-20, inside="off"), HERTZ()), max_indentation=1e-10, peak_force=1e-8),
     ],
-    "hamaker_and_surface_energy": [over(DMT(hamaker=2e-20, surface_energy="9.74 mJ/m^2")), AIR],
+    "hamaker_and_surface_energy": [over(DMT(hamaker=2e-20, surface_energy="9.79 mJ/m^2")), AIR],
     "indentation_and_radius": [
         CALM, tapping(CALM, max_indentation=0.9e-9), tapping(over(df.forces.Sneddon(geometry="punch")), max_indentation=5e-9),
     ],
     "indentation_and_thickness": [
-        CALM, tapping(over(sample__thickness="50 nm"), max_indentation=0.5e-9),
+        CALM, tapping(over(sample__thickness="15 nm"), max_indentation=0.5e-9),
         tapping(over(df.forces.BottomEffect(**LAYER), sample__thickness="5 nm"), max_indentation=0.5e-9),
     ],
     "indentation_beyond_the_model": [
@@ -221,17 +221,17 @@ SILENT = {
     "low_Q": [CALM, over(cantilever__Q=10)],
     "mode_left_out": [
         CALM, over(cantilever__Q=5), over(cantilever={"beam": BEAM | {"Q": 200}}), df.example("figure-6"),
-        tapping(over(cantilever__Q=50), harmonic_amplitude=harmonics(1e-14), max_indentation=2e-10),
+        tapping(over(cantilever__Q=50), harmonic_amplitude=harmonics(1e-12), max_indentation=2e-10),
     ],
     "drive_off_resonance": [CALM, over(drive__frequency="48.9 kHz"), over(drive__frequency="40 kHz", cantilever__Q=2)],
-    "small_amplitude": [CALM],
-    "thermal_amplitude": [CALM, over(cantilever__k="0.01 N/m", medium={"temperature": "4 K"})],
+    "small_amplitude": [CALM, over(drive__A0="0.5 nm")],
+    "thermal_amplitude": [CALM, over(drive__A0="1 nm"), over(cantilever__k="0.01 N/m", medium={"temperature": "4 K"})],
     "thermal_motion_and_force": [CALM, tapping(CALM, max_indentation=0.3e-9), tapping(AIR, **KEPT)],
     "snap_in": [
         AIR, over(DMT(hamaker=2e-20), experiment__zc="0.5 nm"), tapping(AIR, contact_fraction=1.0, mean_force=1e-10),
-        tapping(AIR, contact_fraction=0.2, mean_force=-1e-10), over(df.forces.Custom(law="1/(d - a0)")),
+        tapping(AIR, contact_fraction=0.5, mean_force=-1e-10), over(df.forces.Custom(law="1/(d - a0)")),
     ],
-    "coexisting_states": [both_ways(0.001), branch([6e-9, 5e-9, 4e-9], [True] * 3), states(1), CALM],
+    "coexisting_states": [both_ways(0.005), branch([6e-9, 5e-9, 4e-9], [True] * 3), states(1), CALM],
     "set_point_met_twice": [tapping(CALM, (6e-9, 5e-9, 4e-9), amplitude=[5e-9, 4e-9, 4.01e-9])],
     "set_point_unreachable": [
         tapping(CALM, (3e-9, 2.8e-9, 2.6e-9), amplitude=[2e-9, 1.8e-9, 1.6e-9]),
@@ -352,6 +352,23 @@ def test_a_force_curve_is_told_of_its_forces_alone():
     slack = over(DMT(hamaker=2e-20), cantilever__Q=2)
     assert [piece.name for piece in df.advice_in(df.force_curve(slack))] == ["tabor_of_dmt"]
     assert {piece.name for piece in df.advice(slack)} == {"tabor_of_dmt", "low_Q"}
+
+
+def test_a_continued_run_is_advised_on_as_a_whole():
+    case = AIR.replace("experiment.zc", {"start": "12 nm", "stop": "3 nm", "points": 19}).set(
+        "experiment.direction=approach"
+    )
+
+    def stop(done, total, note):
+        if done == 5:
+            raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
+        part = df.run(case, progress=stop)
+    assert part.attrs["interrupted"]
+    whole = df.run(case, resume=part)
+    assert df.advice_in(whole) == df.advice(case, df.run(case)) != df.advice_in(part)
 
 
 def test_advice_costs_little_beside_a_run():
