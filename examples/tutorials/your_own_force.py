@@ -16,9 +16,9 @@ beside van der Waals attraction and an elastic contact.
 # First as an expression
 # ----------------------
 #
-# The force model :doc:`custom </forces/custom>` takes an expression in SI units. `d` is the distance, `a0` the distance at
-# which contact begins, and `P1` to `P4` are numbers of your own. ``max(d, a0)`` holds the force at its value at the
-# surface once the tip is in contact.
+# The force model :doc:`custom </forces/custom>` takes an expression in SI units. `d` is the distance, `a0`
+# the distance at which contact begins, and `P1` to `P4` are numbers of your own. ``max(d, a0)`` holds the
+# force at its value at the surface once the tip is in contact.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -45,8 +45,8 @@ df.plot.force_curve(force, plt.figure(figsize=(6, 4)))
 plt.show()
 
 # %%
-# *The whole force against distance. The brush repels from ten nanometers on; in the last nanometer van der Waals attraction
-# pulls the tip in; then the contact pushes back.*
+# *The whole force against distance. The brush repels from ten nanometers on; in the last nanometer van der
+# Waals attraction pulls the tip in; then the contact pushes back.*
 #
 # The expression is compiled like any other force, and as fast. In a case file it reads
 #
@@ -72,9 +72,9 @@ axes.legend()
 plt.show()
 
 # %%
-# *Phase against distance, approach from the right. Over the bare sample the phase rises above 90°, net attraction, until it
-# jumps to net repulsion. Over the brush it first dips below 90°: the tip is pushed before it is pulled. And the jump comes
-# several nanometers earlier.*
+# *Phase against distance, approach from the right. Over the bare sample the phase rises above 90°, net
+# attraction, until it jumps to net repulsion. Over the brush it first dips below 90°: the tip is pushed
+# before it is pulled. And the jump comes several nanometers earlier.*
 #
 # The numbers:
 
@@ -92,18 +92,18 @@ assert 2e-9 < jump_brush - jump_bare < 5e-9
 # Then as a model
 # ---------------
 #
-# An expression is good for a try. A model has parameters with names, units and bounds, a page of its own, and checks. It is
-# one class in one Python file. Save this as ``brush.py``:
+# An expression is good for a try. A model has parameters with names, units and bounds, a page of its own, and
+# checks. It is one class in one Python file. Save this as ``brush.py``:
 #
 # .. literalinclude:: /../examples/tutorials/brush.py
 #    :language: python
 #    :caption: brush.py
 #
 # - `name` is what a case file calls it; the docstring is its page.
-# - The fields are its parameters: `param` declares one of its own, `shared` takes one from the instrument, so that one tip
-#   serves all forces.
-# - `law` is the force in newtons, repulsive positive: plain Python with functions of `math`. Its first three arguments are
-#   always the distance, its rate and the time; the others are the fields.
+# - The fields are its parameters: `param` declares one of its own, `shared` takes one from the instrument, so
+#   that one tip serves all forces.
+# - `law` is the force in newtons, repulsive positive: plain Python with functions of `math`. Its first three
+#   arguments are always the distance, its rate and the time; the others are the fields.
 # - `kinks` names the distances at which the law is not smooth, so that the solvers can land on them.
 #
 # Check it as strictly as every built-in model, on the command line with
@@ -119,9 +119,9 @@ df.check_force(Brush)
 print(Brush.name, "passes every check")
 
 # %%
-# The checks know physics: they try the law at extreme distances and at the bounds of its parameters, compare the compiled
-# law with the plain one, look for kinks and jumps that are not declared, and for energy that comes from nowhere. Leave
-# out the line with `kinks` and see what it says.
+# The checks know physics: they try the law at extreme distances and at the bounds of its parameters, compare
+# the compiled law with the plain one, look for kinks and jumps that are not declared, and for energy that
+# comes from nowhere. Leave out the line with `kinks` and see what it says.
 #
 # From here on `brush` is a model like any other. In a case file, name the Python file at the top:
 #
@@ -145,7 +145,7 @@ assert difference < 1e-13
 # sphinx_gallery_end_ignore
 
 # %%
-# Forces with memory (a relaxing sample) or with two branches (a neck that is there or not) are classes of the same kind;
-# :class:`dforce.Force` describes their extra members, and ``sls.py`` and ``capillary.py`` among the
-# shipped models are examples to copy. To give your model to others, publish it as a package that names it under the entry
-# point ``dforce.forces``: whoever installs it has the model.
+# Forces with memory (a relaxing sample) or with two branches (a neck that is there or not) are classes of the
+# same kind; :class:`dforce.Force` describes their extra members, and ``sls.py`` and ``capillary.py`` among
+# the shipped models are examples to copy. To give your model to others, publish it as a package that names it
+# under the entry point ``dforce.forces``: whoever installs it has the model.
