@@ -375,3 +375,15 @@ def test_advice_costs_little_beside_a_run():
     result = df.run(CALM)
     once = min(timeit.repeat(lambda: df.advice(CALM, result), number=10, repeat=5)) / 10
     assert once < 2e-3  # measured 0.1 ms; ten times slower machines pass
+
+
+@pytest.mark.parametrize("name", sorted(df.forces.REGISTRY))
+def test_every_force_model_can_be_advised_on(name):
+    model = df.forces.REGISTRY[name]
+    # instrument values for the models that ask for more than the example has
+    more = {"tip.half_angle": "20 deg", "sample.thickness": "500 nm", "sample.radius": "50 nm", "medium": "water"}
+    case = CALM
+    for path, value in more.items():
+        case = case.replace(path, value)
+    pieces = df.advice(case.replace(forces=[model(**model.example)]))
+    assert all(piece.text for piece in pieces)

@@ -213,7 +213,7 @@ def indentation_beyond_the_model(seen: Evidence) -> Advice | None:
             limit, remedy = force.deepest, "The sample is too thin for this tip and load"
         elif isinstance(force, Tatara):
             limit, remedy = force.limit, "The sample is too soft for this load"
-        elif force.name in VISCOELASTIC and vars(force)["max_indentation"] is not None:
+        elif getattr(force, "max_indentation", None) is not None:
             limit, remedy = vars(force)["max_indentation"], "Raise max_indentation"
         else:
             continue
