@@ -73,7 +73,7 @@ starts = {
     "amplitude": {"start": "0 nm", "stop": "30 nm", "points": 31},
     "phase": {"start": "0 deg", "stop": "350 deg", "points": 36},
 }
-figure = plt.figure(figsize=(11, 5), layout="constrained")
+figure = plt.figure(figsize=(9.5, 5), layout="constrained")
 shares = {}
 for zc, part in zip(("24 nm", "23 nm"), figure.subfigures(1, 2), strict=True):
     map_of_starts = df.basins(case, zc=zc, **starts)
@@ -85,15 +85,6 @@ for zc, part in zip(("24 nm", "23 nm"), figure.subfigures(1, 2), strict=True):
         print(f"{zc}: {float(one.share):6.1%} of the starts end in the {regime} state")
 plt.show()
 
-# %%
-# *Every point is a start, its color the state it ends in; a dot marks the state itself. At 24 nm (left)
-# nearly every start leads to the attractive state, one nanometer closer (right) nearly every one to the
-# repulsive state, and only a small island around the attractive one is left.*
-#
-# The approach of the first picture stayed in that island all the way down to the fold, because nothing
-# disturbed it. A real tip meets noise and edges, and leaves it earlier. That is why the jump of an instrument
-# comes and goes.
-
 # sphinx_gallery_start_ignore
 assert shares["24 nm", "attractive"] > 0.9 and shares["23 nm", "repulsive"] > 0.9
 folds = states.zc.values[states.special.values == "fold"]
@@ -103,6 +94,15 @@ assert len(folds) == 2
 assert -0.01e-9 < inward - folds.min() < 0.5e-9
 assert abs(outward - folds.max()) < 0.05e-9
 # sphinx_gallery_end_ignore
+
+# %%
+# *Every point is a start, its color the state it ends in; a dot marks the state itself. At 24 nm (left)
+# nearly every start leads to the attractive state, one nanometer closer (right) nearly every one to the
+# repulsive state, and only a small island around the attractive one is left.*
+#
+# The approach of the first picture stayed in that island all the way down to the fold, because nothing
+# disturbed it. A real tip meets noise and edges, and leaves it earlier. That is why the jump of an instrument
+# comes and goes.
 
 # %%
 # Stay in one regime
