@@ -13,12 +13,12 @@ export default {
                :maxlength="longest" @input="typed($event.target.value)" @focus="focused = true" @blur="left"
                @keydown.enter="flush" />
         <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="now.text"
-                :aria-describedby="uid + '-more'" @change="$emit('typed', {text: $event.target.value, unit: ''})">
+                :aria-describedby="uid + '-more'" @change="send($event.target.value, '')">
           <option v-for="option in options" :key="option.value" :value="option.value">{{ option.label }}</option>
         </select>
         <input v-else :id="uid" class="df-switch" type="checkbox" role="switch" :checked="now.text === 'true'"
                :aria-describedby="uid + '-more'"
-               @change="$emit('typed', {text: $event.target.checked ? 'true' : 'false', unit: ''})" />
+               @change="send($event.target.checked ? 'true' : 'false', '')" />
         <select v-if="units.length > 1" class="df-unit" :value="now.unit" :aria-label="'unit of ' + label"
                 @change="flush(); $emit('unit', $event.target.value)">
           <option v-for="one in units" :key="one" :value="one">{{ pretty(one) }}</option>
@@ -84,7 +84,10 @@ export default {
       if (this.timer === null) return;
       clearTimeout(this.timer);
       this.timer = null;
-      this.$emit("typed", { text: this.draft, unit: this.now.unit });
+      this.send(this.draft, this.now.unit);
+    },
+    send(text, unit) {
+      this.$emit("typed", { text, unit, number: dforceUnsent.put(this.path, text, unit) });
     },
     left() {
       this.focused = false;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -44,6 +45,7 @@ class Entry(ui.element, component="entry.js"):
 
         def typed(event: GenericEventArguments) -> None:
             on_typed(str(event.args["text"])[:LONGEST], str(event.args["unit"])[:40])
+            self.client.run_javascript(f"dforceUnsent.arrived({json.dumps(path)}, {int(event.args.get('number', 0))})")
 
         self.on("typed", typed)
         if on_unit is not None:

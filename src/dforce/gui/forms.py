@@ -243,6 +243,12 @@ class Forms:
         parts = [typed.composed(number, unit) for number in numbers]
         self._put(path, parts if self.shown[path][1].kind == "numbers" else parts[0])
 
+    def typed_elsewhere(self, name: str, text: str, unit: str) -> None:
+        """Take what was typed into the field of a name in a page that could not send it."""
+        for path, (field, shape, entry) in list(self.shown.items()):
+            if entry.props["path"] == name:
+                self._typed(path, field, shape, text, unit)
+
     def _put(self, path: Path, value: Any, name: str = "") -> None:
         self.view.edit(self.view.document.put(path, value), name=name)
 

@@ -1,3 +1,39 @@
+// What was typed and has not reached the server is kept, so that a cut connection or a restart of the server loses nothing.
+const dforceUnsent = {
+  KEY: "dforce-unsent",
+  OLDEST: 3600e3, // ms
+  number: 0,
+  all() {
+    try {
+      return JSON.parse(sessionStorage.getItem(this.KEY)) ?? {};
+    } catch {
+      return {};
+    }
+  },
+  save(all) {
+    sessionStorage.setItem(this.KEY, JSON.stringify(all));
+  },
+  put(name, text, unit) {
+    this.number += 1;
+    this.save({ ...this.all(), [name]: { text, unit, number: this.number, time: Date.now() } });
+    return this.number;
+  },
+  arrived(name, number) {
+    const all = this.all();
+    if (all[name]?.number !== number) return;
+    delete all[name];
+    this.save(all);
+  },
+  // Called by the server once a page is there: what the page before could not send.
+  left() {
+    const all = this.all();
+    this.save({});
+    return Object.entries(all)
+      .filter(([, one]) => Date.now() - one.time < this.OLDEST)
+      .map(([name, one]) => [name, one.text, one.unit]);
+  },
+};
+window.dforceUnsent = dforceUnsent;
 // Shows, below the forms, the sentence about the field that is in use or under the pointer.
 for (const kind of ["focusin", "mouseover"]) {
   document.addEventListener(kind, (event) => {

@@ -12,6 +12,7 @@ import dforce as df
 from dforce.gui.chart import LIBRARY, Chart, library_file
 from dforce.gui.compute import LIVE, Job
 from dforce.gui.document import FIRST, Document
+from dforce.gui.entry import LONGEST
 from dforce.gui.forms import Forms
 from dforce.gui.session import Session
 from dforce.gui.sliders import SliderStrip
@@ -84,8 +85,18 @@ class Page:
             with ui.element("main").classes("df-right"):
                 self._right()
         client = ui.context.client
-        client.on_connect(self.view.begin)
+        client.on_connect(self._begin)
         client.on_delete(self.view.end)
+
+    async def _begin(self) -> None:
+        """Take what a page before this one could not send, and show everything."""
+        self.view.begin()
+        try:
+            left = await ui.run_javascript("return dforceUnsent.left()", timeout=5.0)
+        except TimeoutError:
+            return
+        for name, text, unit in left or ():
+            self.forms.typed_elsewhere(str(name), str(text)[:LONGEST], str(unit)[:40])
 
     def _header(self) -> None:
         view = self.view

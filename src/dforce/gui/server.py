@@ -18,6 +18,7 @@ from dforce.gui.security import KEY, Guard, kept_secret
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
 OWN = "127.0.0.1"
 RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
+SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
 RUN_SECONDS = 300.0  # of a run, where others use the server too
 BROWSERS = (
     "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "msedge", "chrome",
@@ -96,6 +97,8 @@ def serve(options: Options) -> None:
 
     from dforce.gui import pages
 
+    # a page must be answered while a thread compiles or prepares a run in Python
+    sys.setswitchinterval(SWITCH)
     port = free_port(options.host, options.port)
     secret = kept_secret(folder / "secret")
     address = f"http://{_named(options.host)}:{port}/?{KEY}={secret}"
