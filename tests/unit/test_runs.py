@@ -70,6 +70,19 @@ def test_points_done_before_ctrl_c_are_those_of_the_whole_run():
     assert np.isnan(part.amplitude.values[~done]).all()
 
 
+@pytest.mark.parametrize("points", range(15, 18))
+def test_a_run_stopped_beside_a_jump_finds_it_when_it_goes_on(points):
+    case = df.example("figure-3-air-jump").replace(
+        experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}}
+    )
+    whole = df.run(case)
+    assert whole.sizes["jump"] == 1  # between 9.4 and 9.3 nm: points 17 and 18
+    rest = df.run(case, resume=df.run(case, stop_after(points)))
+    np.testing.assert_allclose(rest.amplitude.values, whole.amplitude.values, rtol=1e-8)
+    for name in ("jump_zc", "jump_before", "jump_after"):
+        np.testing.assert_allclose(rest[name].values, whole[name].values, rtol=1e-8)
+
+
 def test_a_run_can_be_stopped_twice():
     case = approach(direction="approach")
     first = df.run(case, stop_after(1))

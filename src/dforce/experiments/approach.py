@@ -81,10 +81,12 @@ class Approach(Experiment):
             coords["direction"] = ["approach", "retract"]
         table = Table(tuple(coords), coords, integrator)
         motion = initial_motion(integrator, self.start)
-        done = 0
+        done, before = 0, None
         if earlier is not None:
             done, motion = self._restore(table, earlier, visits, motion)
             finder.jumps += jumps_of(earlier)
+            if done and self.carry_state:
+                before = float(zc[visits[done - 1][0]])
 
         def watch() -> None:
             progress(done, len(visits), f"zc = {units.show(float(zc[visits[done][0]]), 'm', 4)}")
@@ -93,9 +95,10 @@ class Approach(Experiment):
             while done < len(visits):
                 watch()
                 to_come = [place[0] for place in visits[done:]]
-                for found in finder.along(motion, zc[to_come if self.carry_state else to_come[:1]], watch):
+                for found in finder.along(motion, zc[to_come if self.carry_state else to_come[:1]], watch, before):
                     table.put(visits[done], found)
                     motion, done = found.motion, done + 1
+                before = None
                 # a motion that is no number cannot be carried on
                 if not self.carry_state or not motion.is_finite:
                     motion = initial_motion(integrator, self.start, motion.period)

@@ -19,8 +19,11 @@ class Transient:
         self.integrator = integrator
         self.jumps: list[Jump] = []
 
-    def along(self, motion: Motion, zc: Array, watch: Watch) -> Iterator[Steady]:
-        """Give the steady motion at each distance (m), each started from the one before; end where it is lost."""
+    def along(self, motion: Motion, zc: Array, watch: Watch, before: float | None = None) -> Iterator[Steady]:
+        """Give the steady motion at each distance (m), each started from the one before; end where it is lost.
+
+        `before`, the distance at which the motion was found, makes no difference to a transient.
+        """
         for distance in zc:
             self.integrator.place(float(distance))
             found = steady(self.integrator, motion, watch)

@@ -80,20 +80,28 @@ class Follower:
         """Return the steady motion that settles at one distance (m) from a given motion."""
         return next(iter(self.along(motion, np.array([zc]), watch)))
 
-    def along(self, motion: Motion, zc: Array, watch: Watch) -> Iterator[Steady]:
-        """Give the steady motion at each distance (m), each started from the one before; end where it is lost."""
-        done, doubt = 0, False
+    def along(self, motion: Motion, zc: Array, watch: Watch, before: float | None = None) -> Iterator[Steady]:
+        """Give the steady motion at each distance (m), each started from the one before; end where it is lost.
+
+        `before` is the distance at which the motion was found, where the distances continue others.
+        """
+        done, lost, doubt = 0, True, False
         last: Steady | None = None
+        if before is not None:
+            zc, done = np.append(before, zc), 1
+            last = next(iter(self._follow(motion, zc[:1])), None)
+            lost = last is None
         while done < len(zc):
-            self.integrator.place(float(zc[done]))
-            first = self._settled(motion, watch, doubt)
-            doubt = False
-            if last is not None and first.motion.is_finite:
-                self._note_jump(last, first, zc, done)
-            yield first
-            motion, last, done = first.motion, first, done + 1
-            if not motion.is_finite:
-                return
+            if lost:
+                self.integrator.place(float(zc[done]))
+                first = self._settled(motion, watch, doubt)
+                if last is not None and first.motion.is_finite:
+                    self._note_jump(last, first, zc, done)
+                yield first
+                motion, last, done = first.motion, first, done + 1
+                if not motion.is_finite:
+                    return
+            lost, doubt = True, False
             while isinstance(last, PeriodicOrbit) and done < len(zc):
                 part = one_way(zc, done)
                 watch()

@@ -1,0 +1,5 @@
+"""Lets ``python -m dforce`` do what the command ``dforce`` does."""
+
+from dforce.cli import main
+
+main()
