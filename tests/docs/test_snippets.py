@@ -21,7 +21,7 @@ PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in
 TUTORIALS = sorted(path for path in (ROOT / "examples" / "tutorials").glob("*.py") if path.name != "brush.py")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SHOWN = ("", "text", "toml", "powershell", "shell")  # not to be run here: files, installation, other systems
-LONG = ("dforce benchmark",)  # takes minutes; its own tests run a short one
+LONG = ("dforce benchmark", "dforce validate")  # take minutes; they have tests of their own
 
 
 def named(path):

@@ -1,4 +1,4 @@
-"""Curves of states: what they must agree with is the transient, the exact identities of PHYSICS 5, and each other."""
+"""Curves of states: what they must agree with is the transient, the identities of docs/theory/identities.md, and each other."""
 
 import numpy as np
 import pytest

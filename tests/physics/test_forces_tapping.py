@@ -20,7 +20,7 @@ TAU = 2 * math.pi
 # 38 decay times of a lever with Q = 5: the free motion has died out to 1e-16, and the memory below with it
 PERIODS = 60
 # a tap of rigid bodies turns the tip within 1 % of the period, two of 256 samples, and the layers of a liquid pass in
-# as few; the closure of PHYSICS 5.10 is that of 4096 samples
+# as few; the closure in docs/theory/identities.md is that of 4096 samples
 SAMPLES = {"lennard_jones": 4096, "morse": 1024, "solvation": 1024}
 # relaxation times that end within the run, and a modulus that a stiff lever feels
 CHANGES = {"power_law": {"modulus_at_reference": "300 MPa", "reference_time": "1 us", "longest_time": "10 us"}}
@@ -81,7 +81,7 @@ def test_what_the_drive_gives_is_what_cantilever_and_sample_take(name):
     damping = mode.k / (TAU * mode.f0 * mode.Q)  # m w0 / Q
     mean_square = (ready.block[:-1, 1] ** 2).mean() * ready.scales.speed**2
     taken = -row[F_V] / tone.frequency
-    # PHYSICS 5.4 and 5.10: 1e-5 of pi F0 A, with the damping from the velocity and from the harmonics
+    # docs/theory/identities.md: 1e-5 of pi F0 A, with the damping from the velocity and from the harmonics
     scale = math.pi * tone.force * abs(total)
     assert taken == pytest.approx(given - damping * mean_square / tone.frequency, abs=1e-5 * scale)
     squares = (np.arange(1, harmonics + 1) ** 2 * parts**2).sum()
@@ -115,7 +115,7 @@ WAYS = {
 
 
 def check_same(found, reference, a0=20e-9):
-    """Agree to what integrators and measurement leave: 1e-6 of A0, and 1e-5 of pi F0 A in energy (PHYSICS 5.10)."""
+    """Agree to what integrators and measurement leave: 1e-6 of A0, 1e-5 of pi F0 A (docs/theory/identities.md)."""
     energy = math.pi * 5.0 * a0 / 20 * reference.amplitude.values.min()
     np.testing.assert_allclose(found.amplitude, reference.amplitude, atol=1e-6 * a0)
     np.testing.assert_allclose(found.phase, reference.phase, atol=2e-3)

@@ -1,4 +1,4 @@
-"""Motion known in closed form: without force, with a linear force, with a small amplitude; PHYSICS 2 and 5."""
+"""Motion known in closed form: without force, with a linear force, with a small amplitude; docs/theory."""
 
 import cmath
 import math
@@ -30,7 +30,7 @@ def bimodal(acts_on="all_modes", phase="0 deg", f2=None, **solver):
 
 
 def response(case, t):
-    """Return the deflection of each mode at times (s) after a start from rest, from PHYSICS 2."""
+    """Return the deflection of each mode at times (s) after a start from rest: docs/theory/motion.md, free motion."""
     z = np.zeros((len(case.problem.modes), len(t)))
     for n, mode in enumerate(case.problem.modes):
         w0 = 2 * math.pi * mode.f0
@@ -137,7 +137,7 @@ def test_linear_force_gives_the_exact_orbit(integrator):
 
 
 def test_small_amplitude_feels_the_gradient_of_the_force():
-    """PHYSICS 5.7: the force acts as a spring -dF/dd at the mean distance, up to the square of A/d."""
+    """The force acts as a spring -dF/dd at the mean distance, up to the square of A/d."""
     hamaker, radius, zc = 1e-19, 2e-9, 3e-9
     case = single(df.Drive(A0="0.2 pm"), [df.forces.DMT(hamaker=hamaker)], integrator="adaptive")
     result = df.dwell(case.replace("solver.settle_tolerance", 1e-9), zc)

@@ -41,7 +41,7 @@ def test_an_orbit_ends_where_it_started():
 def test_a_jump_is_located_to_better_than_the_step():
     case = df.example("figure-3-air").replace("experiment.start", {"amplitude": "9.1 nm", "phase": "70 deg"})
     coarse = df.approach(case, zc=np.linspace(9.0 * NM, 10.6 * NM, 17), direction="retract")
-    # PHYSICS 6: in steps of 0.1 nm the retract keeps the repulsive branch up to 9.70 nm
+    # docs/theory/states.md: in steps of 0.1 nm the retract keeps the repulsive branch up to 9.70 nm
     assert coarse.phase.sel(zc=9.7 * NM, method="nearest") < 90.0 < coarse.phase.sel(zc=9.8 * NM, method="nearest")
     assert coarse.jump_direction.values.tolist() == ["retract"]
     # the transient in steps twenty times finer finds where the branch ends

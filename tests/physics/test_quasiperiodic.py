@@ -1,4 +1,4 @@
-"""Bimodal motion with tones that never repeat together, or only after many periods: PHYSICS 4."""
+"""Bimodal motion with tones that never repeat together, or only after many periods: docs/observables.md."""
 
 import math
 from functools import cache

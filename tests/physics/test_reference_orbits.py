@@ -1,4 +1,4 @@
-"""Orbits whose numbers are known from independent integrators, and what the paper's figures show: PHYSICS 5, 6 and 12.
+"""Orbits whose numbers are known from independent integrators, and what the paper's figures show: docs/theory.
 
 Values are met to half a unit of the last digit given, unless a test says why not.
 """
@@ -127,7 +127,7 @@ def test_figure_3_in_air_approach_and_retract_differ():
     approach = curve.sel(direction="approach").squeeze("tone")
     retract = curve.sel(direction="retract").squeeze("tone")
     assert approach.phase.sel(zc=9 * NM, method="nearest") > 90.0 > retract.phase.sel(zc=9 * NM, method="nearest")
-    # PHYSICS 12: on retract the repulsive branch holds up to 9.70 nm, so the next point of this grid is attractive
+    # docs/theory/states.md: on retract the repulsive branch holds up to 9.70 nm, so the next point of this grid is attractive
     assert retract.phase.sel(zc=9.5 * NM, method="nearest") < 90.0 < retract.phase.sel(zc=9.75 * NM, method="nearest")
     slope = np.polyfit(retract.zc[retract.zc < 9 * NM], retract.amplitude[retract.zc < 9 * NM], 1)[0]
     assert slope == pytest.approx(1.0, abs=0.01)
@@ -174,7 +174,7 @@ def test_figure_7_phase_of_the_first_mode_follows_from_its_amplitude_alone():
         last = curve.sel(zc=10 * NM, method="nearest")
         assert expected[0] < value(last, "phase", 1) < expected[1]
         a, lag = curve.mode_amplitude.values[:, 0], curve.mode_phase.values[:, 0]
-        # drive 2 acts on mode 1 too, and harmonics are neglected: 0.01 degrees, as PHYSICS 12 says
+        # drive 2 acts on mode 1 too, and harmonics are neglected: 0.01 degrees
         assert lag == pytest.approx(180.0 - np.degrees(np.arcsin(a / 17e-9)), abs=0.012)
         seconds.append(value(last, "phase", 1))
     assert seconds[0] - seconds[1] > 5.0
