@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import re
 from typing import ClassVar
 
 import pytest
@@ -16,7 +17,7 @@ from dforce.gui.session import Session
 
 
 @contextlib.asynccontextmanager
-async def window(folder, session=None):
+async def window(folder, session=None, unsent=()):
     """Give a simulated browser and the session that it shows."""
     pages = []
 
@@ -24,6 +25,8 @@ async def window(folder, session=None):
         pages.append(Page(session or Session({}, folder)))
 
     async with user_simulation(root=root) as user:
+        user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: unsent
+        user.javascript_rules[re.compile("return runMethod")] = lambda match: True  # charts are drawn at once
         await user.open("/")
         yield user, pages[0]
 
@@ -150,6 +153,15 @@ def test_what_was_typed_is_there_after_a_restart(tmp_path):
     asyncio.run(flow())
     assert Session(store, tmp_path).document.value(("drive", "A0")) == "5 nm"
     assert Session(store, tmp_path).document.value(("tip", "radius")) == "not yet a num"
+
+
+def test_what_a_page_could_not_send_is_taken_by_the_next(tmp_path):
+    async def flow():
+        unsent = [["drive.A0", "7,5", "nm"], ["gone.with.the.form", "1", ""]]
+        async with window(tmp_path, unsent=unsent) as (_, page):
+            await until(lambda: page.view.document.value(("drive", "A0")) == "7.5 nm")
+
+    asyncio.run(flow())
 
 
 @pytest.mark.parametrize("name", list(df.examples()))

@@ -85,12 +85,12 @@ class Page:
             with ui.element("main").classes("df-right"):
                 self._right()
         client = ui.context.client
-        client.on_connect(self._begin)
+        client.on_connect(self.view.begin)
+        client.on_connect(self._take_unsent)
         client.on_delete(self.view.end)
 
-    async def _begin(self) -> None:
-        """Take what a page before this one could not send, and show everything."""
-        self.view.begin()
+    async def _take_unsent(self) -> None:
+        """Take what a page before this one could not send."""
         try:
             left = await ui.run_javascript("return dforceUnsent.left()", timeout=5.0)
         except TimeoutError:
