@@ -26,9 +26,14 @@ async def window(folder, session=None, unsent=()):
 
     async with user_simulation(root=root) as user:
         user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: unsent
-        user.javascript_rules[re.compile("return runMethod")] = lambda match: True  # charts are drawn at once
+        user.javascript_rules[re.compile(r'return runMethod\(\d+, "draw"')] = lambda match: (
+            True
+        )  # charts are drawn at once
         await user.open("/")
-        yield user, pages[0]
+        try:
+            yield user, pages[0]
+        finally:
+            pages[0].view.session.close()
 
 
 def entry(user, path):
@@ -115,8 +120,9 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
             await until(lambda: session.job is not None and session.job.done > 3, 60.0)
             begun = asyncio.get_running_loop().time()
             session.stop()
-            await run
+            await until(lambda: not session.job.busy)
             assert asyncio.get_running_loop().time() - begun < 1.0
+            await run
             (name,) = session.document.results
             result = session.shelf.take(name)
             assert 0 < int((result["status"] == df.Status.OK).sum()) < 40002

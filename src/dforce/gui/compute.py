@@ -21,7 +21,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
-STOPPED_WITHIN = 0.9  # s; what does not stop by then is left to end by itself
+STOPPED_WITHIN = 0.7  # s; what does not stop by then is left to end by itself
 
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
