@@ -19,6 +19,7 @@ OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "
 INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
 compiled = njit(**INNER)
 inlined = njit(forceinline=True, **INNER)
+reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}})))
 entry = njit(cache=True, **OPTIONS)
 '''
 
@@ -47,9 +48,7 @@ def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[...
     for text in _forces(linker, modes, forces):
         linker.emit(text, "inlined")
     for name, function in entries.items():
-        inner = linker.add(function)
-        arguments = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
-        linker.emit(f"@entry\ndef {name}({arguments}):\n    return {inner}({arguments})")
+        linker.add_entry(function, name)
     return "\n\n".join(linker.text) + "\n"
 
 

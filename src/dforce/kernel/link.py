@@ -21,7 +21,8 @@ import numpy as np
 from dforce.errors import ForceError
 from dforce.kernel import slots
 
-RESERVED = {"math", "np", "njit", "compiled", "inlined", "entry", "INNER", "OPTIONS"}  # the composed module's own names
+# the composed module's own names
+RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "entry", "INNER", "OPTIONS"}
 
 
 class Linker:
@@ -32,8 +33,10 @@ class Linker:
         self._taken: set[str] = set(vars(slots)) | RESERVED
         self.text: list[str] = []
 
-    def add(self, function: Callable[..., Any], name: str | None = None) -> str:
+    def add(self, function: Callable[..., Any], name: str | None = None, decorator: str = "") -> str:
         """Add a function and all that it calls; return the name under which the text knows it.
+
+        `decorator` is the composed module's name for how it is compiled; left out: as what others call.
 
         Raises :class:`ForceError` when it uses something that cannot be copied: only numbers, tuples of numbers,
         functions of `math` and functions with Python source may be used.
@@ -53,8 +56,20 @@ class Linker:
         }
         node = _Renamer(replacements).visit(node)
         node.name = chosen
-        self.emit(ast.unparse(ast.fix_missing_locations(node)), "inlined" if is_inlined(function) else "compiled")
+        self.emit(ast.unparse(ast.fix_missing_locations(node)), decorator or decorator_of(function))
         return chosen
+
+    def add_entry(self, function: Callable[..., Any], name: str) -> None:
+        """Add a function that Python calls under this name.
+
+        One that others have called already is wrapped; else it is compiled once only, as the entry itself.
+        """
+        if function not in self._names:
+            self.add(function, name, "entry")
+            return
+        inner = self._names[function]
+        arguments = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
+        self.emit(f"def {name}({arguments}):\n    return {inner}({arguments})", "entry")
 
     def emit(self, text: str, decorator: str = "") -> None:
         """Add text to the module, as a function with this decorator where one is given."""
@@ -88,9 +103,18 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def is_inlined(function: Callable[..., Any]) -> bool:
-    """Say whether calls of a function are to be replaced by its body: laws, and what is marked so."""
-    return getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces")
+def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function whose sums may be taken in any order: only so are they turned into vector instructions."""
+    function.reordered = True  # type: ignore[attr-defined]
+    return function
+
+
+def decorator_of(function: Callable[..., Any]) -> str:
+    """Return how a function is compiled: calls of laws, and of what is marked so, are replaced by the body."""
+    if getattr(function, "reordered", False):
+        return "reordered"
+    inline = getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces")
+    return "inlined" if inline else "compiled"
 
 
 def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:
@@ -167,7 +191,7 @@ def compile_function(function: Callable[..., Any]) -> Callable[..., Any]:
     linker = Linker()
     name = linker.add(function, function.__name__)
     jit = numba.njit(error_model="numpy")
-    module: dict[str, Any] = {"compiled": jit, "inlined": jit, "math": math, "np": np}
+    module: dict[str, Any] = {"compiled": jit, "inlined": jit, "reordered": jit, "math": math, "np": np}
     exec("\n\n".join(linker.text), module)
     compiled: Callable[..., Any] = module[name]
     return compiled

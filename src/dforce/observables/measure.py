@@ -1,10 +1,10 @@
 """Everything that is measured over one period of the first tone, from its samples.
 
-Deflections are summed over the samples. Forces are not smooth, so their averages are taken piece by piece: each step
-between samples is cut where the motion turns, where the force has a kink and where a branch switches, and each piece
-is integrated by Gauss–Legendre quadrature on the cubic Hermite interpolant of the motion and of the forces' memory.
-The same pieces give the contact time and the extremes between samples. Next to a kink a force may start like the root
-of the distance to it, which the substitution s = u^2 (3 - 2u) makes smooth.
+Deflections are summed over the samples. Forces are not smooth, so their averages are taken step by step between samples:
+by Simpson's rule where the force is flat enough, else by Gauss–Legendre quadrature on the cubic Hermite interpolant of the
+motion and of the forces' memory. A step is cut in pieces where the motion turns, where the force has a kink and where a
+branch switches; the pieces give the contact time and the extremes between samples, too. Next to a kink a force may start
+like the root of the distance to it, which the substitution s = u^2 (3 - 2u) makes smooth.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce.kernel.link import inlined, reordered
 from dforce.kernel.slots import (
     distance,
     evolve,
@@ -25,7 +26,7 @@ from dforce.kernel.slots import (
     rate_of,
     switch,
 )
-from dforce.observables.lockin import TAU, deflection, lock_in_column
+from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, tones_turns, turned_sums
 from dforce.observables.pieces import MOST_CUTS, cubic, cubic_rate, cut_at, fastest, insert, turning
 
 # columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
@@ -47,37 +48,301 @@ WEIGHTS = (
 )  # fmt: skip
 BENT = 0.01  # relative second difference of the force over a step up to which Simpson's rule is good to a millionth
 GOLDEN = 0.6180339887498949
+ROOM = 7  # rows of scratch, one number a sample
+FLAT, STEEP, CUTS = 0.0, 1.0, 2.0  # how the force is averaged over a step: Simpson, Gauss–Legendre, in pieces
 
 
-def force_within(s: float, h: float, block: Any, i: int, t: float, stage: Any, late: bool, p: Any) -> float:
+def measure(
+    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, harmonics: int, out: Any
+) -> None:
+    """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
+    for k in range(out.shape[0]):
+        out[k] = 0.0
+    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
+    tones_turns(tones, points, cosine, sine)
+    room = np.empty((ROOM, points + 1))  # taken once: fresh memory costs more than what is done with it
+    forces = measure_motion(block, points, bases, cosine, sine, harmonics, room, out)
+    measure_force(block, period, points, tones, bases, cosine, sine, p, kinks, room, forces, out)
+
+
+def measure_motion(
+    block: Any, points: int, bases: Any, cosine: Any, sine: Any, harmonics: int, room: Any, out: Any
+) -> int:
+    """Measure the deflection at the samples; return the first column of the force's lock-ins."""
+    modes, tones = mode_count(), cosine.shape[0]
+    x, z = room[0], room[1]
+    for i in range(points + 1):
+        z[i] = 0.0
+    for n in range(modes + 1):
+        if n < modes:
+            for i in range(points + 1):
+                x[i] = block[i, 2 * n]
+            x[0], x[points] = 0.5 * x[0], 0.5 * x[points]
+            for i in range(points + 1):
+                z[i] += x[i]
+        for j in range(tones):
+            lock_in_at(x if n < modes else z, cosine[j], sine[j], bases[j], out, FIRST + 2 * (j * (modes + 1) + n))
+    # samples i and points - i go together: their sum with the cosine, difference with the sine
+    half = points // 2 + 1
+    even, odd, c, s = room[2, :half], room[3, :half], room[4, :half], room[5, :half]
+    for i in range(half):
+        even[i], odd[i] = z[i] + z[points - i], z[i] - z[points - i]
+        c[i], s[i] = 1.0, 0.0
+    if points % 2 == 0:
+        even[half - 1] *= 0.5
+    out[Z] = dot(even, c) / points
+    place = FIRST + 2 * tones * (modes + 1)
+    for k in range(1, harmonics + 1):
+        real, imaginary = turned_sums(even, odd, cosine[0], sine[0], c, s)
+        turn_c, turn_s = math.cos(k * bases[0]), math.sin(k * bases[0])
+        out[place] = 2.0 * (real * turn_c - imaginary * turn_s) / points
+        out[place + 1] = -2.0 * (imaginary * turn_c + real * turn_s) / points
+        place += 2
+    return place
+
+
+def measure_force(
+    block: Any, period: int, points: int, tones: Any, bases: Any, cosine: Any, sine: Any, p: Any, kinks: Any, room: Any,
+    forces: int, out: Any,
+) -> None:  # fmt: skip
+    """Measure the force and the extremes of the motion, step by step between the samples."""
+    h, start = TAU / points / p[3], period * TAU / p[3]
+    d, v, f = room[0], room[1], room[2]
+    last = block.shape[1] - 1
+    for i in range(points + 1):
+        y = motion_of(block, i)
+        d[i], v[i], f[i] = distance(y, p), rate_of(y, p), block[i, last]
+    stage, rates = np.zeros(max(memory_size(), 1)), np.empty((points + 1 if memory_size() else 1, max(memory_size(), 1)))
+    place = 2 * mode_count()
+    if memory_size():
+        for i in range(points + 1):
+            memory = block[i, place : place + memory_size()]
+            evolve(d[i], v[i], start + i * h, memory, memory, rates[i], p)
+    d_middle, v_middle, middle, kind = room[3], room[4], room[5], room[6]
+    sort_steps(block, h, start, d, v, f, kinks, rates, stage, p, d_middle, v_middle, middle, kind)
+    sums = np.empty(SUMS)
+    out[V_MAX] = extremes(h, d, v, f, sums)
+    sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(d, v, f, d_middle, v_middle, middle, kind, p[0])
+    for j in range(tones.shape[0]):
+        half = 0.5 * tones[j, 0] * TAU / points
+        real, imaginary = flat_lock_in(f, middle, kind, cosine[j], sine[j], math.cos(half), math.sin(half))
+        add_lock_in(real, imaginary, math.cos(bases[j]), math.sin(bases[j]), points, out, forces + 2 * j)
+    add_steep(block, h, start, d, v, kind, points, tones, bases, cosine, sine, p, rates, stage, middle, sums, forces, out)
+    cuts, phasor = np.empty(MOST_CUTS + 1), np.empty((2, tones.shape[0]))
+    for i in range(points):
+        if kind[i] == CUTS:
+            for j in range(tones.shape[0]):
+                c, s = math.cos(bases[j]), math.sin(bases[j])
+                phasor[0, j] = cosine[j, i] * c - sine[j, i] * s
+                phasor[1, j] = sine[j, i] * c + cosine[j, i] * s
+            t = start + i * h
+            add_pieces(block, i, h, t, points, tones, phasor, p, kinks, rates, stage, cuts, sums, forces, out)
+    f_max, f_min = sums[F_HIGH], sums[F_LOW]
+    highest, lowest = int(sums[AT_HIGH]), int(sums[AT_LOW])
+    for i in (max(highest - 1, 0), highest):
+        f_max = refine(h, block, i, start + i * h, rates, stage, 1.0, f_max, p)
+    for i in (max(lowest - 1, 0), lowest):
+        f_min = -refine(h, block, i, start + i * h, rates, stage, -1.0, -f_min, p)
+    out[F], out[F_Z], out[F_V] = sums[SUM] / points, sums[SUM_Z] / points, sums[SUM_V] / points
+    out[F_MIN], out[F_MAX], out[D_MIN] = f_min, f_max, sums[D_LOW]
+    out[Z_MIN], out[Z_MAX] = (sums[D_LOW] - p[0]) / p[1], (sums[D_HIGH] - p[0]) / p[1]
+
+
+# what is added up step by step: force, and force times deflection and velocity; extremes, and in which steps
+SUM, SUM_Z, SUM_V, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, SUMS = range(10)
+
+
+def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> float:
+    """Begin the sums with the extremes at the samples; return the largest speed on the interpolant."""
+    low, high, at_low, at_high = f[0], f[0], 0, 0
+    d_low, d_high, fast = d[0], d[0], abs(v[0])
+    for i in range(d.shape[0] - 1):
+        d0, v0, d1, v1 = d[i], v[i], d[i + 1], v[i + 1]
+        if f[i] > high:
+            high, at_high = f[i], i
+        if f[i] < low:
+            low, at_low = f[i], i
+        d_low, d_high, fast = min(d_low, d0), max(d_high, d0), max(fast, abs(v0))
+        rise = 6.0 * (d1 - d0) / h
+        if (rise - 4.0 * v0 - 2.0 * v1) * (2.0 * v0 + 4.0 * v1 - rise) < 0.0:
+            fast = max(fast, fastest(h, d0, v0, d1, v1))
+    for k in range(SUMS):
+        sums[k] = 0.0
+    sums[F_LOW], sums[F_HIGH], sums[AT_LOW], sums[AT_HIGH] = low, high, at_low, at_high
+    sums[D_LOW], sums[D_HIGH] = d_low, d_high
+    return fast
+
+
+def sort_steps(
+    block: Any, h: float, start: float, d: Any, v: Any, f: Any, kinks: Any, rates: Any, stage: Any, p: Any,
+    d_middle: Any, v_middle: Any, middle: Any, kind: Any,
+) -> None:  # fmt: skip
+    """Write distance, velocity and force in the middle of each step, and how the force is to be averaged over it."""
+    points = d.shape[0] - 1
+    if latch_count():  # any step may hold a switch
+        for i in range(points):
+            kind[i] = CUTS
+        return
+    near = p[4]
+    for kink in kinks:
+        near = max(near, kink)
+    for i in range(points):
+        d0, v0, d1, v1 = d[i], v[i], d[i + 1], v[i + 1]
+        fm = force_between(0.5, h, d0, v0, d1, v1, block, i, start + i * h, rates, stage, False, p)
+        flat = abs(f[i] - 2.0 * fm + f[i + 1]) <= BENT * (abs(f[i]) + abs(f[i + 1]))
+        outside = d0 > near and d1 > near
+        whole = v0 * v1 > 0.0 and not (d0 - p[4]) * (d1 - p[4]) < 0.0
+        d_middle[i], v_middle[i] = cubic(0.5, h, d0, v0, d1, v1), cubic_rate(0.5, h, d0, v0, d1, v1)
+        middle[i] = fm
+        kind[i] = (FLAT if flat and outside else STEEP) if whole else CUTS
+    for kink in kinks:
+        for i in range(points):
+            kind[i] = CUTS if (d[i] - kink) * (d[i + 1] - kink) < 0.0 else kind[i]
+
+
+@reordered
+def flat_sums(d: Any, v: Any, f: Any, d_middle: Any, v_middle: Any, middle: Any, kind: Any, zc: float) -> Any:
+    """Return the sums of the force, and of force times deflection and velocity, over the flat steps by Simpson's rule."""
+    force_sum, with_z, with_v = 0.0, 0.0, 0.0
+    for i in range(d.shape[0] - 1):
+        flat = kind[i] == FLAT
+        f0, fm, f1 = (f[i] if flat else 0.0), (4.0 * middle[i] if flat else 0.0), (f[i + 1] if flat else 0.0)
+        force_sum += f0 + fm + f1
+        with_z += f0 * (d[i] - zc) + fm * (d_middle[i] - zc) + f1 * (d[i + 1] - zc)
+        with_v += f0 * v[i] + fm * v_middle[i] + f1 * v[i + 1]
+    return force_sum / 6.0, with_z / 6.0, with_v / 6.0
+
+
+@reordered
+def flat_lock_in(f: Any, middle: Any, kind: Any, cosine: Any, sine: Any, c: float, s: float) -> Any:
+    """Return the sums of the force times a tone's cosine and sine over the flat steps; c and s turn by half a step."""
+    real, imaginary = 0.0, 0.0
+    for i in range(f.shape[0] - 1):
+        flat = kind[i] == FLAT
+        f0, fm, f1 = (f[i] if flat else 0.0), (4.0 * middle[i] if flat else 0.0), (f[i + 1] if flat else 0.0)
+        real += f0 * cosine[i] + fm * (cosine[i] * c - sine[i] * s) + f1 * cosine[i + 1]
+        imaginary += f0 * sine[i] + fm * (sine[i] * c + cosine[i] * s) + f1 * sine[i + 1]
+    return real / 6.0, imaginary / 6.0
+
+
+def add_steep(
+    block: Any, h: float, start: float, d: Any, v: Any, kind: Any, points: int, tones: Any, bases: Any, cosine: Any,
+    sine: Any, p: Any, rates: Any, stage: Any, scratch: Any, sums: Any, forces: int, out: Any,
+) -> None:  # fmt: skip
+    """Add the steep steps by Gauss–Legendre quadrature, each node in all steps at once."""
+    first, after, inside = points, 0, 0
+    for i in range(points):
+        if kind[i] == STEEP:
+            first, after = min(first, i), i + 1
+            inside += 1 if d[i] < p[4] else 0
+    out[CONTACT] += inside / points
+    for q in range(PLAIN if first < after else 0):
+        force_sum, with_z, with_v = steep_sums(
+            NODES[q], WEIGHTS[q], block, h, start, d, v, kind, first, after, p, rates, stage, scratch
+        )
+        sums[SUM], sums[SUM_Z], sums[SUM_V] = sums[SUM] + force_sum, sums[SUM_Z] + with_z, sums[SUM_V] + with_v
+        for i in range(first, after):
+            if kind[i] == STEEP:
+                note_force(scratch[i] / WEIGHTS[q], i, sums)
+        for j in range(tones.shape[0]):
+            angle = bases[j] + tones[j, 0] * TAU / points * NODES[q]
+            shares = scratch[first:after]
+            real, imaginary = dot(shares, cosine[j, first:after]), dot(shares, sine[j, first:after])
+            add_lock_in(real, imaginary, math.cos(angle), math.sin(angle), points, out, forces + 2 * j)
+
+
+@reordered
+def steep_sums(
+    s: float, weight: float, block: Any, h: float, start: float, d: Any, v: Any, kind: Any, first: int, after: int,
+    p: Any, rates: Any, stage: Any, scratch: Any,
+) -> Any:  # fmt: skip
+    """Return sums like those of `flat_sums` over one node of the steep steps; `scratch` gets what each step adds."""
+    force_sum, with_z, with_v = 0.0, 0.0, 0.0
+    for i in range(first, after):
+        d0, v0, d1, v1 = d[i], v[i], d[i + 1], v[i + 1]
+        f = force_between(s, h, d0, v0, d1, v1, block, i, start + i * h, rates, stage, False, p)
+        share = weight * f if kind[i] == STEEP else 0.0
+        scratch[i] = share
+        force_sum += share
+        with_z += share * (cubic(s, h, d0, v0, d1, v1) - p[0])
+        with_v += share * cubic_rate(s, h, d0, v0, d1, v1)
+    return force_sum, with_z, with_v
+
+
+@inlined
+def note_force(f: float, i: int, sums: Any) -> None:
+    """Take a force within step i into account for the extremes."""
+    if f > sums[F_HIGH]:
+        sums[F_HIGH], sums[AT_HIGH] = f, i
+    if f < sums[F_LOW]:
+        sums[F_LOW], sums[AT_LOW] = f, i
+
+
+def add_pieces(
+    block: Any, i: int, h: float, t: float, points: int, tones: Any, phasor: Any, p: Any, kinks: Any, rates: Any,
+    stage: Any, cuts: Any, sums: Any, forces: int, out: Any,
+) -> None:  # fmt: skip
+    """Add a step piece by piece; `phasor` holds the tones' cosine and sine at its start."""
+    a, b = motion_of(block, i), motion_of(block, i + 1)
+    d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
+    top = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
+    turns = insert(cuts, 0, top)
+    count = turns
+    contact_is_kink = False
+    for kink in kinks:
+        count = cut_at(cuts, count, kink, top, h, d0, v0, d1, v1)
+        contact_is_kink = contact_is_kink or kink == p[4]
+    if not contact_is_kink:
+        count = cut_at(cuts, count, p[4], top, h, d0, v0, d1, v1)
+    switched = 1.0
+    if latch_count():
+        switched = switching_share(block, i, h, t, p)
+        count = insert(cuts, count, switched)
+    first, after = (PLAIN, CUT) if count > turns else (0, TURNED if turns else PLAIN)
+    cuts[count] = 1.0
+    d = cubic(top, h, d0, v0, d1, v1)
+    sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], d), max(sums[D_HIGH], d)
+    force_sum, with_z, with_v, low = 0.0, 0.0, 0.0, 0.0
+    for k in range(count + 1):
+        high = cuts[k]
+        middle = 0.5 * (low + high)
+        if cubic(middle, h, d0, v0, d1, v1) < p[4]:
+            out[CONTACT] += (high - low) / points
+        for q in range(first, after):
+            s = low + NODES[q] * (high - low)
+            f = force_between(s, h, d0, v0, d1, v1, block, i, t, rates, stage, middle > switched, p)
+            note_force(f, i, sums)
+            share = WEIGHTS[q] * (high - low) * f
+            force_sum += share
+            with_z += share * (cubic(s, h, d0, v0, d1, v1) - p[0])
+            with_v += share * cubic_rate(s, h, d0, v0, d1, v1)
+            for j in range(tones.shape[0]):
+                c, sine = turned(phasor[0, j], phasor[1, j], tones[j, 0] * TAU / points * s)
+                add_lock_in(share, 0.0, c, sine, points, out, forces + 2 * j)
+        low = high
+    sums[SUM], sums[SUM_Z], sums[SUM_V] = sums[SUM] + force_sum, sums[SUM_Z] + with_z, sums[SUM_V] + with_v
+
+
+@inlined
+def force_between(
+    s: float, h: float, d0: float, v0: float, d1: float, v1: float, block: Any, i: int, t: float, rates: Any, stage: Any,
+    late: bool, p: Any,
+) -> float:  # fmt: skip
     """Return the force at the share s of step i; `late` takes the branches from the step's end.
 
-    `stage` has room for the memory and, behind it, its rates of change at both ends of the step (`rates_of_memory`).
+    `rates` holds the rates of change of the memory at all samples, `stage` has room for the memory.
     """
-    a, b = motion_of(block, i), motion_of(block, i + 1)
-    d = cubic(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
-    rate = cubic_rate(s, h, distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p))
+    d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
     place = 2 * mode_count()
     size = memory_size()
     for k in range(size):
-        start, end = block[i, place + k], block[i + 1, place + k]
-        stage[k] = cubic(s, h * p[3], start, stage[size + k], end, stage[2 * size + k])
+        begin, end = block[i, place + k], block[i + 1, place + k]
+        stage[k] = cubic(s, h * p[3], begin, rates[i, k], end, rates[i + 1, k])
     place += size
     if latch_count():
         which = i + 1 if late else i
         return force(d, rate, t + s * h, stage, block[which, place : place + latch_count()], p)
     return force(d, rate, t + s * h, stage, stage, p)
-
-
-def rates_of_memory(h: float, block: Any, i: int, t: float, stage: Any, p: Any) -> None:
-    """Write the rates of change of the forces' memory at both ends of step i behind the room for the memory."""
-    size = memory_size()
-    place = 2 * mode_count()
-    for end in range(2):
-        y = motion_of(block, i + end)
-        memory = block[i + end, place : place + size]
-        change = stage[(1 + end) * size : (2 + end) * size]
-        evolve(distance(y, p), rate_of(y, p), t + end * h, memory, memory, change, p)
 
 
 def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
@@ -101,237 +366,33 @@ def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
     return first
 
 
-def refine(h: float, block: Any, i: int, t: float, stage: Any, sign: float, best: float, p: Any) -> float:
+def refine(
+    h: float, block: Any, i: int, t: float, rates: Any, stage: Any, sign: float, best: float, p: Any
+) -> float:
     """Return the extreme of sign times the force within step i, by golden section, no worse than `best`."""
-    if memory_size():
-        rates_of_memory(h, block, i, t, stage, p)
-    low, high = 0.0, 1.0
-    left, right = 1.0 - GOLDEN, GOLDEN
-    at_left = sign * force_within(left, h, block, i, t, stage, False, p)
-    at_right = sign * force_within(right, h, block, i, t, stage, False, p)
+    a, b = motion_of(block, i), motion_of(block, i + 1)
+    d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
+    low, high, s = 0.0, 1.0, 1.0 - GOLDEN
+    left, right, at_left = s, GOLDEN, sign * force_between(s, h, d0, v0, d1, v1, block, i, t, rates, stage, False, p)
+    at_right = sign * force_between(right, h, d0, v0, d1, v1, block, i, t, rates, stage, False, p)
     best = max(best, at_left, at_right)
     for _ in range(7):  # to a hundredth of the step, where the force is flat to a millionth
-        if at_left > at_right:
-            high, right, at_right = right, left, at_left
-            left = high - GOLDEN * (high - low)
-            at_left = sign * force_within(left, h, block, i, t, stage, False, p)
-            best = max(best, at_left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + GOLDEN * (high - low)
-            at_right = sign * force_within(right, h, block, i, t, stage, False, p)
-            best = max(best, at_right)
+        leftward = at_left > at_right
+        low, high = (low, right) if leftward else (left, high)
+        s = high - GOLDEN * (high - low) if leftward else low + GOLDEN * (high - low)
+        found = sign * force_between(s, h, d0, v0, d1, v1, block, i, t, rates, stage, False, p)
+        left, right = (s, left) if leftward else (right, s)
+        at_left, at_right = (found, at_left) if leftward else (at_right, found)
+        best = max(best, found)
     return best
 
 
-def measure(
-    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, harmonics: int, out: Any
-) -> None:
-    """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
-    for k in range(out.shape[0]):
-        out[k] = 0.0
-    forces = measure_motion(block, points, tones, bases, harmonics, out)
-    stage = np.zeros(max(3 * memory_size(), 1))
-    measure_force(block, period, points, tones, bases, p, kinks, stage, forces, out)
-
-
-def measure_motion(block: Any, points: int, tones: Any, bases: Any, harmonics: int, out: Any) -> int:
-    """Measure the deflection at the samples; return the first column of the force's lock-ins."""
-    modes = mode_count()
-    place = FIRST
-    for j in range(tones.shape[0]):
-        total = place + 2 * modes
-        for n in range(modes):
-            lock_in_column(block, n, points, tones[j, 0], bases[j], out, place + 2 * n)
-            out[total] += out[place + 2 * n]
-            out[total + 1] += out[place + 2 * n + 1]
-        place = total + 2
-    half = (
-        points - 1
-    ) // 2  # samples i and points - i go together: their sum with the cosine, difference with the sine
-    even, odd = np.zeros(half + 2), np.zeros(half + 2)
-    cosine, sine = np.empty(points), np.empty(points)
-    turn_c, turn_s = math.cos(TAU / points), math.sin(TAU / points)
-    c, s = 1.0, 0.0
-    for i in range(points):
-        cosine[i], sine[i] = c, s
-        c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
-    first = 0.5 * (deflection(block, 0) + deflection(block, points))
-    opposite = deflection(block, points // 2) if points % 2 == 0 else 0.0
-    total_z = first + opposite
-    for i in range(1, half + 1):
-        one, other = deflection(block, i), deflection(block, points - i)
-        even[i], odd[i] = one + other, one - other
-        total_z += even[i]
-    out[Z] = total_z / points
-    for k in range(1, harmonics + 1):
-        real, imaginary = first + (opposite if k % 2 == 0 else -opposite), 0.0
-        real_too, imaginary_too, angle = 0.0, 0.0, 0  # two sums each, so that one need not wait for the other
-        for i in range(1, half + 1, 2):
-            angle += k
-            if angle >= points:
-                angle -= points
-            real += even[i] * cosine[angle]
-            imaginary -= odd[i] * sine[angle]
-            angle += k
-            if angle >= points:
-                angle -= points
-            real_too += even[i + 1] * cosine[angle]
-            imaginary_too -= odd[i + 1] * sine[angle]
-        real, imaginary = real + real_too, imaginary + imaginary_too
-        c, s = math.cos(k * bases[0]), math.sin(k * bases[0])
-        out[place] = 2.0 * (real * c + imaginary * s) / points
-        out[place + 1] = 2.0 * (imaginary * c - real * s) / points
-        place += 2
-    return place
-
-
-def measure_force(
-    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, stage: Any, forces: int, out: Any
-) -> None:
-    """Measure the force and the extremes of the motion, step by step between the samples."""
-    h = TAU / points / p[3]
-    last = block.shape[1] - 1
-    start = period * TAU / p[3]
-    cuts = np.empty(MOST_CUTS + 1)
-    sums = np.empty(SUMS)
-    clear(sums)
-    phasors = np.empty((4, tones.shape[0]))  # of each tone: cosine and sine now, and the turn of half a step
-    nodes = np.empty((2 * PLAIN, tones.shape[0]))  # the turn to each node of a step that is not cut
-    near = p[4]
-    for kink in kinks:
-        near = max(near, kink)
-    for j in range(tones.shape[0]):
-        half = 0.5 * tones[j, 0] * TAU / points
-        phasors[0, j], phasors[1, j] = math.cos(bases[j]), math.sin(bases[j])
-        phasors[2, j], phasors[3, j] = math.cos(half), math.sin(half)
-        for q in range(PLAIN):
-            nodes[2 * q, j], nodes[2 * q + 1, j] = math.cos(2.0 * NODES[q] * half), math.sin(2.0 * NODES[q] * half)
-    d_min, d_max, fast = np.inf, -np.inf, 0.0
-    f_min, f_max, lowest, highest = np.inf, -np.inf, 0, 0
-    f_sum, fz_sum, fv_sum = 0.0, 0.0, 0.0
-    b = motion_of(block, 0)
-    d1, v1 = distance(b, p), rate_of(b, p)
-    for i in range(points):
-        t = start + i * h
-        d0, v0 = d1, v1
-        b = motion_of(block, i + 1)
-        d1, v1 = distance(b, p), rate_of(b, p)
-        f0, f1 = block[i, last], block[i + 1, last]
-        d_min, d_max = min(d_min, d0), max(d_max, d0)
-        fast = max(fast, fastest(h, d0, v0, d1, v1))
-        if memory_size():
-            rates_of_memory(h, block, i, t, stage, p)
-        if f0 > f_max:
-            f_max, highest = f0, i
-        if f0 < f_min:
-            f_min, lowest = f0, i
-        if v0 * v1 > 0.0 and not latch_count() and not kink_between(d0, d1, kinks, p[4]):
-            if d0 > near and d1 > near:
-                fm = force_within(0.5, h, block, i, t, stage, False, p)
-                if abs(f0 - 2.0 * fm + f1) <= BENT * (abs(f0) + abs(f1)):
-                    dm, vm = cubic(0.5, h, d0, v0, d1, v1), cubic_rate(0.5, h, d0, v0, d1, v1)
-                    f_sum += f0 + 4.0 * fm + f1
-                    fz_sum += f0 * (d0 - p[0]) + 4.0 * fm * (dm - p[0]) + f1 * (d1 - p[0])
-                    fv_sum += f0 * v0 + 4.0 * fm * vm + f1 * v1
-                    add_smooth(phasors, f0, 4.0 * fm, f1, 1.0 / (3.0 * points), forces, out)
-                    continue
-            for q in range(PLAIN):
-                s = NODES[q]
-                f = force_within(s, h, block, i, t, stage, False, p)
-                weighted = 6.0 * WEIGHTS[q] * f
-                if f > f_max:
-                    f_max, highest = f, i
-                if f < f_min:
-                    f_min, lowest = f, i
-                f_sum += weighted
-                fz_sum += weighted * (cubic(s, h, d0, v0, d1, v1) - p[0])
-                fv_sum += weighted * cubic_rate(s, h, d0, v0, d1, v1)
-                add_node(phasors, nodes, q, weighted / (3.0 * points), forces, out)
-            if d0 < p[4]:
-                out[CONTACT] += 1.0 / points
-            add_smooth(phasors, 0.0, 0.0, 0.0, 0.0, forces, out)
-            continue
-        measure_pieces(block, i, i, h, t, points, tones, phasors, p, kinks, stage, cuts, sums, forces, out)
-        add_smooth(phasors, 0.0, 0.0, 0.0, 0.0, forces, out)
-    if sums[F_HIGH] > f_max:
-        f_max, highest = sums[F_HIGH], int(sums[AT_HIGH])
-    if sums[F_LOW] < f_min:
-        f_min, lowest = sums[F_LOW], int(sums[AT_LOW])
-    for i in (max(highest - 1, 0), highest):
-        f_max = refine(h, block, i, start + i * h, stage, 1.0, f_max, p)
-    for i in (max(lowest - 1, 0), lowest):
-        f_min = -refine(h, block, i, start + i * h, stage, -1.0, -f_min, p)
-    out[F] = (f_sum / 6.0 + sums[SUM]) / points
-    out[F_Z] = (fz_sum / 6.0 + sums[SUM_Z]) / points
-    out[F_V] = (fv_sum / 6.0 + sums[SUM_V]) / points
-    d_min, d_max = min(d_min, sums[D_LOW]), max(d_max, sums[D_HIGH])
-    out[F_MIN], out[F_MAX], out[D_MIN], out[V_MAX] = f_min, f_max, d_min, fast
-    out[Z_MIN], out[Z_MAX] = (d_min - p[0]) / p[1], (d_max - p[0]) / p[1]
-
-
-# what the steps taken in pieces add up: force, and force times deflection and velocity; extremes, and in which steps
-SUM, SUM_Z, SUM_V, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, SUMS = range(10)
-
-
-def clear(sums: Any) -> None:
-    """Make the sums ready for a period."""
-    for k in range(SUMS):
-        sums[k] = 0.0
-    sums[F_LOW], sums[F_HIGH], sums[D_LOW], sums[D_HIGH] = np.inf, -np.inf, np.inf, -np.inf
-
-
-def measure_pieces(
-    block: Any, i: int, at: int, h: float, t: float, points: int, tones: Any, phasors: Any, p: Any, kinks: Any,
-    stage: Any, cuts: Any, sums: Any, forces: int, out: Any,
-) -> None:  # fmt: skip
-    """Measure the force over the step from sample i of the block, piece by piece; it is step `at` of the period."""
-    a, b = motion_of(block, i), motion_of(block, i + 1)
-    d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
-    turn = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
-    turns = insert(cuts, 0, turn)
-    count = turns
-    contact_is_kink = False
-    for kink in kinks:
-        count = cut_at(cuts, count, kink, turn, h, d0, v0, d1, v1)
-        contact_is_kink = contact_is_kink or kink == p[4]
-    if not contact_is_kink:
-        count = cut_at(cuts, count, p[4], turn, h, d0, v0, d1, v1)
-    switched = 1.0
-    if latch_count():
-        switched = switching_share(block, i, h, t, p)
-        count = insert(cuts, count, switched)
-    first, after = (PLAIN, CUT) if count > turns else (0, TURNED if turns else PLAIN)
-    simple = memory_size() == 0 and latch_count() == 0
-    cuts[count] = 1.0
-    d = cubic(turn, h, d0, v0, d1, v1)
-    sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], d), max(sums[D_HIGH], d)
-    low = 0.0
-    for k in range(count + 1):
-        high = cuts[k]
-        middle = 0.5 * (low + high)
-        if cubic(middle, h, d0, v0, d1, v1) < p[4]:
-            out[CONTACT] += (high - low) / points
-        for q in range(first, after):
-            s = low + NODES[q] * (high - low)
-            d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
-            if simple:
-                f = force(d, rate, t + s * h, stage, stage, p)
-            else:
-                f = force_within(s, h, block, i, t, stage, middle > switched, p)
-            weight = WEIGHTS[q] * (high - low)
-            if f > sums[F_HIGH]:
-                sums[F_HIGH], sums[AT_HIGH] = f, at
-            if f < sums[F_LOW]:
-                sums[F_LOW], sums[AT_LOW] = f, at
-            sums[SUM] += weight * f
-            sums[SUM_Z] += weight * f * (d - p[0])
-            sums[SUM_V] += weight * f * rate
-            for j in range(tones.shape[0]):
-                c, sine = turned(phasors[0, j], phasors[1, j], tones[j, 0] * TAU / points * s)
-                out[forces + 2 * j] += 2.0 * weight * f * c / points
-                out[forces + 2 * j + 1] -= 2.0 * weight * f * sine / points
-        low = high
+def top_speed(h: float, d: Any, v: Any) -> float:
+    """Return the largest speed on the interpolant of the samples."""
+    fast = 0.0
+    for i in range(d.shape[0] - 1):
+        fast = max(fast, fastest(h, d[i], v[i], d[i + 1], v[i + 1]))
+    return fast
 
 
 def turned(c: float, s: float, x: float) -> Any:
@@ -344,30 +405,3 @@ def turned(c: float, s: float, x: float) -> Any:
         1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0 * (1.0 - q / 156.0)))))
     )
     return c * cos_x - s * sin_x, s * cos_x + c * sin_x
-
-
-def kink_between(d0: float, d1: float, kinks: Any, a0: float) -> bool:
-    """Say whether a kink, or contact, lies between two distances."""
-    for kink in kinks:
-        if (d0 - kink) * (d1 - kink) < 0.0:
-            return True
-    return (d0 - a0) * (d1 - a0) < 0.0
-
-
-def add_node(phasors: Any, nodes: Any, q: int, weighted: float, place: int, out: Any) -> None:
-    """Add one node of a step to the force's lock-ins."""
-    for j in range(phasors.shape[1]):
-        c0, s0, turn_c, turn_s = phasors[0, j], phasors[1, j], nodes[2 * q, j], nodes[2 * q + 1, j]
-        out[place + 2 * j] += weighted * (c0 * turn_c - s0 * turn_s)
-        out[place + 2 * j + 1] -= weighted * (s0 * turn_c + c0 * turn_s)
-
-
-def add_smooth(phasors: Any, f0: float, fm: float, f1: float, weight: float, place: int, out: Any) -> None:
-    """Add a step to the force's lock-ins from its start, middle and end, and turn the tones' phasors to its end."""
-    for j in range(phasors.shape[1]):
-        c0, s0, turn_c, turn_s = phasors[0, j], phasors[1, j], phasors[2, j], phasors[3, j]
-        cm, sm = c0 * turn_c - s0 * turn_s, s0 * turn_c + c0 * turn_s
-        c1, s1 = cm * turn_c - sm * turn_s, sm * turn_c + cm * turn_s
-        out[place + 2 * j] += weight * (f0 * c0 + fm * cm + f1 * c1)
-        out[place + 2 * j + 1] -= weight * (f0 * s0 + fm * sm + f1 * s1)
-        phasors[0, j], phasors[1, j] = c1, s1

@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from dforce.kernel.link import inlined
+
 MOST_CUTS = 16  # within one step
 
 
+@inlined
 def cubic(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -> float:
     """Return the Hermite interpolant at the share s of a step."""
     r = 1.0 - s
     return r * r * ((1.0 + 2.0 * s) * x0 + s * h * v0) + s * s * ((1.0 + 2.0 * r) * x1 - r * h * v1)
 
 
+@inlined
 def cubic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -> float:
     """Return the slope of the Hermite interpolant at the share s of a step."""
     r = 1.0 - s

@@ -23,7 +23,7 @@ from dforce.kernel.slots import (
     motion,
     rate_of,
 )
-from dforce.observables.lockin import lock_in
+from dforce.observables.lockin import lock_in_turned, tones_turns
 from dforce.observables.measure import measure
 from dforce.solvers._loops import TAU, held, interval, keep_rest, passed, phases, seconds
 
@@ -196,11 +196,14 @@ def march(
 ) -> Any:  # fmt: skip
     """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
     bases = np.empty(tones.shape[0])
+    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
+    z = np.empty(points + 1)
+    tones_turns(tones, points, cosine, sine)
     for i in range(periods):
         phases(tones, first + i, bases)
         y = advance(y, memory, latched, first + i, points, tones, bases, kinks, tolerance, sizes, work, block, p)
         if every:
             measure(block, first + i, points, tones, bases, p, kinks, harmonics, out[i])
         else:
-            lock_in(block, points, tones, bases, out[i])
+            lock_in_turned(block, bases, cosine, sine, z, out[i])
     return y

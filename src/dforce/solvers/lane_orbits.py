@@ -12,6 +12,7 @@ import numpy as np
 
 from dforce.observables.lane_measure import measure_cases
 from dforce.observables.measure import D_MIN
+from dforce.solvers.guess import best_order, correction, predict
 from dforce.solvers.lanes import advance_samples
 from dforce.solvers.shooting import (
     CONTRACTS,
@@ -20,12 +21,9 @@ from dforce.solvers.shooting import (
     LOST,
     SHORTEST,
     UNSTABLE,
-    best_order,
-    correction,
     is_stable,
     is_suspect,
     kick,
-    predict,
 )
 
 NUDGE = 2e-7  # of the free amplitude: distance of the neighbors; one side is enough this near
@@ -204,7 +202,7 @@ def follow_cases(
                 infos[case, i, 1], infos[case, i, 2], infos[case, i, 3] = 0, LOST, np.inf
                 if i > 0:
                     chosen = best_order(orbits[case], zc[case], i, order, miss)
-                    predict(orbits[case], zc[case], i, 0, chosen, motions[case])
+                    predict(orbits[case], zc[case], i, i, chosen, motions[case])
                     predict_tangent(jacobians[case], zc[case], i, tangents[case])
                 if i == 1:
                     motions[case] += slopes[case] * (zc[case, 1] - zc[case, 0])

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from dforce.kernel.link import inlined
+from dforce.kernel.link import inlined, reordered
 from dforce.kernel.slots import (
+    at_distance,
     column,
     distance,
     force,
@@ -29,7 +30,6 @@ from dforce.solvers._loops import TAU, held, interval, margin, passed, seconds
 from dforce.solvers.rk4 import NEAR, cut_step, step
 
 TRIES = 4  # to land behind a kink
-REACH = 1e-3  # of the free amplitude: farther apart copies of one motion are not meant to be
 
 
 @inlined
@@ -48,10 +48,10 @@ def smooth_step(
 
 
 def advance_copies(
-    lanes: Any, other: Any, points: int, table: Any, period: int, memory: Any, latched: Any, tones: Any, bases: Any,
-    kinks: Any, stage: Any, work: Any, p: Any,
+    lanes: Any, other: Any, zc: Any, points: int, table: Any, period: int, memory: Any, latched: Any, tones: Any,
+    bases: Any, kinks: Any, stage: Any, work: Any, p: Any,
 ) -> None:  # fmt: skip
-    """Advance motions of one problem that are close to each other, the columns of `lanes`, by one period.
+    """Advance motions of one problem, the columns of `lanes`, each at its own distance `zc`, by one period.
 
     `other` is scratch of the same shape.
     """
@@ -63,28 +63,34 @@ def advance_copies(
         t = start + i * dt
         u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         for j in range(lanes.shape[1]):
+            here = at_distance(p, zc[j])
             y = column(before, j)
-            f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
-            put_column(after, j, smooth_step(y, f, u0, u1, u2, h, t, dt, memory, latched, p))
-        d0, d1 = distance(column(before, 0), p), distance(column(after, 0), p)
-        if comes_near(kinks, min(d0, d1), max(d0, d1), REACH * p[1]):
-            for j in range(lanes.shape[1]):
-                y, end = column(before, j), column(after, j)
-                if passed(y, end, t + dt, latched, kinks, p) >= 0:
-                    end = cut_step(y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p)
-                    put_column(after, j, end)
+            f = force(distance(y, here), rate_of(y, here), t, memory, latched, here)
+            put_column(after, j, smooth_step(y, f, u0, u1, u2, h, t, dt, memory, latched, here))
+        for kink in kinks:
+            if any_passes(before, after, zc, kink, p):
+                for j in range(lanes.shape[1]):
+                    here = at_distance(p, zc[j])
+                    y, end = column(before, j), column(after, j)
+                    if passed(y, end, t + dt, latched, kinks, here) >= 0:
+                        end = cut_step(y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, here)
+                        put_column(after, j, end)
+                break
         before, after = after, before
     if points % 2:
         for j in range(lanes.shape[1]):
             put_column(lanes, j, column(before, j))
 
 
-def comes_near(kinks: Any, low: float, high: float, reach: float) -> bool:
-    """Say whether a kink lies between two distances, or within reach of them."""
-    near = False
-    for kink in kinks:
-        near = near or low - reach < kink < high + reach
-    return near
+@reordered
+def any_passes(before: Any, after: Any, zc: Any, kink: float, p: Any) -> bool:
+    """Say whether a kink lies between two samples of any lane."""
+    found = 0
+    for j in range(zc.shape[0]):
+        here = at_distance(p, zc[j])
+        above, below = distance(column(before, j), here) > kink, distance(column(after, j), here) > kink
+        found |= 1 if above != below else 0
+    return found > 0
 
 
 def advance_cases(

@@ -24,7 +24,7 @@ from dforce.kernel.slots import (
     rate_of,
     row,
 )
-from dforce.observables.lockin import lock_in
+from dforce.observables.lockin import lock_in_turned, tones_turns
 from dforce.observables.measure import measure
 from dforce.observables.pieces import crossing
 from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed, phases, risen, seconds, tabulate
@@ -200,6 +200,9 @@ def march(
 ) -> Any:  # fmt: skip
     """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
     bases = np.empty(tones.shape[0])
+    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
+    z = np.empty(points + 1)
+    tones_turns(tones, points, cosine, sine)
     stage = work[0]
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
@@ -211,5 +214,5 @@ def march(
         if every:
             measure(block, first + i, points, tones, bases, p, kinks, harmonics, out[i])
         else:
-            lock_in(block, points, tones, bases, out[i])
+            lock_in_turned(block, bases, cosine, sine, z, out[i])
     return y

@@ -11,18 +11,21 @@ from typing import Any
 
 import numpy as np
 
+from dforce.kernel.link import inlined
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
+from dforce.solvers.guess import NUDGE, best_order, correction, look_ahead, predict
 from dforce.solvers.lanes import advance_copies
 from dforce.solvers.rk4 import advance
 
-NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
 FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
 CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by this at least
 SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 LANES = 4  # neighbors are filled up to a multiple of this: the width of a vector register
+AHEAD = 4  # orbits that are guessed side by side
+ASTRAY = 0.01  # of the free amplitude: a guess that needed a longer correction is not used
 CONVERGED, LOST, UNSTABLE = 0, 1, 2  # what became of an orbit
 
 # A step of the distance kicks the motion: it stands off the orbit that continues its state.
@@ -52,15 +55,21 @@ def over_common_period(
     return y
 
 
+@inlined
+def are_lanes_enough(smooth: bool) -> bool:
+    """Say whether neighbors can be marched side by side: the force is a continuous function of the motion."""
+    return smooth and memory_size() == 0 and latch_count() == 0
+
+
 def tangent(
     y: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any,
     bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any, jacobian: Any,
 ) -> None:  # fmt: skip
     """Write the derivative of the map at y into `jacobian`, by central differences; memory and branches start as given."""
     size = 2 * mode_count()
-    if smooth and memory_size() == 0 and latch_count() == 0:
+    if are_lanes_enough(smooth):
         width = LANES * ((2 * size + LANES - 1) // LANES)
-        lanes, other = np.empty((size, width)), np.empty((size, width))
+        lanes, other, zc = np.empty((size, width)), np.empty((size, width)), np.full(width, p[0])
         for i in range(size):
             for j in range(width):
                 lanes[i, j] = y[i] + (NUDGE if j == 2 * i else 0.0) - (NUDGE if j == 2 * i + 1 else 0.0)
@@ -68,7 +77,9 @@ def tangent(
             if common > 1:
                 phases(tones, first + k, bases)
                 tabulate(tones, bases, points, table)
-            advance_copies(lanes, other, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p)
+            advance_copies(
+                lanes, other, zc, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p
+            )
         for i in range(size):
             for j in range(size):
                 jacobian[i, j] = (lanes[i, 2 * j] - lanes[i, 2 * j + 1]) / (2.0 * NUDGE)
@@ -87,36 +98,6 @@ def tangent(
                     jacobian[i, j] = there[i] / (2.0 * NUDGE)
                 else:
                     jacobian[i, j] -= there[i] / (2.0 * NUDGE)
-
-
-def correction(jacobian: Any, miss: Any, matrix: Any, step: Any) -> None:
-    """Solve (J - 1) step = -miss by elimination with pivots; `matrix` is scratch."""
-    size = miss.shape[0]
-    for i in range(size):
-        for j in range(size):
-            matrix[i, j] = jacobian[i, j] - (1.0 if i == j else 0.0)
-        step[i] = -miss[i]
-    for k in range(size):
-        pivot = k
-        for i in range(k + 1, size):
-            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
-                pivot = i
-        if matrix[pivot, k] == 0.0:
-            step[:] = np.nan
-            return
-        if pivot != k:
-            for j in range(size):
-                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
-            step[k], step[pivot] = step[pivot], step[k]
-        for i in range(k + 1, size):
-            factor = matrix[i, k] / matrix[k, k]
-            for j in range(k, size):
-                matrix[i, j] -= factor * matrix[k, j]
-            step[i] -= factor * step[k]
-    for k in range(size - 1, -1, -1):
-        for j in range(k + 1, size):
-            step[k] -= matrix[k, j] * step[j]
-        step[k] /= matrix[k, k]
 
 
 def is_stable(jacobian: Any) -> bool:
@@ -163,7 +144,7 @@ def shoot(
     miss, step, matrix, vector = np.empty(size), np.empty(size), np.empty((size, size)), np.empty(size)
     start, memory_before, latched_before = np.empty(size), memory.copy(), latched.copy()
     before, shorter = np.inf, 1.0
-    info[2], info[3] = LOST, np.inf
+    info[2], info[3] = LOST, 0.0 if known else np.inf
     for attempt in range(most + 1):
         for k in range(memory_size()):
             memory_before[k] = memory[k]
@@ -209,36 +190,6 @@ def shoot(
             info[3] = max(info[3], shorter * abs(step[i]))
         y = from_vector(vector)
     return y
-
-
-def predict(orbits: Any, zc: Any, i: int, first: int, order: int, vector: Any) -> None:
-    """Write a guess for orbit i by extrapolation through up to order + 1 orbits before it, none before `first`."""
-    start = max(first, i - 1 - order)
-    for k in range(vector.shape[0]):
-        vector[k] = 0.0
-    for a in range(start, i):
-        weight = 1.0
-        for b in range(start, i):
-            if b != a:
-                weight *= (zc[i] - zc[b]) / (zc[a] - zc[b])
-        for k in range(vector.shape[0]):
-            vector[k] += weight * orbits[a, k]
-
-
-def best_order(orbits: Any, zc: Any, i: int, most: int, vector: Any) -> int:
-    """Return the order of extrapolation that would have come closest to the orbit before distance i; `vector` is scratch.
-
-    A smooth branch can be extrapolated far; where the tip touches, sampling leaves a roughness that high orders amplify.
-    """
-    best, least = 1, np.inf
-    for order in range(1, min(most, i - 2) + 1):
-        predict(orbits, zc, i - 1, 0, order, vector)
-        error = 0.0
-        for k in range(vector.shape[0]):
-            error = max(error, abs(vector[k] - orbits[i - 1, k]))
-        if error < least:
-            best, least = order, error
-    return best
 
 
 def is_suspect(
@@ -301,21 +252,37 @@ def follow(
     """
     bases, stage = np.empty(tones.shape[0]), work[0]
     table = np.empty((2 * points + 1, mode_count()))
-    jacobian, vector = np.empty((2 * mode_count(), 2 * mode_count())), np.empty(2 * mode_count())
+    size = 2 * mode_count()
+    jacobian, vector = np.empty((size, size)), np.empty(size)
+    guesses, tangents, strays, until = np.empty((AHEAD, size)), np.empty((AHEAD, size, size)), np.empty(AHEAD), 0
     matrix, away, nearest = np.empty_like(jacobian), np.empty_like(vector), np.full(2, np.inf)
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
     guess = y
     for i in range(zc.shape[0]):
         here = at_distance(p, zc[i])
-        if i > 0:
-            predict(orbits, zc, i, 0, best_order(orbits, zc, i, order, vector), vector)
+        if are_lanes_enough(smooth) and i == max(until, 3) and i + AHEAD <= zc.shape[0]:
+            until = i + AHEAD
+            look_ahead(
+                orbits, zc, i, best_order(orbits, zc, i, order, vector), first, common, points, memory, latched, tones,
+                bases, table, kinks, stage, work, p, guesses, tangents, strays,
+            )  # fmt: skip
+        w = i - until + AHEAD
+        known = i < until and strays[w] < ASTRAY
+        if known:
+            guess = from_vector(guesses[w])
+            for k in range(size):
+                for j in range(size):
+                    jacobian[k, j] = tangents[w, k, j]
+        elif i > 0:
+            predict(orbits, zc, i, i, best_order(orbits, zc, i, order, vector), vector)
             guess = from_vector(vector)
         memory_before, latched_before = memory.copy(), latched.copy()
         y = shoot(
             guess, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
-            sizes, tolerance, most, jacobian, False, infos[i],
+            sizes, tolerance, most, jacobian, known, infos[i],
         )  # fmt: skip
+        infos[i, 3] += strays[w] if known else 0.0
         if infos[i, 2] == CONVERGED and infos[i, 3] > FRESH:
             refill(memory, memory_before)
             refill(latched, latched_before)
@@ -323,18 +290,19 @@ def follow(
                 y, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
                 jacobian,
             )  # fmt: skip
-            over_common_period(
-                y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
-            )
+            if not are_lanes_enough(smooth):  # then the neighbors have left their samples in the block
+                over_common_period(
+                    y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
+                )
         if infos[i, 2] == CONVERGED and not is_stable(jacobian):
             infos[i, 2] = UNSTABLE
         if infos[i, 2] != CONVERGED:
             refill(memory, memory_before)
             refill(latched, latched_before)
             return i
-        for k in range(2 * mode_count()):
+        for k in range(size):
             orbits[i, k] = y[k]
-            for j in range(2 * mode_count()):
+            for j in range(size):
                 jacobians[i, k, j] = jacobian[k, j]
         if common == 1:
             measure(block, first, points, tones, bases, here, kinks, harmonics, rows[i, 0])
