@@ -112,7 +112,10 @@ def measure_force(
     for i in range(points + 1):
         y = motion_of(block, i)
         d[i], v[i], f[i] = distance(y, p), rate_of(y, p), block[i, last]
-    stage, rates = np.zeros(max(memory_size(), 1)), np.empty((points + 1 if memory_size() else 1, max(memory_size(), 1)))
+    stage, rates = (
+        np.zeros(max(memory_size(), 1)),
+        np.empty((points + 1 if memory_size() else 1, max(memory_size(), 1))),
+    )
     place = 2 * mode_count()
     if memory_size():
         for i in range(points + 1):
@@ -127,7 +130,9 @@ def measure_force(
         half = 0.5 * tones[j, 0] * TAU / points
         real, imaginary = flat_lock_in(f, middle, kind, cosine[j], sine[j], math.cos(half), math.sin(half))
         add_lock_in(real, imaginary, math.cos(bases[j]), math.sin(bases[j]), points, out, forces + 2 * j)
-    add_steep(block, h, start, d, v, kind, points, tones, bases, cosine, sine, p, rates, stage, middle, sums, forces, out)
+    add_steep(
+        block, h, start, d, v, kind, points, tones, bases, cosine, sine, p, rates, stage, middle, sums, forces, out
+    )
     cuts, phasor = np.empty(MOST_CUTS + 1), np.empty((2, tones.shape[0]))
     for i in range(points):
         if kind[i] == CUTS:
@@ -366,9 +371,7 @@ def switching_share(block: Any, i: int, h: float, t: float, p: Any) -> float:
     return first
 
 
-def refine(
-    h: float, block: Any, i: int, t: float, rates: Any, stage: Any, sign: float, best: float, p: Any
-) -> float:
+def refine(h: float, block: Any, i: int, t: float, rates: Any, stage: Any, sign: float, best: float, p: Any) -> float:
     """Return the extreme of sign times the force within step i, by golden section, no worse than `best`."""
     a, b = motion_of(block, i), motion_of(block, i + 1)
     d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)

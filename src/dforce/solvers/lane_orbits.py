@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.observables.lane_measure import measure_cases
-from dforce.observables.measure import D_MIN
+from dforce.kernel.slots import at_distance, parameters_of
+from dforce.observables.measure import D_MIN, measure
 from dforce.solvers.guess import best_order, correction, predict
 from dforce.solvers.lanes import advance_samples
 from dforce.solvers.shooting import (
@@ -69,8 +69,8 @@ def pack(
 def march_lanes(
     which: Any, count: int, each: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any,
     bases: Any, points: int, cosine: Any, nothing: Any, work: Any, block: Any,
-) -> Any:  # fmt: skip
-    """Advance cases by one period; return their parameters, kinks and numbers by lane, and the row of the block at its end."""
+) -> int:  # fmt: skip
+    """Advance cases by one period; return the row of the block at its end."""
     lanes = block.shape[2]
     lane_parameters = np.empty((parameters.shape[0], lanes))
     lane_kinks, lane_drive = np.empty((kinks.shape[0], lanes)), np.empty((drive.shape[0], lanes))
@@ -79,10 +79,9 @@ def march_lanes(
         which, count, each, motions, here, parameters, kinks, drive, block, lane_parameters, lane_kinks, lane_drive,
         case_of,
     )  # fmt: skip
-    end = advance_samples(
+    return advance_samples(
         block, lane_parameters, lane_drive, lane_kinks, tones, case_of, bases, points, cosine, crossed, nothing, work
     )
-    return lane_parameters, lane_kinks, case_of, end
 
 
 def take_tangents(
@@ -92,7 +91,7 @@ def take_tangents(
     """Write the derivative of the map at the motions of some cases, which lead to `ends`."""
     size = motions.shape[1]
     block = np.empty((2, size + 1, padded(count * size)))
-    _, _, _, end = march_lanes(
+    end = march_lanes(
         which, count, size, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
     )
     for j in range(count):
@@ -121,7 +120,7 @@ def take_slopes(
     change, matrix = np.empty(size), np.empty((size, size))
     block = np.empty((2, size + 1, padded(count)))
     farther = here + NUDGE * parameters[1]
-    _, _, _, end = march_lanes(
+    end = march_lanes(
         which, count, 1, motions, farther, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
     )
     for j in range(count):
@@ -150,7 +149,7 @@ def take_kicks(
     if asked == 0:
         return
     block = np.empty((2, size + 1, padded(asked)))
-    _, _, _, end = march_lanes(
+    end = march_lanes(
         suspect, asked, 1, orbits[:, i - 1], here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
         block,
     )  # fmt: skip
@@ -185,17 +184,16 @@ def follow_cases(
     moved = np.empty(cases)  # how far since the tangent was taken
     tangents, miss, matrix = np.zeros((cases, size, size)), np.empty(size), np.empty((size, size))
     active, marching, wanting = np.empty(cases, np.int64), np.empty(cases, np.int64), np.empty(cases, np.int64)
-    place = np.empty(cases, np.int64)
     nothing = np.empty(0)
     done[:] = 0
     slopes = np.zeros((cases, size))
-    # room for two blocks of samples, taken once: fresh memory costs more than what is done with it
-    room = np.empty((2, (points + 1) * (size + 1) * padded(cases)))
+    # room for the samples, taken once: fresh memory costs more than what is done with it
+    room, record = np.empty((points + 1) * (size + 1) * padded(cases)), np.empty((points + 1, size + 1))
     for i in range(zc.shape[1]):
         count = 0
         for case in range(cases):
             if done[case] == i and i < counts[case]:
-                active[count], place[case] = case, count
+                active[count] = case
                 count += 1
                 here[case], before[case], shorter[case], moved[case] = zc[case, i], np.inf, 1.0, np.inf
                 state[case], guessed[case] = MARCHING, 1 if i > 0 else 0
@@ -208,13 +206,14 @@ def follow_cases(
                     motions[case] += slopes[case] * (zc[case, 1] - zc[case, 0])
         if count == 0:
             return
-        main = block_of(room[0], points, size, count)
-        lane_parameters, lane_kinks, case_of, _ = march_lanes(
-            active, count, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, main
-        )
-        block, left = main, count
+        left = count
         marching[:count] = active[:count]
         for attempt in range(most + 1):
+            block = block_of(room, points, size, left)
+            march_lanes(
+                marching, left, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
+                block,
+            )  # fmt: skip
             wanted, going = 0, 0
             for j in range(left):
                 case = marching[j]
@@ -225,8 +224,11 @@ def follow_cases(
                 infos[case, i, 0], infos[case, i, 1] = worst, attempt
                 if worst < tolerance:
                     state[case] = DONE
-                    if left != count:
-                        main[:, :, place[case]] = block[:, :, j]
+                    for sample in range(points + 1):
+                        for k in range(size + 1):
+                            record[sample, k] = block[sample, k, j]
+                    p = at_distance(parameters_of(parameters, case), here[case])
+                    measure(record, 0, points, tones[case], bases, p, kinks[:, case], harmonics, rows[case, i])
                 elif attempt == most or not worst < np.inf:
                     state[case] = GONE
                 else:
@@ -267,13 +269,6 @@ def follow_cases(
                 for k in range(size):
                     motions[case, k] = begun[case, k] + shorter[case] * steps[case, k]
                     moved[case] = max(moved[case], shorter[case] * abs(steps[case, k]))
-            block = main if left == count else block_of(room[1], points, size, left)
-            march_lanes(
-                marching, left, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
-                block,
-            )  # fmt: skip
-        measured = np.empty((main.shape[2], rows.shape[2]))
-        measure_cases(main, lane_parameters, lane_kinks, tones, case_of, bases, points, harmonics, work, measured)
         for j in range(count):
             case = active[j]
             if state[case] != DONE:
@@ -282,7 +277,7 @@ def follow_cases(
                 infos[case, i, 2] = UNSTABLE
                 continue
             infos[case, i, 2] = CONVERGED
-            orbits[case, i], jacobians[case, i], rows[case, i] = motions[case], tangents[case], measured[j]
+            orbits[case, i], jacobians[case, i] = motions[case], tangents[case]
             done[case] = i + 1
         if i > 0:
             take_kicks(

@@ -73,7 +73,9 @@ def advance_copies(
                     here = at_distance(p, zc[j])
                     y, end = column(before, j), column(after, j)
                     if passed(y, end, t + dt, latched, kinks, here) >= 0:
-                        end = cut_step(y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, here)
+                        end = cut_step(
+                            y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, here
+                        )
                         put_column(after, j, end)
                 break
         before, after = after, before
