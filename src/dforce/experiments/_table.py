@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 def status_of(found: Steady) -> Status:
     """Return what became of a point."""
-    if not found.motion.is_finite or not np.isfinite(found.values["amplitude"]).all():
+    if not found.motion.is_finite or not all(map(math.isfinite, found.values["amplitude"])):
         return Status.FAILED
     if not found.settled:
         return Status.NOT_SETTLED

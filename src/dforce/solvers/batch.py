@@ -25,6 +25,7 @@ from dforce.solvers.shooting import HARD
 from dforce.solvers.side_by_side import SideBySide, Stretch
 from dforce.solvers.transient import Steady, Watch, steady
 
+CHUNK = 64  # distances between looks at the watch
 BRIDGES = (8, 64)  # parts of a step in which an orbit that was not found in one is looked for
 
 
@@ -201,7 +202,7 @@ class Block:
         """Follow orbits along the distances to come; return the problems that can go on after a look at the watch."""
         if not len(cases):
             return cases
-        parts = [one_way(zc[case], int(at[case])) for case in cases]
+        parts = [one_way(zc[case], int(at[case]), CHUNK) for case in cases]
         lead = np.array([int(part[0] != zc[case, at[case]]) for part, case in zip(parts, cases, strict=True)])
         counts = np.array([len(part) for part in parts])
         ways = np.empty((len(cases), counts.max()))

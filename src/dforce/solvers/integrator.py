@@ -48,7 +48,7 @@ class Motion:
     @property
     def is_finite(self) -> bool:
         """Whether all numbers are finite."""
-        return all(map(math.isfinite, self.y)) and bool(np.isfinite(self.memory).all())
+        return all(map(math.isfinite, self.y)) and all(map(math.isfinite, self.memory))
 
 
 def sample_count(problem: Problem, settings: SolverSettings) -> int:

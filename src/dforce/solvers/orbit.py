@@ -16,13 +16,14 @@ from dforce.kernel import Array
 from dforce.observables.finish import finish_all
 from dforce.observables.window import common_period, weights
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.shooting import HARD, SMALL
-from dforce.solvers.transient import Row, Steady, Watch, settle, steady
+from dforce.solvers.shooting import HARD, LARGE, SMALL
+from dforce.solvers.transient import Row, Steady, Watch, decay_periods, march, settle, steady
 
 MISS = 1e-9  # of the free amplitude: how far from its start an orbit may end
 MOST_CORRECTIONS = 20
 ORDER = 4  # of the extrapolation that predicts the next orbit from those before it, at most
-CHUNK = 64  # distances between looks at the watch
+EARLY = 3  # decay times after which an orbit near the motion is looked for, before the motion has settled
+CHUNK, LEAST_CHUNK = 65_536, 16  # steps of the map between looks at the watch; distances at least
 ROUGH = 1e-3  # settling tolerance before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
 AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
@@ -74,6 +75,7 @@ class Follower:
         self.frequencies = [tone.frequency for tone in problem.tones]
         self.common = common_period(self.frequencies)
         self.force_jumps = [jump for force in problem.forces for jump in force.jumps()]
+        self.chunk = max(LEAST_CHUNK, CHUNK // (integrator.points * (self.common or 1)))
         self.jumps: list[Jump] = []
 
     def at(self, motion: Motion, zc: float, watch: Watch) -> Steady:
@@ -103,7 +105,7 @@ class Follower:
                     return
             lost, doubt = True, False
             while isinstance(last, PeriodicOrbit) and done < len(zc):
-                part = one_way(zc, done)
+                part = one_way(zc, done, self.chunk)
                 watch()
                 found = self._follow(motion, part)
                 # the point before came along, where the direction is kept: it is what the extrapolation starts from
@@ -132,12 +134,18 @@ class Follower:
         if self.common is None:
             return steady(self.integrator, motion, watch)
         here = np.array([self.integrator.p[0]])
-        near = [] if doubt else self._follow(motion, here)
-        if near and _distance(near[0].motion, motion) < AT_ONCE:
-            return near[0]
+        near = None if doubt else self._home(motion, here)
+        if near is not None:
+            return near
+        begun, decay = motion.period, max(4, decay_periods(self.integrator.problem))
+        for _ in range(EARLY):
+            motion, _ = march(self.integrator, motion, self.common * math.ceil(decay / self.common), watch)
+            near = self._home(motion, here) if motion.is_finite else None
+            if near is not None:
+                return replace(near, values=dict(near.values) | {"settling_periods": float(motion.period - begun)})
         rough, settled, drift = settle(self.integrator, motion, watch, ROUGH)
         if settled:
-            periods = rough.period - motion.period
+            periods = rough.period - begun
             polished = self._follow(rough, here)
             if polished and _distance(polished[0].motion, rough) < SAME_STATE * max(drift, MISS):
                 values = dict(polished[0].values) | {"settling_periods": float(periods)}
@@ -145,6 +153,14 @@ class Follower:
         if not rough.is_finite:
             return steady(self.integrator, motion, watch)
         return steady(self.integrator, rough, watch)
+
+    def _home(self, motion: Motion, here: Array) -> PeriodicOrbit | None:
+        """Return the orbit that a motion is so near to that it settles there, or None."""
+        near = self._follow(motion, here)
+        apart = _distance(near[0].motion, motion) if near else math.inf
+        if apart < AT_ONCE or (apart < LARGE and strays(self.integrator, motion, near[0], self.common or 1) < NEAR):
+            return near[0]
+        return None
 
     def _follow(self, motion: Motion, zc: Array) -> list[PeriodicOrbit]:
         """Follow a stable orbit from near a motion through the distances; return what was found before it ends."""
@@ -237,14 +253,27 @@ def stays(integrator: Integrator, motion: Motion, orbit: Sequence[float], tangen
     return False
 
 
+def strays(integrator: Integrator, motion: Motion, point: PeriodicOrbit, common: int) -> float:
+    """Return what share of the way to other states a motion is from an orbit at the integrator's distance.
+
+    Estimated from one common period, as in ``shooting.kick``.
+    """
+    after, _ = integrator.lock_in(motion, common)
+    there = np.array(point.motion.y)
+    left = np.array(motion.y) - there
+    beyond = np.array(after.y) - there - point.tangent @ left
+    away = np.linalg.solve(np.eye(len(there)) - point.tangent, beyond)
+    return float(np.abs(away).max() / np.abs(left).max())
+
+
 def _distance(a: Motion, b: Motion) -> float:
     """Return how far two motions are apart, relative to the free amplitude."""
     return max(abs(p - q) for p, q in zip(a.y, b.y, strict=True)) if a.is_finite and b.is_finite else math.inf
 
 
-def one_way(zc: Array, done: int) -> Array:
-    """Return the distances to come, as far as they go one way, led by the one before where it is another."""
+def one_way(zc: Array, done: int, most: int) -> Array:
+    """Return the distances to come, `most` at most, as far as they go one way, led by the one before where it is another."""
     start = done - 1 if zc[done] != zc[done - 1] else done
-    steps = np.sign(np.diff(zc[start : done + CHUNK]))
+    steps = np.sign(np.diff(zc[start : done + most]))
     turns = np.nonzero(steps != steps[:1])[0]
     return zc[start : start + 1 + (int(turns[0]) if turns.size else steps.size)]
