@@ -8,47 +8,20 @@ import platform
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from dforce.case import Case, example
-from dforce.solvers.find import make_finder
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
+from dforce.timing import whole
+from dforce.timing.table import POINTS, Row, Table, U
 
-POINTS = 128  # samples a period in all comparisons
 CASE = "table-1-am"
 FEW = 8  # periods of what takes milliseconds each
-
-
-@dataclass(frozen=True)
-class Row:
-    """One line of the table.
-
-    Attributes
-    ----------
-    name
-        What was timed.
-    seconds
-        The best of all repeats (s).
-    spread
-        Slowest over best repeat.
-    ratio, to
-        The best time over that of the row named `to`; None where it is compared with nothing.
-    limit
-        The ratio, or the time (s) where there is no ratio, that it is meant to stay below.
-    """
-
-    name: str
-    seconds: float
-    spread: float
-    ratio: float | None = None
-    to: str = ""
-    limit: float | None = None
 
 
 def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
@@ -66,12 +39,13 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     dict
         `rows`: a list of :class:`Row` as dictionaries; `machine`; `note`: how to read it.
     """
-    table = _Table(2 if quick else 7, progress or (lambda name: None))
-    _periods(table)
+    table = Table(2 if quick else 7, progress or (lambda name: None))
+    _periods(table, quick)
     _five_forces(table)
     _then_and_now(table, (POINTS,) if quick else (128, 256, 512))
-    _curves(table)
+    whole.curves(table, quick)
     if not quick:
+        whole.laws_in_lanes(table)
         _processes(table)
     return {"rows": [asdict(row) for row in table.rows], "machine": machine(), "note": NOTE}
 
@@ -95,34 +69,11 @@ def machine() -> dict[str, str]:
     }
 
 
-class _Table:
-    """Rows of a table, and the clock that fills them."""
-
-    def __init__(self, repeats: int, progress: Callable[[str], None]) -> None:
-        self.repeats, self.progress = repeats, progress
-        self.rows: list[Row] = []
-
-    def time(
-        self, name: str, work: Callable[[], Any], count: int = 1, to: str = "", limit: float | None = None,
-        repeats: int | None = None,
-    ) -> None:  # fmt: skip
-        """Add a row: the best time of `work` over `count` units of it, after one run that does not count."""
-        self.progress(name)
-        work()
-        times = []
-        for _ in range(repeats or self.repeats):
-            start = time.perf_counter()
-            work()
-            times.append((time.perf_counter() - start) / count)
-        best = min(times)
-        reference = next((row.seconds for row in self.rows if row.name == to), None)
-        ratio = best / reference if reference else None
-        self.rows.append(Row(name, best, max(times) / best, ratio, to if ratio else "", limit))
-
-
-U = "u: RK4 by hand, Hertz"
 LSODA_PYTHON = "LSODA over Python, Hertz"
 COMPOSED = "composed RK4, DMT + Kelvin–Voigt"
+THIRD: tuple[dict[str, Any], ...] = (
+    {"model": "hydration", "energy": 1e-3, "decay": 3e-10}, {"model": "electrostatic"}, {"model": "magnetic_dipole"},
+)  # fmt: skip
 
 
 def _ready(case: Case, zc: float, **settings: Any) -> tuple[Integrator, Motion]:
@@ -140,7 +91,7 @@ def _sticky() -> Case:
     )
 
 
-def _periods(table: _Table) -> None:
+def _periods(table: Table, quick: bool) -> None:
     """Time one period of motion."""
     from dforce.timing import hand
 
@@ -174,11 +125,10 @@ def _periods(table: _Table) -> None:
     cases = {
         "composed RK4, Hertz": (case, None),
         COMPOSED: (sticky, 2.0),
-        "composed RK4, DMT + Kelvin–Voigt + hydration": (
-            sticky.replace("forces", [*_as_given(sticky), {"model": "hydration", "energy": 1e-3, "decay": 3e-10}]),
-            1.3,
-        ),
-    }
+    } | {
+        f"{COMPOSED} + {third['model']}": (sticky.replace("forces", [*_as_given(sticky), third]), 1.3)
+        for third in (THIRD[:1] if quick else THIRD)
+    }  # fmt: skip
     for name, (chosen, limit) in cases.items():
         integrator, motion = _ready(chosen, zc)
         table.time(name, partial(integrator.lock_in, motion, periods), periods, U, limit)
@@ -186,7 +136,7 @@ def _periods(table: _Table) -> None:
     table.time("composed adaptive, Hertz", lambda: integrator.lock_in(motion, 100), 100, U)
 
 
-def _five_forces(table: _Table) -> None:
+def _five_forces(table: Table) -> None:
     """Time five forces at once against the sum of a run with each."""
     five = [
         {"model": "dmt", "hamaker": 2e-20}, {"model": "kelvin_voigt", "viscosity": 10.0}, {"model": "electrostatic"},
@@ -205,7 +155,7 @@ def _as_given(case: Case) -> list[dict[str, Any]]:
     return [{"model": force.name, **force.model_dump(exclude_unset=True)} for force in case.forces]
 
 
-def _then_and_now(table: _Table, points: tuple[int, ...]) -> None:
+def _then_and_now(table: Table, points: tuple[int, ...]) -> None:
     """Time LSODA against RK4, over Python and compiled: the paper's table 2."""
     from dforce.timing import then
 
@@ -236,24 +186,7 @@ def _then_and_now(table: _Table, points: tuple[int, ...]) -> None:
     )  # fmt: skip
 
 
-def _curves(table: _Table) -> None:
-    """Time settled points and curves of figure 3, with every observable."""
-    case = example("figure-3-air").replace("forces", [{"model": "dmt", "hamaker": 2e-20}])
-    zc = np.linspace(12e-9, 2e-9, 201)
-    for method, limit in (("periodic", 10.0), ("transient", None)):
-        solver = case.solver.replace(method=method, points_per_period=POINTS)
-        finder = make_finder(case.problem, solver, 10)
-        integrator = finder.integrator
-        motion = with_amplitudes(integrator, free_amplitudes(integrator))
-
-        def curve(finder: Any = finder, motion: Motion = motion) -> list[Any]:
-            return list(finder.along(motion, zc, lambda: None))
-
-        name = f"figure 3, {method}, each of 201 distances"
-        table.time(name, curve, len(zc), U, limit, repeats=None if method == "periodic" else 1)
-
-
-def _processes(table: _Table) -> None:
+def _processes(table: Table) -> None:
     """Time new processes: import, help, and the first result with and without kernels on disk."""
     python = [sys.executable, "-c"]
     run = "import dforce; dforce.run(dforce.example('table-1-am'))"

@@ -1,0 +1,62 @@
+"""The rows of the benchmark, and the clock that fills them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+POINTS = 128  # samples a period in all comparisons of single periods
+U = "u: RK4 by hand, Hertz"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Attributes
+    ----------
+    name
+        What was timed.
+    seconds
+        The best of all repeats (s).
+    spread
+        Slowest over best repeat.
+    ratio, to
+        The best time over that of the row named `to`; None where it is compared with nothing.
+    limit
+        The ratio, or the time (s) where there is no ratio, that it is meant to stay below.
+    """
+
+    name: str
+    seconds: float
+    spread: float
+    ratio: float | None = None
+    to: str = ""
+    limit: float | None = None
+
+
+class Table:
+    """Rows of a table, and the clock that fills them."""
+
+    def __init__(self, repeats: int, progress: Callable[[str], None]) -> None:
+        self.repeats, self.progress = repeats, progress
+        self.rows: list[Row] = []
+
+    def time(
+        self, name: str, work: Callable[[], Any], count: int = 1, to: str = "", limit: float | None = None,
+        repeats: int | None = None,
+    ) -> None:  # fmt: skip
+        """Add a row: the best time of `work` over `count` units of it, after one run that does not count."""
+        self.progress(name)
+        work()
+        times = []
+        for _ in range(repeats or self.repeats):
+            start = time.perf_counter()
+            work()
+            times.append((time.perf_counter() - start) / count)
+        best = min(times)
+        reference = next((row.seconds for row in self.rows if row.name == to), None)
+        ratio = best / reference if reference else None
+        self.rows.append(Row(name, best, max(times) / best, ratio, to if ratio else "", limit))

@@ -1,0 +1,86 @@
+"""What whole calls cost: curves, maps and basins as a user asks for them, and each law in vector lanes."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from dforce.case import Case, example
+from dforce.kernel import load
+from dforce.runs import basins, run
+from dforce.solvers import side_by_side
+from dforce.solvers.lot import Lot
+from dforce.sweeps import sweep
+from dforce.timing.table import POINTS, Row, Table, U
+
+DISTANCES = 201
+CURVE = "figure 3, a curve by df.run, each of 201 distances"
+LSODA_PYTHON = "LSODA over Python, Hertz"
+PAPER = "figure 3 by the paper's method, each distance"
+DECAYS = 5.0  # times Q / pi periods at each distance: the paper says two to five
+LANES, PERIODS = 256, 50  # cases side by side, and periods of them
+
+
+def curves(table: Table, quick: bool) -> None:
+    """Time curves of figure 3 with every observable, one alone and many together."""
+    case = example("figure-3-air").replace("experiment.direction", "approach")
+    case = case.replace("experiment.zc", {"start": "12 nm", "stop": "2 nm", "points": DISTANCES})
+    table.time(CURVE, lambda: run(case), DISTANCES, U, 10.0)
+    both = example("figure-3-air-jump")
+    points = both.experiment.zc.points * 2  # type: ignore[union-attr]
+    table.time("figure 3, approach and retract with jumps, each distance", lambda: run(both), points, U, 20.0)
+    calm = "figure 3 at Q = 100, each distance"
+    table.time(calm, lambda: run(case.replace("cantilever.Q", 100.0)), DISTANCES, U)
+    sharp = case.replace("cantilever.Q", 10_000.0)
+    table.time("figure 3 at Q = 10,000, each distance", lambda: run(sharp), DISTANCES, calm, 2.0)
+    _paper(table, case)
+    if quick:
+        return
+    transient = case.replace("solver.method", "transient")
+    table.time("figure 3, transient, each of 201 distances", lambda: run(transient), DISTANCES, U, repeats=1)
+    moduli = np.geomspace(0.5e9, 2e9, 64)
+    table.time(
+        "64 curves for 64 moduli by df.sweep on one core, each distance",
+        lambda: sweep(case, {"sample.youngs_modulus": moduli}, workers=1), DISTANCES * len(moduli), U, 4.0, repeats=3,
+    )  # fmt: skip
+    table.time("a settled point by df.run, table 1", lambda: run(example("table-1-am")), 1, U)
+    grid: dict[str, Any] = {"amplitude": {"stop": "10 nm", "points": 32}, "phase": {"points": 32}}
+    table.time("basins, each start", lambda: basins(case, zc="9 nm", **grid), 32 * 32, U, repeats=1)
+
+
+def _paper(table: Table, case: Case) -> None:
+    """Add what a distance costs with SciPy's LSODA over a right-hand side in Python, and the curve as a share of it."""
+    periods = math.ceil(DECAYS * case.problem.modes[0].Q / math.pi)
+    name = f"{PAPER}: {periods} periods of LSODA over Python"
+    python = next(row for row in table.rows if row.name == LSODA_PYTHON)
+    table.rows.append(Row(name, python.seconds * periods, python.spread))
+    own = next(row for row in table.rows if row.name == CURVE)
+    ratio = own.seconds / (python.seconds * periods)
+    table.rows.append(Row(f"{CURVE}, of the paper's", own.seconds, own.spread, ratio, name, 1.0 / 5000.0))
+
+
+LAWS: tuple[tuple[str, tuple[dict[str, Any], ...], float | None], ...] = (
+    ("Hertz", ({"model": "hertz"},), 0.15),
+    ("van der Waals", ({"model": "van_der_waals", "hamaker": 2e-20},), None),
+    ("DMT", ({"model": "dmt", "hamaker": 2e-20},), None),
+    ("hydration", ({"model": "hydration"},), None),
+    ("DMT + Kelvin–Voigt", ({"model": "dmt", "hamaker": 2e-20}, {"model": "kelvin_voigt", "viscosity": 10.0}), 0.5),
+)
+
+
+def laws_in_lanes(table: Table) -> None:
+    """Time a period of RK4 in lanes for each law: divisions, roots and exponentials make the difference."""
+    for label, forces, limit in LAWS:
+        case = example("table-1-am").replace("forces", list(forces))
+        lot = Lot.of([case.problem] * LANES)
+        numbers, drive = np.array(lot.numbers.T, order="C"), np.array(lot.tones[:, 0, 2:].T, order="C")
+        numbers[0] = case.experiment.zc  # type: ignore[union-attr]
+        advance = load(case.problem, side_by_side.ENTRIES).entry("advance_cases")
+        angles = math.pi / POINTS * np.arange(2 * POINTS + 1)
+        cosine, sums = np.array([np.cos(angles), np.sin(angles)]), np.empty((2, LANES))
+        motions = np.array(lot.free().T, order="C")
+        work = partial(advance, motions, numbers, drive, POINTS, cosine, PERIODS, sums)
+        table.time(f"in lanes, {LANES} cases on one core, {label}", work, PERIODS * LANES, U, limit)
