@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from dforce.parameters import Parameters, Quantity, param, shared
     from dforce.plugins import load_plugin
     from dforce.prescribed import force_along, force_curve
+    from dforce.problem import values_used
     from dforce.reports import Report, report
     from dforce.results import Status, check_target, read, reader_unit, whole_file, write
     from dforce.revisit import motion_at
@@ -89,6 +90,7 @@ _HOMES = {
     "notices": ("listening",),
     "parameters": ("Parameters", "Quantity", "param", "shared"),
     "plugins": ("load_plugin",),
+    "problem": ("values_used",),
     "prescribed": ("force_along", "force_curve"),
     "reports": ("Report", "report"),
     "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
@@ -186,6 +188,7 @@ __all__ = [
     "usual_unit",
     "validate",
     "validation_page",
+    "values_used",
     "whole_file",
     "write",
 ]

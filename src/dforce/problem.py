@@ -147,6 +147,17 @@ def instrument_values(
     return values
 
 
+DERIVED = {
+    "contact.E_eff": ("tip.youngs_modulus", "tip.poisson_ratio", "sample.youngs_modulus", "sample.poisson_ratio"),
+}  # what :func:`instrument_values` makes of values that a user gives
+
+
+def values_used(models: Iterable[type[Force]]) -> frozenset[str]:
+    """Return the paths of the instrument's values that force models read, such as ``tip.radius``."""
+    paths = {path for model in models for path in model.shared_fields().values()}
+    return frozenset(given for path in paths for given in DERIVED.get(path, (path,)))
+
+
 def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
     """Return the force with the instrument's values, or say what is missing and where it goes."""
     paths = list(force.shared_fields().values())

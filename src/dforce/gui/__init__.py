@@ -19,6 +19,7 @@ forms      the tabs: fields, lists, choices, forces
 sliders    parameters on sliders
 view       one page of a session: forms, live curve, run bar, errors and advice at their fields
 pages      the layout: header with menus, tabs at the left, plots at the right
+limits     what one may ask of a server that others use too
 security   secret in the address, Host and Origin, headers, sizes
 server     free port, storage, start
 ========== =====================================================================================

@@ -19,6 +19,7 @@ from dforce.gui.values import read, shown, units_of
 from dforce.gui.view import Said, View
 
 LEFT_OUT = "left out"
+UNUSED = "Not used by the forces chosen"
 SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 
@@ -119,13 +120,31 @@ class Forms:
             words = {name: name for name in model.ways}
             self._choice(path, "Described by", words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
+        folded = self._unused(path, model)
         for field in fields(model):
-            if field.key in hidden:
+            if field.key in hidden or field in folded:
                 continue
             if model.ways and model.ways[way] == (field.key,):  # the way has been chosen, so there is no more to choose
                 self._shape((*path, field.key), field, field.shapes[0])
             else:
                 self._field((*path, field.key), field)
+
+        if folded:
+            with ui.element("details").classes("df-folded"):
+                TextElement(tag="summary", text=UNUSED)
+                for field in folded:
+                    self._field((*path, field.key), field)
+
+    def _unused(self, path: Path, model: type[df.Parameters]) -> list[Field]:
+        """Return the fields that are there for forces, but for none of those chosen, and in which nothing is typed."""
+        models = [
+            df.forces.REGISTRY.get(str(force.get("model"))) for force in self.view.document.value(("forces",)) or []
+        ]
+        used = df.values_used(model for model in models if model is not None)
+        known = df.values_used(df.forces.REGISTRY.values()) - used
+        given = self.view.document.value(path) or {}
+        section = ".".join(map(str, path))
+        return [field for field in fields(model) if f"{section}.{field.key}" in known and field.key not in given]
 
     def _way(self, path: Path, model: type[df.Parameters]) -> str:
         given = self.view.document.value(path) or {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from dforce.gui.compute import LIVE, Job
 from dforce.gui.document import FIRST, Document
 from dforce.gui.entry import LONGEST
 from dforce.gui.forms import Forms
+from dforce.gui.limits import ALONE, Limits
 from dforce.gui.session import Session
 from dforce.gui.sliders import SliderStrip
 from dforce.gui.view import Said, View
@@ -29,7 +29,7 @@ NOT_IN_TABS = ("title", "plugins", "about")
 HERE = Path(__file__).parent
 
 
-def register(results: Path, document: Document | None = None, seconds: float = math.inf) -> None:
+def register(results: Path, document: Document | None = None, limits: Limits = ALONE) -> None:
     """Make the page known to the server.
 
     Parameters
@@ -38,8 +38,8 @@ def register(results: Path, document: Document | None = None, seconds: float = m
         Folder in which each session has a folder of results.
     document
         What the first page of each session shows; None: what its last visit left.
-    seconds
-        Time that a run may take.
+    limits
+        What each session may ask for.
     """
     sessions: dict[str, Session] = {}
     app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
@@ -48,7 +48,7 @@ def register(results: Path, document: Document | None = None, seconds: float = m
     def session_of_browser() -> Session:
         name = str(app.storage.browser["id"])
         if name not in sessions:
-            sessions[name] = Session(app.storage.user, results / name, seconds)
+            sessions[name] = Session(app.storage.user, results / name, limits)
             if document is not None:
                 sessions[name].document = document
         return sessions[name]
@@ -110,8 +110,7 @@ class Page:
                     with ui.menu_item(on_click=lambda name=example.name: self._open(name)), ui.element("div"):
                         ui.label(example.title).classes("df-menu-title")
                         ui.label(example.shows).classes("df-menu-text")
-        _icon("undo", "Undo", view.session.undo)
-        _icon("redo", "Redo", view.session.redo)
+        undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
         title.classes("df-title")
         title.on_value_change(
@@ -123,6 +122,8 @@ class Page:
         )
 
         def show(anew: bool) -> None:
+            undo.set_enabled(bool(view.session.steps))
+            redo.set_enabled(bool(view.session.undone))
             title.set_value(str(view.document.value(("title",)) or ""))
 
         view.on_show.append(show)

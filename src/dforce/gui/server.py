@@ -13,13 +13,13 @@ from pathlib import Path
 
 import dforce as df
 from dforce.gui.document import Document
+from dforce.gui.limits import ALONE, SHARED
 from dforce.gui.security import KEY, Guard, kept_secret
 
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
 OWN = "127.0.0.1"
 RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
 SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
-RUN_SECONDS = 300.0  # of a run, where others use the server too
 BROWSERS = (
     "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "msedge", "chrome",
     "brave-browser",
@@ -105,7 +105,7 @@ def serve(options: Options) -> None:
     alone = options.host in (OWN, "localhost", "::1")
     hosts = frozenset(f"{name}:{port}" for name in (OWN, "localhost", "[::1]")) if alone else frozenset[str]()
     document = None if options.case is None else Document.of(options.case)
-    pages.register(folder / "results", document, float("inf") if alone else RUN_SECONDS)
+    pages.register(folder / "results", document, ALONE if alone else SHARED)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
     app.on_startup(lambda: _announce(address, options.show, folder / "browser"))
     ui.run(

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import dforce as df
 from dforce.gui.compute import Job
 from dforce.gui.document import Document
+from dforce.gui.limits import ALONE, Limits
 from dforce.gui.results import Shelf
 
 MOST_STEPS = 200  # of undo
@@ -39,12 +40,12 @@ class Session:
         A dict that is kept over a restart.
     folder
         The folder for this session's results alone.
-    seconds
-        Time that a run may take.
+    limits
+        What may be asked for.
     """
 
-    def __init__(self, store: MutableMapping[str, Any], folder: Path, seconds: float = float("inf")) -> None:
-        self.store, self.shelf, self.seconds = store, Shelf(folder), seconds
+    def __init__(self, store: MutableMapping[str, Any], folder: Path, limits: Limits = ALONE) -> None:
+        self.store, self.shelf, self.limits = store, Shelf(folder), limits
         self.document = self._kept()
         self.undone: list[Document] = []
         self.steps: list[Document] = []
@@ -91,7 +92,7 @@ class Session:
         """Run a case, one at a time for each session, and keep its result; partial ones too."""
         if self.job is not None and self.job.busy:
             return
-        job = self.job = Job(case, self.seconds)
+        job = self.job = Job(case, self.limits.seconds)
         await job.go(self._look)
         if job.result is not None:
             name = await asyncio.to_thread(self.shelf.keep, job.result)

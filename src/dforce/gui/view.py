@@ -109,7 +109,7 @@ class View:
     async def run(self) -> None:
         """Run the case as it stands."""
         try:
-            case = self.document.case()
+            case = self.session.limits.check(self.document.case())
         except df.DForceError as error:
             self._say(Said(str(error), path_of(self.document, str(error))))
             return
@@ -143,7 +143,7 @@ class View:
         """Compute and draw what follows a document: the live curve first, then the force; words once nothing newer waits."""
         advice: list[df.Advice] = []
         try:
-            case = document.case()
+            case = self.session.limits.check(document.case())
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
             if self.said.wrong:

@@ -1,0 +1,28 @@
+"""What one may ask of a server that others use too."""
+
+from __future__ import annotations
+
+import pytest
+
+import dforce as df
+from dforce.gui.limits import SHARED, Limits
+
+
+@pytest.mark.parametrize("name", list(df.examples()))
+def test_every_example_may_be_computed_on_a_shared_server(name):
+    assert SHARED.check(df.example(name)) == df.example(name)
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("experiment.zc.points", 100_000),
+        ("experiment.zc", [f"{1 + n * 1e-3} nm" for n in range(2001)]),
+        ("solver.points_per_period", 65_536),
+    ],
+)
+def test_what_would_fill_a_shared_server_is_refused_in_a_sentence(path, value):
+    case = df.example("figure-3-air").replace(path, value)
+    assert Limits().check(case) == case
+    with pytest.raises(df.ParameterError, match=f"{path} = .* the most that this server computes"):
+        SHARED.check(case)
