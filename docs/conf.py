@@ -62,8 +62,8 @@ html_theme_options = {
 html_sidebars = {
     page: []
     for page in (
-        "index", "install", "first-curve", "how-to", "glossary", "observables", "experiments", "solvers", "validation",
-        "performance",
+        "index", "install", "first-curve", "how-to", "window", "glossary", "observables", "experiments", "solvers",
+        "validation", "performance",
     )
 }  # fmt: skip
 html_math_renderer = "mathml"

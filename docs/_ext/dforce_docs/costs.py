@@ -67,7 +67,7 @@ class Costs(SphinxDirective):
             )
             for row in found["rows"]
         ]
-        table = list_table(("what", "best time", "slowest / best", "of"), rows)
+        table = list_table(("what", "best time", "slowest / best", "compared"), rows)
         caption = f"Best time of each row of the table, on a logarithmic axis: shorter is better. {machine}."
         figure = f".. figure:: /{PICTURE}\n   :alt: times\n   :class: force-figure\n\n   {caption}\n"
         return self.parse_text_to_nodes(f"```{{eval-rst}}\n{figure}\n{table}\n```\n\n{found['note']}")
