@@ -17,7 +17,9 @@ from dforce.quantities import AXES, JUMPS, OBSERVABLES, TRACES
 from ran_page import Page, fences, forget_own_models, ran_blocks
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)
+PAGES = sorted(
+    path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts and path.name != "validation.md"
+)
 TUTORIALS = sorted(path for path in (ROOT / "examples" / "tutorials").glob("*.py") if path.name != "brush.py")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SHOWN = ("", "text", "toml", "powershell", "shell")  # not to be run here: files, installation, other systems
