@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.validation.curves import SAME, agreement, random_case
+from dforce.validation.curves import SAME, agreement, both_ways, random_case
 
 NM = 1e-9
 SEEDS = range(6)
@@ -20,6 +20,19 @@ def test_a_curve_of_orbits_is_the_curve_of_transients(seed):
     # a jump may come one step sooner or later, and so the loop may be wider by as much each way
     assert found.shift <= 1.0
     assert found.area < 2.0
+
+
+# without a look at where the step kicks the motion, each of these curves stays on a branch that its transient leaves
+@pytest.mark.parametrize(
+    ("seed", "step"), [(11, 0.1), (15, 0.3), (33, 0.3), (48, 0.35), (50, 0.5), (55, 0.55), (15, 1.0)]
+)
+def test_coarse_steps_of_the_distance_kick_the_motion_as_they_do_in_a_transient(seed, step):
+    case, zc = random_case(seed, step * NM)
+    orbits, transients = both_ways(case, zc)
+    sound = (orbits.status == df.Status.OK) & (transients.status == df.Status.OK)
+    assert sound.mean() > 0.9
+    apart = np.abs(orbits.amplitude - transients.amplitude).where(sound, 0.0)
+    assert float(apart.max()) < SAME * case.problem.tones[0].A0
 
 
 def test_table_1_has_its_multipliers_amplitude_and_phase():

@@ -26,8 +26,8 @@ TEXT = (
 )
 
 
-def random_case(seed: int) -> tuple[Case, Array]:
-    """Return a case of DMT, Kelvin–Voigt on top in every second one, and distances in steps of 0.1 nm or less."""
+def random_case(seed: int, step: float = STEP) -> tuple[Case, Array]:
+    """Return a case of DMT, Kelvin–Voigt on top in every second one, and distances in such steps (m) or less."""
     rng = np.random.default_rng(seed)
     A0 = 1e-9 * 10 ** rng.uniform(0.0, 1.0)
     forces: list[dict[str, Any]] = [{"model": "dmt", "hamaker": 10 ** rng.uniform(-20.5, -19.3)}]
@@ -40,7 +40,7 @@ def random_case(seed: int) -> tuple[Case, Array]:
         forces=forces,
     )
     top, bottom = 1.2 * A0 + 1.5e-9, 0.5 * A0
-    return case, np.linspace(top, bottom, 2 + int((top - bottom) / STEP))
+    return case, np.linspace(top, bottom, 2 + int((top - bottom) / step))
 
 
 def both_ways(case: Case, zc: Array) -> tuple[Any, Any]:
