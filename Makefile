@@ -51,7 +51,7 @@ test-lowest: $(LOWEST)/.ready
 
 clean:
 	rm -rf $(VENV) $(LOWEST) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis approach.nc approach.png validation.md
-	rm -rf docs/_build docs/forces docs/tutorials docs/generated docs/reference/generated
+	rm -rf docs/_build docs/forces docs/tutorials docs/paper docs/generated docs/reference/generated
 	find src tests docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A broken or half-made environment is made anew; a working one only gets what it lacks.

@@ -71,8 +71,8 @@ html_math_renderer = "mathml"
 copybutton_exclude = ".linenos, .gp, .go"
 
 sphinx_gallery_conf = {
-    "examples_dirs": ["../examples/tutorials"],
-    "gallery_dirs": ["tutorials"],
+    "examples_dirs": ["../examples/tutorials", "../examples/paper"],
+    "gallery_dirs": ["tutorials", "paper"],
     "filename_pattern": r"\.py$",
     "ignore_pattern": r"brush\.py$",  # a file that a tutorial shows and uses
     "within_subsection_order": "dforce_docs.gallery.Order",

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted(
     path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts and path.name != "validation.md"
 )
-TUTORIALS = sorted(path for path in (ROOT / "examples" / "tutorials").glob("*.py") if path.name != "brush.py")
+SCRIPTS = sorted(path for path in (ROOT / "examples").glob("*/*.py") if path.name != "brush.py")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SHOWN = ("", "text", "toml", "powershell", "shell")  # not to be run here: files, installation, other systems
 LONG = ("dforce benchmark", "dforce validate")  # take minutes; they have tests of their own
@@ -67,8 +67,8 @@ def test_every_make_target_of_the_readme_exists(target):
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
 
 
-@pytest.mark.parametrize("path", TUTORIALS, ids=named)
-def test_every_tutorial_runs(path, monkeypatch):
+@pytest.mark.parametrize("path", SCRIPTS, ids=named)
+def test_every_script_runs(path, monkeypatch):
     monkeypatch.chdir(path.parent)  # where the files are that it uses
     monkeypatch.setenv("MPLBACKEND", "agg")
     with warnings.catch_warnings():

@@ -36,7 +36,9 @@ def equation(problem: Problem, zc: float) -> TipEquation | None:
     elif set(kinds) == {JKR}:
         sticky = kinds[JKR]
         law, region = jkr(sticky.surface_energy, sticky.radius, sticky.E_eff, a0)  # type: ignore[attr-defined]
-        regions = [region, Region(a0, a0)]
+        # a hair beside the other region's edge: of two events at one time the integrator would see one
+        edge = a0 * (1.0 - 1e-9)
+        regions = [region, Region(edge, edge)]
     if law is None or regions is None:
         return None
     drives = [

@@ -11,7 +11,7 @@ import numpy as np
 from dforce.observables.window import window_length
 from dforce.validation.by_hand import measured
 from dforce.validation.checks import Check, Part
-from dforce.validation.comparison import SIZES, disagreement, find, reference
+from dforce.validation.comparison import SEEN, SIZES, disagreement, find, reference
 from dforce.validation.draws import FAMILIES, QUICK, Draw, draw
 from dforce.validation.identities import closures, limit
 
@@ -41,8 +41,9 @@ class Worst:
         error, case = max(self.values, key=lambda pair: pair[0])
         size = SIZES.get(name, "")
         beyond = sum(value > asked(name) for value, _ in self.values)
-        note = f"of {size}; " if size else ""
-        note += f"median {np.median([value for value, _ in self.values]):.0e}, {beyond} of {len(self.values)} beyond the limit"
+        note = f"{size}; " if size else ""
+        note += f"median {np.median([value for value, _ in self.values]):.0e}, "
+        note += f"{beyond} of {len(self.values)} beyond {asked(name):g}"
         return Check(
             group, name.replace("_", " "), error, None, "1", error, most, f"case {case.number}: {case.text}", note
         )
@@ -88,7 +89,12 @@ class Tally:
         self.outcomes[f"steady motions {how}"] += 1
         for group, found in ((DEFAULT, first), (RESOLVED, fine)):
             self._note(group, disagreement(problem, found.values, exact.values), case)
-        self._note(1, closures(problem, fine.values, fine.mean_squares()), case)
+        if fine.values["amplitude"][0] > SEEN * problem.tones[0].A0:
+            self._note(1, closures(problem, fine.values, fine.mean_squares()), case)
+        else:
+            self.outcomes[
+                "of these, of a tip that is stuck (A below 0.01 A0): without balances, for want of a scale"
+            ] += 1
         common = window_length([tone.frequency for tone in problem.tones])
         by_hand = measured(problem, case.zc, exact, common)
         if by_hand is not None:

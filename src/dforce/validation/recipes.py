@@ -190,7 +190,7 @@ def _in_fluid(given: Given) -> float:
     return wet.frequency if given["give"] == "f" else wet.Q
 
 
-def _layer_ratio(given: Given) -> float:
+def layer_ratio(given: Given) -> float:
     """Return the force on a thin sample over that on a half-space, at a depth of the series' variable."""
     shape, reach, thickness, angle = given["geometry"], given["reach"], 1e-6, math.radians(30.0)
     radius = reach * thickness if shape == "punch" else 10e-6
@@ -229,5 +229,5 @@ FORCE_RECIPES: dict[str, Callable[[Given], float]] = {
     "in_fluid": _in_fluid,
     "layer_moment": lambda given: layer.kernel_moments(given["poisson"])[given["order"] // 2],
     "layer_coefficient": lambda given: coefficients(given["geometry"], given["poisson"])[given["order"] - 1],
-    "layer_ratio": _layer_ratio,
+    "layer_ratio": layer_ratio,
 }

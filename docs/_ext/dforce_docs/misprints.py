@@ -1,0 +1,22 @@
+"""The directive `misprints`: the table of the paper's misprints, computed while the pages are built."""
+
+from __future__ import annotations
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from dforce.validation.misprints import misprints_table
+
+
+class Misprints(SphinxDirective):
+    """The table."""
+
+    def run(self) -> list[nodes.Node]:
+        """Compute the table and return it."""
+        return self.parse_text_to_nodes(misprints_table())
+
+
+def setup(app: Sphinx) -> None:
+    """Register the directive."""
+    app.add_directive("misprints", Misprints)

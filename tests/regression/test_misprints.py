@@ -1,0 +1,40 @@
+"""The table of the 2015 paper's misprints shows what it says."""
+
+import pytest
+
+from dforce.validation.misprints import dimension, misprints, misprints_table
+
+SHOWN = {misprint.equation: misprint.shown for misprint in misprints()}
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("Pa m^2", "kg m s^-2"), ("Pa s m^0.5 m m/s", "kg m^1.5 s^-2"), ("m/m", "1"), ("1/s^2", "s^-2"), ("kHz", "s^-1")],
+)
+def test_dimension_of_a_product_of_units(text, unit):
+    assert dimension(text) == unit
+
+
+@pytest.mark.parametrize(
+    ("equation", "figures"),
+    [
+        ("(3)", ["0.935"]),  # 6.5 % between the masses of table 1
+        ("(5)", ["s^-2", "81.53 kHz"]),
+        ("(6), (7)", ["8 %", "27 %"]),
+        ("(13)", ["1.2114", "0.7500", "1.0000"]),
+        ("(14)", ["3.0000"]),
+        ("(15)", ["0.3536", "in m as printed", "21.00"]),
+        ("(17)", ["kg^2 s^-4"]),
+        ("(19)", ["1.079, printed 1.543", "1.599, printed 13.848", "1.3333"]),
+        ("(20)", ["kg m^1.5 s^-2"]),
+        ("(21)", ["0.100"]),
+    ],
+)
+def test_misprint_is_shown_by_the_figures_known(equation, figures):
+    assert all(figure in SHOWN[equation] for figure in figures), SHOWN[equation]
+
+
+def test_table_has_a_row_for_each_with_its_equations():
+    lines = misprints_table().splitlines()
+    assert len(lines) == 2 + len(SHOWN)
+    assert all(line.count("$") == 4 for line in lines[2:])
