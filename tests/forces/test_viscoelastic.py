@@ -55,19 +55,6 @@ def fine():
     return answers
 
 
-def test_sls_follows_lee_radok_and_ting(fine):
-    coarse, twice = (at_times(answer, TING) for answer in fine)
-    # the error falls with the square of the number of elements, so two numbers give the limit
-    limit = twice + (twice - coarse) / 3.0
-    assert twice == pytest.approx(list(TING.values()), rel=1e-5)
-    assert limit == pytest.approx(list(TING.values()), rel=5e-7)
-
-
-def test_sls_takes_the_energy_of_ting(fine):
-    coarse, twice = (answer.energy[-1] for answer in fine)
-    assert twice + (twice - coarse) / 3.0 == same(TAKEN, 5e-7)
-
-
 def test_sls_detaches_with_ting_and_never_pulls(fine):
     for answer in fine:
         assert answer.force.min() >= 0.0

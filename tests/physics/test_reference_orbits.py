@@ -42,23 +42,6 @@ def test_table_1_amplitude_modulation_to_all_digits_of_the_reference():
     assert value(result, "mean_deflection") == pytest.approx(1.47524e-11, abs=6e-17)
 
 
-def test_table_1_bimodal():
-    # DMT without attraction is Hertz; so this shares a kernel with figure 6
-    case = df.example("table-1-bimodal").replace(forces=[df.forces.DMT(hamaker="0 J")])
-    result = dwell(case, integrator="rk4")
-    assert value(result, "status") == df.Status.OK
-    # the motion never repeats, so a largest force is that of the window: the reference's was another one
-    for name, place, expected in (
-        ("amplitude", 0, 3.2273e-9),
-        ("amplitude", 1, 0.9725e-9),
-        ("peak_force", 0, 1.3636e-9),
-        ("max_indentation", 0, 3.512e-10),
-    ):
-        assert value(result, name, place) == pytest.approx(expected, rel=1e-3)
-    assert value(result, "phase", 0) == pytest.approx(40.19, abs=0.05)
-    assert value(result, "phase", 1) == pytest.approx(76.59, abs=0.05)
-
-
 def test_figure_2_repulsive_branch():
     case = df.example("figure-2").replace("solver.settle_tolerance", 1e-9)
     result = dwell(case, "0.5 nm", start={"amplitude": "0.52 nm", "phase": "32 deg"})
@@ -98,15 +81,6 @@ def test_figure_5_without_viscosity_has_a_larger_amplitude_and_no_attraction():
     assert value(result, "phase") == pytest.approx(14.7, abs=0.05)
     assert value(result, "peak_force") == pytest.approx(392.7 * PN, abs=0.05 * PN)
     assert value(result, "min_force") == 0.0
-
-
-@pytest.mark.parametrize(("zc", "amplitude", "phase"), [(15, 9.99996346, 90.15488), (12, 9.99916311, 90.74126)])
-def test_figure_3_far_above_the_surface(zc, amplitude, phase):
-    case = df.example("figure-3-air").replace("solver.settle_tolerance", 1e-9)
-    result = dwell(case, zc * NM, start="free")
-    # the reference values: one formula that neglects harmonics, and a simulation, equal to some 1e-8 of A
-    assert value(result, "amplitude") == pytest.approx(amplitude * NM, rel=3e-8)
-    assert value(result, "phase") == pytest.approx(phase, abs=1e-4)
 
 
 def test_figure_3_attractive_and_repulsive_states_coexist():

@@ -57,10 +57,10 @@ def asked(name: str) -> float:
 
 
 GROUPS = {
-    DEFAULT: "RK4 at its default against the adaptive integrator",
-    RESOLVED: "RK4 with 2048 samples a period against the adaptive integrator",
-    0: "Adaptive integrator against DOP853 over laws written by hand",
-    1: "Balances at 2048 samples a period",
+    "default": "RK4 at its default against the adaptive integrator",
+    "resolved": "RK4 with 2048 samples a period against the adaptive integrator",
+    "by_hand": "Adaptive integrator against DOP853 over laws written by hand",
+    "balances": "Balances at 2048 samples a period",
 }
 
 
@@ -68,7 +68,7 @@ class Tally:
     """Collects the disagreements of one case after the other."""
 
     def __init__(self) -> None:
-        self.worst: dict[int, dict[str, Worst]] = {group: defaultdict(Worst) for group in GROUPS}
+        self.worst: dict[str, dict[str, Worst]] = {group: defaultdict(Worst) for group in GROUPS}
         self.outcomes: Counter[str] = Counter()
 
     def take(self, case: Draw) -> None:
@@ -87,10 +87,10 @@ class Tally:
             "found as periodic orbits" if fine.by_newton else "left to settle, for want of an orbit by Newton's method"
         )
         self.outcomes[f"steady motions {how}"] += 1
-        for group, found in ((DEFAULT, first), (RESOLVED, fine)):
+        for group, found in (("default", first), ("resolved", fine)):
             self._note(group, disagreement(problem, found.values, exact.values), case)
         if fine.values["amplitude"][0] > SEEN * problem.tones[0].A0:
-            self._note(1, closures(problem, fine.values, fine.mean_squares()), case)
+            self._note("balances", closures(problem, fine.values, fine.mean_squares()), case)
         else:
             self.outcomes[
                 "of these, of a tip that is stuck (A below 0.01 A0): without balances, for want of a scale"
@@ -98,9 +98,9 @@ class Tally:
         common = window_length([tone.frequency for tone in problem.tones])
         by_hand = measured(problem, case.zc, exact, common)
         if by_hand is not None:
-            self._note(0, disagreement(problem, exact.values, by_hand), case)
+            self._note("by_hand", disagreement(problem, exact.values, by_hand), case)
 
-    def _note(self, group: int, errors: dict[str, float], case: Draw) -> None:
+    def _note(self, group: str, errors: dict[str, float], case: Draw) -> None:
         for name, error in errors.items():
             self.worst[group][name].values.append((error, case))
 
@@ -113,7 +113,7 @@ class Tally:
         for group, words in GROUPS.items():
             names = [name for name in (*SIZES, *self.worst[group]) if name in self.worst[group]]
             for name in dict.fromkeys(names):
-                out.append(self.worst[group][name].check(words, name, None if group == DEFAULT else asked(name)))
+                out.append(self.worst[group][name].check(words, name, None if group == "default" else asked(name)))
         return out
 
     def cases(self) -> dict[str, str]:

@@ -83,7 +83,7 @@ def _disagreements(checks: Sequence[Row]) -> str:
     if not any(check["source"] for check in checks):
         return table(("outcome", "cases"), [(check["name"], f"{check['found']:.0f}") for check in checks])
     rows = [(c["name"], small(c["error"]), small(c["limit"]), c["source"], c["note"], verdict(c)) for c in checks]
-    return table(("quantity", "worst", "limit", "the case that gave it", "relative to", ""), rows)
+    return table(("quantity", "worst", "limit", "the case that gave it", "relative to; all cases", ""), rows)
 
 
 def _pivot(part: Mapping[str, Any]) -> Iterable[str]:
