@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from dforce.results import Status, check_target, read, reader_unit, whole_file, write
     from dforce.revisit import motion_at
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
+    from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, row_of
     from dforce.solvers import SolverSettings
     from dforce.sweeps import sweep
     from dforce.testing import check_force
@@ -96,6 +97,7 @@ _HOMES = {
     "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
     "revisit": ("motion_at",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
+    "series": ("Line", "Picture", "drawable", "goes_along", "lines_of", "pictures_of", "row_of"),
     "solvers": ("SolverSettings",),
     "sweeps": ("sweep",),
     "testing": ("check_force",),
@@ -129,10 +131,12 @@ __all__ = [
     "FrequencySweep",
     "Grid",
     "InitialMotion",
+    "Line",
     "Medium",
     "Mode",
     "ParameterError",
     "Parameters",
+    "Picture",
     "ProgressBar",
     "Quantity",
     "Report",
@@ -154,6 +158,7 @@ __all__ = [
     "check_force",
     "check_target",
     "count_status",
+    "drawable",
     "dwell",
     "example",
     "examples",
@@ -162,7 +167,9 @@ __all__ = [
     "force_curve",
     "forces",
     "frequency_sweep",
+    "goes_along",
     "html_symbol",
+    "lines_of",
     "listening",
     "load_case",
     "load_plugin",
@@ -170,11 +177,13 @@ __all__ = [
     "nearest",
     "param",
     "parse",
+    "pictures_of",
     "plain_math",
     "plot",
     "read",
     "reader_unit",
     "report",
+    "row_of",
     "run",
     "save_case",
     "shared",

@@ -49,7 +49,8 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     xarray.Dataset
         Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as of a dwell, and its
         scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence where the
-        motion is no steady state that an experiment shows, else empty.
+        motion is no steady state that an experiment shows, else empty; ``attrs["periods"]`` are the periods of the first
+        tone, and ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) what a drawing of the tip needs.
 
     Raises
     ------
@@ -88,7 +89,11 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
             note = UNSETTLED
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:
             raise ResultError("the motion that starts from this point settles in another state, so it is not shown")
-    return _recorded(integrator, found, point, note)
+    data = _recorded(integrator, found, point)
+    data.attrs |= {"title": case.title, "note": note, "a0": problem.a0}
+    if case.tip.radius is not None:
+        data.attrs["tip_radius"] = case.tip.radius
+    return data
 
 
 def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
@@ -158,7 +163,7 @@ def _apart(values: Any, point: xr.Dataset) -> float:
     return float(abs(one - other))
 
 
-def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset, note: str) -> xr.Dataset:
+def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Dataset:
     from dforce.experiments._table import Table
     from dforce.experiments.dwell import record_traces
     from dforce.observables.window import common_period
@@ -169,5 +174,5 @@ def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset, note: st
     common = common_period([tone.frequency for tone in integrator.problem.tones])
     count = common if common is not None and PERIODS < common <= MOST_PERIODS else PERIODS
     record_traces(data, integrator, found.motion, count)
-    data.attrs |= {"title": str(point.attrs.get("title", "")), "note": note}
+    data.attrs["periods"] = count
     return data

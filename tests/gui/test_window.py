@@ -103,8 +103,8 @@ def test_a_run_keeps_its_result(tmp_path):
         async with window(tmp_path, session) as (_, page):
             await page.view.run()
             assert session.job.state == "done"
-            (name,) = session.document.results
-            assert session.shelf.take(name).sizes["zc"] == 221
+            (kept,) = session.document.results
+            assert session.shelf.take(kept.id).sizes["zc"] == 221
 
     asyncio.run(flow())
 
@@ -123,8 +123,8 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
             await until(lambda: not session.job.busy)
             assert asyncio.get_running_loop().time() - begun < 1.0
             await run
-            (name,) = session.document.results
-            result = session.shelf.take(name)
+            (kept,) = session.document.results
+            result = session.shelf.take(kept.id)
             assert 0 < int((result["status"] == df.Status.OK).sum()) < 40002
 
     asyncio.run(flow())

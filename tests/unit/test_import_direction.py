@@ -20,7 +20,7 @@ LEVELS = (
     ("kernel",),
     ("solvers", "observables"),
     ("experiments", "results"),
-    ("case", "plot", "validity"),
+    ("case", "series", "plot", "validity"),
     ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "validation"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),

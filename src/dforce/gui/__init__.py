@@ -13,6 +13,10 @@ session    one per browser: document, undo and redo, what is kept over a restart
 results    results by identifier, on disk, with limits
 compute    the newest request wins; threads for live curves; runs with progress, Stop and a queue
 figures    figures as plain data for Plotly; every plot of a result is made here
+plots      which quantities are drawn, of which results (picker.js); clicks on curves
+kept       the results kept, as a row of names with colors (kept.js), and what differs (differences.js)
+compare    names and colors of results, and the parameters in which they differ
+motion     the motion at a point: the tip above the sample, and traces (motion.js)
 chart      the chart element (chart.js): typed arrays, zoom kept, acknowledged
 entry      the element of one field (entry.js) and of one slider (slider.js)
 forms      the tabs: fields, lists, choices, forces

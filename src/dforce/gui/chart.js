@@ -54,6 +54,7 @@ function themed(figure) {
   const data = (figure.data ?? []).map((trace) => {
     const copy = { ...trace };
     if (copy.line) copy.line = { ...copy.line, color: of(copy.line.color) };
+    if (Array.isArray(copy.colorscale)) copy.colorscale = copy.colorscale.map(([at, name]) => [at, of(name)]);
     if (copy.marker) copy.marker = { ...copy.marker, color: of(copy.marker.color) };
     return copy;
   });

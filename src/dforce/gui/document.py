@@ -15,6 +15,8 @@ Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count 
 
 FIRST = "figure-3-air"  # what a new window shows
 MOST_SLIDERS = 12
+MOST_PLOTS = 10
+LONGEST_NAME = 120
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,16 @@ class Slider:
     path: Path
     low: float
     high: float
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A result that is kept: its identifier on the shelf, its name, the number of its color, and whether it is drawn."""
+
+    id: str
+    name: str
+    color: int
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -43,17 +55,17 @@ class Document:
     sliders
         The parameters on sliders.
     plots
-        The plots shown, as plain data that :mod:`dforce.gui.figures` understands; empty for those that suit the result.
+        The pictures chosen, each for the results that have its quantities; others are drawn as suits them.
     results
-        Identifiers of the results kept, the newest last; :mod:`dforce.gui.results` holds them.
+        The results kept, the newest last; :mod:`dforce.gui.results` holds them.
     """
 
     table: Mapping[str, Any]
     off: tuple[int, ...] = ()
     aside: Mapping[str, Any] = field(default_factory=dict)
     sliders: tuple[Slider, ...] = ()
-    plots: tuple[Any, ...] = ()
-    results: tuple[str, ...] = ()
+    plots: tuple[df.Picture, ...] = ()
+    results: tuple[Kept, ...] = ()
 
     @classmethod
     def of(cls, case: df.Case) -> Self:
@@ -151,11 +163,20 @@ class Document:
                 off=tuple(int(n) for n in plain["off"]),
                 aside=copy.deepcopy(dict(plain["aside"])),
                 sliders=sliders[:MOST_SLIDERS],
-                plots=tuple(plain["plots"]),
-                results=tuple(map(str, plain["results"])),
+                plots=tuple(_picture(given) for given in plain["plots"][:MOST_PLOTS]),
+                results=tuple(_kept(given) for given in plain["results"]),
             )
         except (KeyError, TypeError, ValueError, AttributeError):
             raise df.CaseError("what was kept of the last visit cannot be read") from None
+
+
+def _picture(given: Any) -> df.Picture:
+    y = tuple(str(name) for name in given["y"])
+    return df.Picture(str(given["x"]), y, bool(given["together"]), bool(given["logarithmic"]))
+
+
+def _kept(given: Any) -> Kept:
+    return Kept(str(given["id"]), str(given["name"])[:LONGEST_NAME], int(given["color"]), bool(given["shown"]))
 
 
 def _put(table: Any, path: Path, value: Any) -> Any:

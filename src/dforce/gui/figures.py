@@ -1,13 +1,14 @@
 """Figures of results as plain data for Plotly.
 
-A color is a name that chart.js looks up in the theme, "ink" or "soft" say, or the number of a series. `figure` chooses what
-suits a result; more plots are further functions of a Dataset that return the same kind of dict.
+A color is a name that chart.js looks up in the theme, "ink" or "soft" say, or the number of a series. What can be drawn, and
+which lines that makes, :mod:`dforce` says; here they get colors, dashes and axes.
 """
 
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,142 +20,244 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Figure = dict[str, Any]
-GAP = 0.07  # of the height, between two panels
+GAP = 0.07  # of the height, between two frames
+SIDE = 0.1  # of the width, for each further axis on a side
+MOST_AXES = 4  # in one frame
+MOST_FRAMES = 6
+DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
+FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
+DASHES = {"retract": "dash", "down": "dash"}
+SHADES = {"retract": 1, "down": 1}
 UNSTABLE = "dash"
-DIRECTIONS = {"approach": (0, "solid"), "retract": (1, "dash"), "up": (0, "solid"), "down": (1, "dash")}
+OTHERS = ("solid", "dashdot", "longdash", "longdashdot")  # of quantities that share a frame and a color
+SIGNS = {
+    "fold": "circle",
+    "period_doubling": "square",
+    "torus": "diamond",
+    "grazing": "line-ns-open",
+    "end": "x-thin-open",
+}
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
 
 
-def figure(result: xr.Dataset) -> Figure:
-    """Return the figure that suits a result: curves, motion, or basins."""
-    if "reached" in result:
-        return basins(result)
-    if "amplitude" in result and any(dim in result["amplitude"].dims for dim in ("zc", "frequency", "point")):
-        return curves(result, ("amplitude", "phase"))
-    return motion(result)
+@dataclass(frozen=True)
+class Layer:
+    """A result in a figure, with its name and color where it is one of several."""
+
+    result: xr.Dataset
+    name: str = ""
+    color: int = 0
 
 
-def curves(result: xr.Dataset, names: tuple[str, ...]) -> Figure:
-    """Return quantities against what the result goes along, one panel above the other."""
-    along = along_of(result)
-    x_scale, x_unit = df.reader_unit(result[along])
-    data: list[dict[str, Any]] = []
-    layout: Figure = {"margin": MARGIN, "hovermode": "closest", "legend": _legend(), "showlegend": True}
-    for panel, name in enumerate(names):
-        tag = "" if panel == 0 else str(panel + 1)
-        scale, unit = df.reader_unit(result[name])
-        layout[f"yaxis{tag}"] = {"title": {"text": title(result[name], unit)}, "domain": _domain(panel, len(names))}
-        layout[f"xaxis{tag}"] = {"anchor": f"y{tag}", "matches": "x"} if panel else {"anchor": "y"}
-        last = panel == len(names) - 1
-        layout[f"xaxis{tag}"] |= (
-            {"title": {"text": title(result[along], x_unit)}} if last else {"showticklabels": False}
-        )
-        for x, y, style in lines(result, name, along):
-            data.append(
-                {
-                    "x": packed(x / x_scale),
-                    "y": packed(y / scale),
-                    "xaxis": f"x{tag}",
-                    "yaxis": f"y{tag}",
-                    "showlegend": panel == 0,
-                    "meta": name,
-                    "hovertemplate": f"%{{x:.4g}} {html.escape(x_unit)}, %{{y:.4g}} {html.escape(unit)}<extra></extra>",
-                    **style,
-                }
-            )
-    if not sum(bool(trace["showlegend"]) for trace in data) > 1:
-        layout["showlegend"] = False
-    return {"data": data, "layout": layout, "bar": "hover"}
+@dataclass(frozen=True)
+class Drawn:
+    """A figure, and what each of its traces shows: its layer and line; None for marks."""
+
+    figure: Figure
+    traces: tuple[tuple[Layer, df.Line] | None, ...] = ()
 
 
-def along_of(result: xr.Dataset) -> str:
-    """Return the name of what a curve goes along."""
-    if "along" in result.attrs:
-        return str(result.attrs["along"])
-    return "frequency" if "frequency" in result["amplitude"].dims else "zc"
+def picture(layers: Sequence[Layer], wanted: df.Picture) -> Drawn:
+    """Return a picture of results, the last on top.
+
+    One result gets a color for each direction and tone; several have a color each, and dashes tell directions apart.
+    """
+    able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(df.drawable(layer.result, wanted.x))]
+    if not able:
+        return Drawn(empty("There is nothing to draw here: these results lack the quantities chosen."))
+    return _Maker(able, wanted).drawn()
 
 
-def lines(result: xr.Dataset, name: str, along: str) -> Iterator[tuple[Any, Any, dict[str, Any]]]:
-    """Give x, y and style of each line of a quantity: a line for each direction and tone, stable and unstable apart."""
-    variable = result[name]
-    x = result[along].values
-    more = [dim for dim in variable.dims if dim not in (along, "point", "direction")]
-    for index in np.ndindex(*(variable.sizes[dim] for dim in more)):
-        one = variable.isel(dict(zip(more, index, strict=True)))
-        color = 2 * index[0] if index else 0
-        tag = "".join(
-            f", {dim} {result[dim].values[n]}" for dim, n in zip(more, index, strict=True) if result.sizes[dim] > 1
-        )
-        if "direction" in one.dims:
-            for way in result["direction"].values:
-                shade, dash = DIRECTIONS.get(str(way), (0, "solid"))
-                yield x, one.sel(direction=way).values, _line(f"{way}{tag}", color + shade, dash)
-        elif "stable" in result and one.dims == ("point",):
-            stable = result["stable"].values.astype(bool)
-            for dash, wanted, word in (("solid", stable, "stable"), (UNSTABLE, ~stable, "unstable")):
-                if wanted.any():
-                    yield *_pieces(x, one.values, result["branch"].values, wanted), _line(f"{word}{tag}", color, dash)
+class _Maker:
+    """Makes one figure."""
+
+    def __init__(self, layers: Sequence[Layer], wanted: df.Picture) -> None:
+        self.layers, self.wanted = layers, wanted
+        self.several = len(layers) > 1
+        first = layers[0].result
+        if wanted.together:  # an axis for each unit
+            units = list(dict.fromkeys(_unit(first[name]) for name in wanted.y))[:MOST_AXES]
+            self.frames = [[[name for name in wanted.y if _unit(first[name]) == unit] for unit in units]]
         else:
-            yield x, one.values, _line(f"{name}{tag}" if tag else "", color, "solid")
+            self.frames = [[[name]] for name in wanted.y[:MOST_FRAMES]]
+        self.x_scale, self.x_unit = self._scale([wanted.x])
+        self.scales: dict[str, tuple[float, str]] = {}  # of each quantity, that of its axis
+        self.data: list[Figure] = []
+        self.traces: list[tuple[Layer, df.Line] | None] = []
+        self.named: set[str] = set()
+        layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": _legend(), "showlegend": True}
+        layout["uirevision"] = f"{wanted.x} {wanted.y} {wanted.together} {wanted.logarithmic}"
+        self.layout = layout
 
+    def drawn(self) -> Drawn:
+        """Return the figure."""
+        tag = 0
+        for number, groups in enumerate(self.frames):
+            host = tag
+            for place, names in enumerate(groups):
+                self._axis(tag, host, number, place, names)
+                for name in names:
+                    self._lines(tag, host, name)
+                tag += 1
+            self._x_axis(host, number)
+        if self.several:
+            self._legend_of_dashes()
+        self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
+        return Drawn({"data": self.data, "layout": self.layout, "bar": "hover"}, tuple(self.traces))
 
-def _pieces(x: Any, y: Any, branch: Any, wanted: Any) -> tuple[Any, Any]:
-    """Return a curve's points of one kind, with gaps between its pieces; each piece reaches the next point of the curve."""
-    kept = wanted.copy()
-    same = branch[1:] == branch[:-1]
-    kept[1:] |= wanted[:-1] & same
-    xs, ys = np.where(kept, x, np.nan), np.where(kept, y, np.nan)
-    breaks = np.flatnonzero(~same) + 1
-    return np.insert(xs, breaks, np.nan), np.insert(ys, breaks, np.nan)
+    def _scale(self, names: Sequence[str]) -> tuple[float, str]:
+        """Return the scale and unit in which the largest of some quantities reads best."""
+        found = [unit_of(layer.result[name]) for layer in self.layers for name in names]
+        return max(found)
 
-
-def motion(result: xr.Dataset) -> Figure:
-    """Return deflection and force over time."""
-    names = [name for name in ("deflection", "force", "indentation") if name in result and "time" in result[name].dims]
-    layout: Figure = {"margin": MARGIN, "hovermode": "closest", "showlegend": False}
-    data = []
-    for panel, name in enumerate(names):
-        tag = "" if panel == 0 else str(panel + 1)
-        x_scale, x_unit = df.reader_unit(result["time"])
-        scale, unit = df.reader_unit(result[name])
-        layout[f"yaxis{tag}"] = {"title": {"text": title(result[name], unit)}, "domain": _domain(panel, len(names))}
-        layout[f"xaxis{tag}"] = {"anchor": f"y{tag}"} | ({"matches": "x"} if panel else {})
-        last = panel == len(names) - 1
-        layout[f"xaxis{tag}"] |= (
-            {"title": {"text": title(result["time"], x_unit)}} if last else {"showticklabels": False}
-        )
-        data.append(
-            {
-                "x": packed(result["time"].values / x_scale),
-                "y": packed(result[name].values / scale),
-                "xaxis": f"x{tag}",
-                "yaxis": f"y{tag}",
-                "meta": name,
-                **_line("", panel, "solid"),
+    def _axis(self, tag: int, host: int, number: int, place: int, names: Sequence[str]) -> None:
+        """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
+        first = self.layers[0].result
+        scale, unit = self._scale(names)
+        self.scales |= dict.fromkeys(names, (scale, unit))
+        words = title(first[names[0]], unit) if len(names) == 1 else _title_of_several([first[n] for n in names], unit)
+        axis: Figure = {"title": {"text": words}}
+        if self.wanted.logarithmic:
+            axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
+        if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
+            axis["color"] = self.wanted.y.index(names[0])
+        if place:
+            right = place % 2
+            axis |= {
+                "overlaying": _name("y", host),
+                "tickmode": "auto",
+                "side": "right" if right else "left",
+                "showgrid": False,
             }
+            if place > 1:
+                axis |= {"anchor": "free", "position": float(right)}
+            if right:
+                self.layout["margin"]["r"] = MARGIN["l"]
+        else:
+            axis["domain"] = _domain(number, len(self.frames))
+        if place == 1 or not place:
+            axis["anchor"] = _name("x", host)
+        self.layout[_name("yaxis", tag)] = axis
+
+    def _x_axis(self, host: int, number: int) -> None:
+        """Add the axis across: all frames have the same one, and the last its title."""
+        first, frames = self.layers[0].result, len(self.frames)
+        axis: Figure = {"anchor": _name("y", host)} | ({"matches": "x"} if host else {})
+        groups = len(self.frames[number])
+        if groups > 2:
+            axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
+        if number == frames - 1:
+            axis["title"] = {"text": title(first[self.wanted.x], self.x_unit)}
+        else:
+            axis["showticklabels"] = False
+        if self.wanted.logarithmic:
+            axis["range"] = [0.0, self._last_x()]
+        self.layout[_name("xaxis", host)] = axis
+
+    def _last_x(self) -> float:
+        """Return how far out there is something on a logarithmic picture."""
+        ends = [0.0]
+        for trace in self.traces:
+            if trace is not None:
+                seen = trace[1].y > FAINT * np.nanmax(trace[1].y)
+                ends.append(float(np.nanmax(np.where(seen, trace[1].x, 0.0))))
+        return 1.05 * max(ends) / self.x_scale
+
+    def _lines(self, tag: int, host: int, name: str) -> None:
+        scale, unit = self.scales[name]
+        x_axis, y_axis = _name("x", host), _name("y", tag)
+        for layer in self.layers:
+            for line in df.lines_of(layer.result, self.wanted.x, name):
+                y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
+                look = self._look(layer, line, name)
+                hover = f"%{{x:.4g}} {_plain(self.x_unit)}, %{{y:.4g}} {_plain(unit)}"
+                hover += f"<br>{_plain(layer.name)}" if self.several and layer.name else ""
+                self._add((layer, line), {
+                    "x": packed(line.x / self.x_scale), "y": packed(y / scale), "xaxis": x_axis, "yaxis": y_axis,
+                    "type": "scatter", "mode": "lines", "meta": name, "hovertemplate": hover + "<extra></extra>", **look,
+                })  # fmt: skip
+                for mark in _marks(line, self.x_scale, scale, look["line"]["color"]):
+                    self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **mark})
+
+    def _add(self, what: tuple[Layer, df.Line] | None, trace: Figure) -> None:
+        words = "" if self.several and what is not None else str(trace["name"])
+        trace["showlegend"] = bool(words) and words not in self.named
+        self.named |= {words} - {""}
+        self.data.append(trace)
+        self.traces.append(what)
+
+    def _look(self, layer: Layer, line: df.Line, name: str) -> Figure:
+        """Return name, color and dash of a line."""
+        place = self.wanted.y.index(name)
+        dash = DASHES.get(line.direction, "solid") if line.stable else UNSTABLE
+        if self.several:
+            color = layer.color
+            if self.wanted.together and dash == "solid":
+                dash = OTHERS[place % len(OTHERS)]
+        elif self.wanted.together:
+            color = place + line.column
+        else:
+            color = SHADES.get(line.direction, 0) + 2 * line.column
+        words = [str(layer.result[name].attrs.get("long_name", name))] * (
+            self.wanted.together and len(self.wanted.y) > 1
         )
-    return {"data": data, "layout": layout, "bar": "hover"}
+        text = ", ".join([*words, *([line.name] if line.name else [])])
+        return {"name": _plain(text), "line": {"color": color, "dash": dash, "width": 2, "simplify": False}}
+
+    def _legend_of_dashes(self) -> None:
+        """Say which dash is which direction; the colors of several results stand in their list."""
+        found = {
+            line.direction or ("stable" if line.stable else "unstable"): line for _, line in filter(None, self.traces)
+        }
+        for word, line in found.items():
+            if len(found) > 1:
+                dash = DASHES.get(line.direction, "solid") if line.stable else UNSTABLE
+                self._add(None, {"x": [None], "y": [None], "type": "scatter", "mode": "lines", "name": word,
+                                 "line": {"color": "soft", "dash": dash, "width": 2}})  # fmt: skip
 
 
-def basins(result: xr.Dataset) -> Figure:
+def _marks(line: df.Line, x_scale: float, scale: float, color: int) -> Iterator[Figure]:
+    """Give the special points of a line, one trace for each kind."""
+    for kind in dict.fromkeys(line.marks.values()):
+        places = [place for place, word in line.marks.items() if word == kind]
+        yield {
+            "x": packed(line.x[places] / x_scale), "y": packed(line.y[places] / scale), "type": "scatter", "mode": "markers",
+            "name": kind.replace("_", " "), "marker": {"symbol": SIGNS[kind], "size": 8, "color": color},
+            "hovertemplate": f"{_plain(kind.replace('_', ' '))}<extra></extra>",
+        }  # fmt: skip
+
+
+def basins(result: xr.Dataset) -> Drawn:
     """Return which state is reached from which start, as a map."""
     vertical, across = (str(dim) for dim in result["reached"].dims)
     (x_scale, x_unit), (y_scale, y_unit) = df.reader_unit(result[across]), df.reader_unit(result[vertical])
+    count = result.sizes["state"]
+    # a color for each state, none for starts that lead to none
+    steps = [(n + more) / (count + 1) for n in range(count + 1) for more in (0, 1)]
+    colors: list[Any] = [name for n in range(count + 1) for name in [n - 1 if n else "grid"] * 2]
     trace = {
-        "type": "heatmap",
-        "x": packed(result[across].values / x_scale),
-        "y": packed(result[vertical].values / y_scale),
-        "z": packed(result["reached"].values),
-        "colorscale": "Viridis",
-        "colorbar": {"title": {"text": "state"}, "outlinewidth": 0, "thickness": 12, "dtick": 1},
-        "meta": "reached",
-    }
+        "type": "heatmap", "x": packed(result[across].values / x_scale), "y": packed(result[vertical].values / y_scale),
+        "z": packed(result["reached"].values), "zmin": -0.5, "zmax": count + 0.5, "meta": "reached",
+        "colorscale": [list(pair) for pair in zip(steps, colors, strict=True)], "showscale": False,
+        "hovertemplate": f"%{{x:.4g}} {_plain(x_unit)}, %{{y:.4g}} {_plain(y_unit)}: state %{{z}}<extra></extra>",
+    }  # fmt: skip
+    states = [
+        {
+            "type": "scatter", "x": [None], "y": [None], "mode": "markers", "showlegend": True,
+            "name": _plain(f"{finding.label}: {finding.text}"), "marker": {"symbol": "square", "size": 10, "color": n},
+        }
+        for n, finding in enumerate(finding for finding in df.summary(result) if finding.name == "share")
+    ]  # fmt: skip
     layout = {
-        "margin": MARGIN,
-        "xaxis": {"title": {"text": title(result[across], x_unit)}},
-        "yaxis": {"title": {"text": title(result[vertical], y_unit)}},
+        "margin": MARGIN | {"t": 28 + 18 * len(states)},
+        "hovermode": "closest",
+        "showlegend": True,
+        "legend": _legend()
+        | {"orientation": "v", "x": 0.0, "xanchor": "left", "itemclick": False, "itemdoubleclick": False},
+        "xaxis": {"title": {"text": title(result[across], x_unit)}, "showgrid": False},
+        "yaxis": {"title": {"text": title(result[vertical], y_unit)}, "showgrid": False},
     }
-    return {"data": [trace], "layout": layout, "bar": "hover"}
+    return Drawn({"data": [trace, *states], "layout": layout, "bar": "hover"}, (None,) * (1 + len(states)))
 
 
 def force_distance(result: xr.Dataset) -> Figure:
@@ -164,16 +267,20 @@ def force_distance(result: xr.Dataset) -> Figure:
     ways = (0, 1) if not np.array_equal(force[0], force[1]) else (0,)
     data = []
     for way in ways:
-        shade, dash = DIRECTIONS[str(result["direction"].values[way])]
+        direction = str(result["direction"].values[way])
+        look = {
+            "color": SHADES.get(direction, 0),
+            "dash": DASHES.get(direction, "solid"),
+            "width": 2,
+            "simplify": False,
+        }
         data.append(
             {
-                "x": packed(result["distance"].values / x_scale),
-                "y": packed(force[way] / scale),
-                "meta": "force",
+                "x": packed(result["distance"].values / x_scale), "y": packed(force[way] / scale), "meta": "force",
+                "type": "scatter", "mode": "lines", "name": direction, "line": look,
                 "hovertemplate": f"%{{x:.3g}} {x_unit}, %{{y:.3g}} {unit}<extra></extra>",
-                **_line(str(result["direction"].values[way]), shade, dash),
             }
-        )
+        )  # fmt: skip
     layout = {
         "margin": {"l": 54, "r": 12, "t": 8, "b": 38},
         "showlegend": False,
@@ -186,33 +293,58 @@ def force_distance(result: xr.Dataset) -> Figure:
 
 def empty(text: str) -> Figure:
     """Return a figure that says in a sentence why it is empty."""
-    note = {"text": html.escape(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
+    note = {"text": _plain(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
     hidden = {"visible": False}
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
 
 
+def unit_of(variable: xr.DataArray) -> tuple[float, str]:
+    """Return scale and name of the unit in which a quantity reads best; the usual one where it is zero everywhere."""
+    if np.any(np.nan_to_num(variable.values)):
+        return df.reader_unit(variable)
+    stored = _unit(variable)
+    usual = df.usual_unit(stored)
+    try:
+        return df.parse(f"1 {usual}", stored), usual
+    except df.ParameterError:  # a percentage, say
+        return df.reader_unit(variable)
+
+
 def title(variable: xr.DataArray, unit: str) -> str:
     """Return the title of an axis: name, symbol and unit."""
-    name = html.escape(str(variable.attrs.get("long_name", variable.name)))
+    name = _plain(str(variable.attrs.get("long_name", variable.name)))
     symbol = df.html_symbol(str(variable.attrs.get("symbol", "")))
-    shown = f" ({html.escape(unit)})" if unit not in ("1", "") else ""
-    return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{shown}"
+    return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{_in_brackets(unit)}"
 
 
-def _line(name: str, color: int, dash: str) -> dict[str, Any]:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "line": {"color": color, "dash": dash, "width": 2, "simplify": False},
-    }
+def _title_of_several(variables: Sequence[xr.DataArray], unit: str) -> str:
+    symbols = [
+        df.html_symbol(str(variable.attrs.get("symbol", ""))) or _plain(str(variable.name)) for variable in variables
+    ]
+    return f"<i>{', '.join(symbols)}</i>{_in_brackets(unit)}"
 
 
-def _legend() -> dict[str, Any]:
-    return {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
+def _in_brackets(unit: str) -> str:
+    return f" ({_plain(unit)})" if unit not in ("1", "") else ""
 
 
-def _domain(panel: int, panels: int) -> list[float]:
-    height = (1.0 - GAP * (panels - 1)) / panels
-    top = 1.0 - panel * (height + GAP)
+def _unit(variable: xr.DataArray) -> str:
+    return str(variable.attrs.get("units", "1"))
+
+
+def _plain(text: str) -> str:
+    return html.escape(df.shorten(text, 120))
+
+
+def _name(kind: str, tag: int) -> str:
+    return kind if tag == 0 else f"{kind}{tag + 1}"
+
+
+def _legend() -> Figure:
+    return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
+
+
+def _domain(frame: int, frames: int) -> list[float]:
+    height = (1.0 - GAP * (frames - 1)) / frames
+    top = 1.0 - frame * (height + GAP)
     return [max(0.0, top - height), top]

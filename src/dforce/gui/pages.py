@@ -14,6 +14,7 @@ from dforce.gui.document import FIRST, Document
 from dforce.gui.entry import LONGEST
 from dforce.gui.forms import Forms
 from dforce.gui.limits import ALONE, Limits
+from dforce.gui.plots import Plots
 from dforce.gui.session import Session
 from dforce.gui.sliders import SliderStrip
 from dforce.gui.view import Said, View
@@ -27,6 +28,7 @@ TABS = {
 }
 NOT_IN_TABS = ("title", "plugins", "about")
 HERE = Path(__file__).parent
+SHEETS = ("style.css", "plots.css")
 
 
 def register(results: Path, document: Document | None = None, limits: Limits = ALONE) -> None:
@@ -43,7 +45,8 @@ def register(results: Path, document: Document | None = None, limits: Limits = A
     """
     sessions: dict[str, Session] = {}
     app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
-    app.add_static_file(local_file=HERE / "style.css", url_path="/assets/style.css", max_cache_age=0)
+    for sheet in SHEETS:
+        app.add_static_file(local_file=HERE / sheet, url_path=f"/assets/{sheet}", max_cache_age=0)
 
     def session_of_browser() -> Session:
         name = str(app.storage.browser["id"])
@@ -72,7 +75,8 @@ class Page:
 
     def __init__(self, session: Session) -> None:
         self.view = View(session)
-        ui.add_head_html('<link rel="stylesheet" href="/assets/style.css">')
+        for sheet in SHEETS:
+            ui.add_head_html(f'<link rel="stylesheet" href="/assets/{sheet}">')
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
         ui.colors(primary="#0b5c8f", dark="#1a2127", dark_page="#12171b")
         self.dark = ui.dark_mode(app.storage.user.get("dark"))
@@ -177,8 +181,7 @@ class Page:
 
         show("")
         self.view.on_status.append(show)
-        with ui.element("div").classes("df-main"):
-            self.view.main = Chart("result")
+        self.plots = Plots(self.view)
 
 
 class RunBar:

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import dataclasses
 import time
+import weakref
 from collections.abc import Callable, MutableMapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import dforce as df
+from dforce.gui import compare
 from dforce.gui.compute import Job
-from dforce.gui.document import Document
+from dforce.gui.document import Document, Kept
 from dforce.gui.limits import ALONE, Limits
 from dforce.gui.results import Shelf
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_STEPS = 200  # of undo
 TOGETHER = 1.5  # s; edits of one field that follow each other faster are one step of undo
@@ -29,6 +35,9 @@ class View(Protocol):
 
     def show_job(self) -> None:
         """Show how far the session's run is."""
+
+    def show_anew(self) -> None:
+        """Draw what is shown in another way; nothing is computed."""
 
 
 class Session:
@@ -47,6 +56,8 @@ class Session:
     def __init__(self, store: MutableMapping[str, Any], folder: Path, limits: Limits = ALONE) -> None:
         self.store, self.shelf, self.limits = store, Shelf(folder), limits
         self.document = self._kept()
+        self._known: dict[str, weakref.ref[xr.Dataset]] = {}
+        self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
         self.undone: list[Document] = []
         self.steps: list[Document] = []
         self.views: list[View] = []
@@ -56,6 +67,8 @@ class Session:
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
         """Take a new document as one step of undo; quick edits of one `name` are one step together."""
+        # an edit changes what is typed; results and how they are drawn stay
+        document = self._with_looks(document)
         if document == self.document:
             return
         together = name and self._last[0] == name and time.monotonic() - self._last[1] < TOGETHER
@@ -64,6 +77,13 @@ class Session:
         self._last = (name, time.monotonic())
         self.undone.clear()
         self._take(document, anew)
+
+    def look(self, document: Document) -> None:
+        """Take a document whose case is the same: what is drawn, and how. Nothing is computed, and it is no step of undo."""
+        self.document = document
+        self.save_soon()
+        for view in tuple(self.views):
+            view.show_anew()
 
     def undo(self) -> None:
         """Go back a step."""
@@ -79,8 +99,11 @@ class Session:
 
     def _back_to(self, document: Document) -> None:
         self._last = ("", 0.0)
-        # results are computed, not typed: no step back loses them
-        self._take(dataclasses.replace(document, results=self.document.results), anew=True)
+        # results are computed, not typed: no step back loses them, nor how they are drawn
+        self._take(self._with_looks(document), anew=True)
+
+    def _with_looks(self, document: Document) -> Document:
+        return dataclasses.replace(document, results=self.document.results, plots=self.document.plots)
 
     def _take(self, document: Document, anew: bool) -> None:
         self.document = document
@@ -95,10 +118,50 @@ class Session:
         job = self.job = Job(case, self.limits.seconds)
         await job.go(self._look)
         if job.result is not None:
-            name = await asyncio.to_thread(self.shelf.keep, job.result)
-            self.document = dataclasses.replace(self.document, results=(*self.document.results, name))
-            self.save_soon()
+            await self.keep(job.result)
         finished(job)
+
+    async def keep(self, result: xr.Dataset) -> None:
+        """Keep a result on the shelf and in the list; the oldest ones go where the shelf is full."""
+        last = self.document.results[-1].id if self.document.results else ""
+
+        def shelve() -> tuple[str, set[str], xr.Dataset | None]:
+            before = self.shelf.take(last) if last in self.shelf.names() else None
+            return self.shelf.keep(result), set(self.shelf.names()), before
+
+        identifier, here, before = await asyncio.to_thread(shelve)
+        others = [kept for kept in self.document.results if kept.id in here]
+        name = compare.name_of(result, before, [kept.name for kept in others])
+        self.results_of[identifier] = result
+        self._known[identifier] = weakref.ref(result)
+        entry = Kept(identifier, name, compare.color_of(others))
+        self.look(dataclasses.replace(self.document, results=(*others, entry)))
+
+    def kept_as(self, result: xr.Dataset | None) -> Kept | None:
+        """Return the entry of a result in the list; None for one that is not kept."""
+        same = (identifier for identifier, known in self._known.items() if known() is result and result is not None)
+        identifier = next(same, "")
+        return next((kept for kept in self.document.results if kept.id == identifier), None)
+
+    async def drop(self, identifier: str) -> None:
+        """Forget a result."""
+        results = tuple(kept for kept in self.document.results if kept.id != identifier)
+        self.look(dataclasses.replace(self.document, results=results))
+        self.results_of.pop(identifier, None)
+        with contextlib.suppress(df.ResultError):  # another page was quicker
+            await asyncio.to_thread(self.shelf.drop, identifier)
+
+    async def load_shown(self) -> None:
+        """Have the results that are drawn in memory, and no others."""
+        wanted = {kept.id for kept in self.document.results if kept.shown}
+        for identifier in set(self.results_of) - wanted:
+            del self.results_of[identifier]
+        for identifier in wanted - set(self.results_of):
+            with contextlib.suppress(df.ResultError):  # its file has gone; the list says so by drawing nothing
+                known = self._known.get(identifier, lambda: None)()
+                result = known if known is not None else await asyncio.to_thread(self.shelf.take, identifier)
+                self.results_of[identifier] = result
+                self._known[identifier] = weakref.ref(result)
 
     def stop(self) -> None:
         """Stop the run under way; what it has computed is kept."""

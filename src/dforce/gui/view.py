@@ -53,6 +53,10 @@ class View:
         Hooks called with a sentence about the live curve; empty when all is well.
     on_job
         Hooks called while a run goes on and when it ends.
+    on_anew
+        Hooks called when results are drawn in another way: others, or other quantities of them.
+    compose
+        Makes the figure of the main chart from the result that it shows.
     on_result
         Hooks called with the Dataset that the main chart now shows, and whether a run gave it: here further plots, the
         table of a result and the list of results plug in.
@@ -68,6 +72,8 @@ class View:
         self.on_status: list[Callable[[str], None]] = []
         self.on_job: list[Callable[[], None]] = []
         self.on_result: list[Callable[[xr.Dataset, bool], None]] = []
+        self.on_anew: list[Callable[[], None]] = []
+        self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
         self.result: xr.Dataset | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
         self.said, self.status = Said(), ""
@@ -104,6 +110,11 @@ class View:
     def show_job(self) -> None:
         """Show how far the session's run is."""
         for hook in self.on_job:
+            hook()
+
+    def show_anew(self) -> None:
+        """Draw what is shown in another way; nothing is computed."""
+        for hook in self.on_anew:
             hook()
 
     async def run(self) -> None:
@@ -191,7 +202,7 @@ class View:
 
     async def _draw(self, result: xr.Dataset, kept: bool) -> None:
         self.result = result
-        await self.main.draw(figures.figure(result))
+        await self.main.draw(self.compose(result))
         if kept:
             self._status("Stopped: this is what was computed." if result.attrs.get("interrupted") else "")
         for hook in self.on_result:

@@ -1,0 +1,146 @@
+"""The plots of a page: which quantities are drawn, of which results, and what a click on a curve does."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from nicegui import background_tasks, ui
+from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.gui import figures
+from dforce.gui.chart import Chart
+from dforce.gui.document import MOST_PLOTS
+from dforce.gui.kept import KeptResults
+from dforce.gui.motion import MotionPanel
+from dforce.gui.view import View
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Picker(ui.element, component="picker.js"):
+    """Chooses what is drawn: one of the usual pictures, or any quantities against any other."""
+
+
+class Plots:
+    """The plots of one page, in the container that is open when it is made."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.drawn = figures.Drawn({})
+        self.usual: list[df.Picture] = []
+        self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
+        with ui.element("div").classes("df-plotbar"):
+            self.picker = Picker()
+            self.picker.on("picture", self._picture)
+            self.picker.on("own", self._own)
+            self.kept = KeptResults(view)
+        with ui.element("div").classes("df-shown"):
+            with ui.element("div").classes("df-main"):
+                view.main = Chart("result", on_point=self._clicked)
+            self.motion = MotionPanel()
+        self.kept.table()
+        view.compose = self.compose
+        view.on_anew.append(self.redraw)
+
+    def compose(self, result: xr.Dataset | None) -> figures.Figure:
+        """Return the figure of a result with those kept that are drawn beside it."""
+        layers = self.kept.layers(result)
+        first = layers[-1].result if layers else None
+        self.kept.show(result)
+        if first is None:
+            self.drawn = figures.Drawn(figures.empty("There is no result yet; press Run."))
+        elif "reached" in first:
+            self.drawn = figures.basins(first)
+        else:
+            wanted = self.wanted(first)
+            self._offer(first, wanted)
+            self.drawn = figures.picture(layers, wanted)
+        self.picker.set_visibility(first is not None and "reached" not in first)
+        self.motion.follow(result)
+        return self.drawn.figure
+
+    def wanted(self, result: xr.Dataset) -> df.Picture:
+        """Return the picture that was last chosen for such a result, else the one that says most."""
+        known = set(df.drawable(result))
+        chosen = (picture for picture in reversed(self.view.document.plots) if {picture.x, *picture.y} <= known)
+        return next(chosen, None) or df.pictures_of(result)[0]
+
+    def redraw(self) -> None:
+        """Draw the same results in another way."""
+        background_tasks.create(self._redraw(), name="redraw")
+
+    async def _redraw(self) -> None:
+        await self.view.session.load_shown()
+        await self.view.main.draw(self.compose(self.view.result))
+
+    def _offer(self, result: xr.Dataset, wanted: df.Picture) -> None:
+        """Show in the picker what can be drawn, and what is."""
+        self.usual = df.pictures_of(result)
+        names = tuple(df.drawable(result))
+        if names != self.names:
+            self.names = names
+            self.picker.props["all"] = [_words(result, name) for name in names]
+        changed = {
+            "titles": [picture.title for picture in self.usual], "x": wanted.x, "y": list(wanted.y),
+            "chosen": self.usual.index(wanted) if wanted in self.usual else -1, "together": wanted.together,
+            "logarithmic": wanted.logarithmic,
+        }  # fmt: skip
+        if any(self.picker.props.get(key) != value for key, value in changed.items()):
+            self.picker.props.update(changed)
+            self.picker.update()
+
+    def _picture(self, event: GenericEventArguments) -> None:
+        number = int(event.args)
+        if 0 <= number < len(self.usual):
+            self._choose(self.usual[number])
+
+    def _own(self, event: GenericEventArguments) -> None:
+        """Take what was chosen; quantities that do not go along with a new axis make room for one that does."""
+        given: dict[str, Any] = event.args
+        result, x = self._first(), str(given["x"])
+        if result is None or x not in self.names:
+            return
+        able = [name for name in df.drawable(result, x) if name != x]
+        y = tuple(name for name in map(str, given["y"]) if name in able) or self._beside(x) or tuple(able[:1])
+        if y:
+            y = tuple(sorted(y, key=self.names.index))
+            self._choose(df.Picture(x, y, bool(given["together"]), bool(given["logarithmic"])))
+
+    def _beside(self, x: str) -> tuple[str, ...]:
+        """Return what is usually drawn against a quantity."""
+        return next((picture.y for picture in self.usual if picture.x == x), ())
+
+    def _choose(self, picture: df.Picture) -> None:
+        document = self.view.document
+        others = [other for other in document.plots if other.x != picture.x][-MOST_PLOTS + 1 :]
+        self.view.session.look(dataclasses.replace(document, plots=(*others, picture)))
+
+    def _first(self) -> xr.Dataset | None:
+        layers = self.kept.layers(self.view.result)
+        return layers[-1].result if layers else None
+
+    def _clicked(self, event: dict[str, Any]) -> None:
+        """Show the motion at the point of a curve that was clicked."""
+        curve, place = int(event["curve"]), int(event["index"])
+        trace = self.drawn.traces[curve] if curve < len(self.drawn.traces) else None
+        if trace is None or not 0 <= place < len(trace[1].places):
+            return
+        layer, line = trace
+        if line.places[place] >= 0:
+            follows = layer.result is self.view.result and self.view.session.kept_as(layer.result) is None
+            self.motion.open(layer, {line.row: int(line.places[place]), **line.chosen}, follows)
+
+
+def _words(result: xr.Dataset, name: str) -> dict[str, str]:
+    """Return what the picker says about a quantity."""
+    variable = result[name]
+    label, symbol = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("symbol", ""))
+    unit = figures.unit_of(variable)[1]
+    return {
+        "name": name, "label": label, "symbol": df.html_symbol(symbol), "unit": "" if unit == "1" else unit,
+        "row": df.row_of(result, name), "text": f"{label} {df.plain_math(symbol)}".strip(),
+        "help": str(variable.attrs.get("description", "")),
+    }  # fmt: skip

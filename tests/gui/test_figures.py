@@ -1,0 +1,105 @@
+"""Figures of results: frames, axes, colors and dashes."""
+
+from __future__ import annotations
+
+import base64
+import functools
+
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce.gui.figures import Layer, basins, picture
+
+
+@functools.cache
+def result(name):
+    return df.run(df.example(name))
+
+
+def numbers(packed):
+    return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"])
+
+
+def test_the_values_drawn_are_those_of_the_result_in_the_unit_of_the_axis():
+    dataset = result("figure-3-air-jump")
+    drawn = picture([Layer(dataset)], df.Picture("zc", ("amplitude",)))
+    assert drawn.figure["layout"]["yaxis"]["title"]["text"] == "amplitude <i>A</i> (nm)"
+    np.testing.assert_allclose(numbers(drawn.figure["data"][0]["y"]), 1e9 * dataset["amplitude"][:, 0, 0], rtol=1e-12)
+
+
+def test_one_frame_stands_above_the_other_and_all_have_one_axis_across():
+    layout = picture(
+        [Layer(result("figure-3-air-jump"))], df.Picture("zc", ("amplitude", "phase", "peak_force"))
+    ).figure["layout"]
+    assert layout["yaxis"]["domain"][0] > layout["yaxis2"]["domain"][1] > layout["yaxis3"]["domain"][1]
+    assert layout["xaxis2"]["matches"] == layout["xaxis3"]["matches"] == "x"
+
+
+def test_together_quantities_of_one_unit_share_an_axis_and_others_have_their_own():
+    wanted = df.Picture("zc", ("amplitude", "min_distance", "phase", "peak_force"), together=True)
+    drawn = picture([Layer(result("figure-3-air-jump"))], wanted)
+    axes = {trace["meta"]: trace["yaxis"] for trace in drawn.figure["data"]}
+    assert axes["amplitude"] == axes["min_distance"] == "y"
+    assert {axes["phase"], axes["peak_force"]} == {"y2", "y3"}
+    assert drawn.figure["layout"]["yaxis2"]["side"] == "right"
+
+
+def test_unstable_states_are_dashed_and_folds_marked():
+    drawn = picture([Layer(result("figure-3-branches"))], df.Picture("zc", ("amplitude",)))
+    dashes = {trace["name"]: trace["line"]["dash"] for trace in drawn.figure["data"] if "line" in trace}
+    assert dashes == {"stable": "solid", "unstable": "dash"}
+    assert [trace["name"] for trace in drawn.figure["data"] if trace["mode"] == "markers"] == ["fold"]
+
+
+def test_several_results_have_a_color_each_and_one_that_lacks_the_quantities_is_left_out():
+    layers = [
+        Layer(result("figure-3-air-jump"), "a", 2),
+        Layer(result("figure-3-branches"), "b", 3),
+        Layer(result("table-1-am")),
+    ]
+    drawn = picture(layers, df.Picture("zc", ("phase",)))
+    colors = {
+        trace[0].name: data["line"]["color"]
+        for trace, data in zip(drawn.traces, drawn.figure["data"], strict=True)
+        if trace
+    }
+    assert colors == {"a": 2, "b": 3}
+
+
+def test_zoom_is_kept_while_the_same_is_drawn_and_only_then():
+    first, again = (
+        picture([Layer(result(name))], df.Picture("zc", ("phase",)))
+        for name in ("figure-3-air-jump", "figure-3-branches")
+    )
+    other = picture([Layer(result("figure-3-air-jump"))], df.Picture("zc", ("amplitude",)))
+    kept = [drawn.figure["layout"]["uirevision"] for drawn in (first, again, other)]
+    assert kept[0] == kept[1] != kept[2]
+
+
+def test_names_of_results_are_never_html():
+    layers = [Layer(result("figure-3-air-jump"), "<img src=x onerror=alert(1)>", n) for n in (1, 2)]
+    texts = [
+        str(trace.get("hovertemplate")) + str(trace.get("name"))
+        for trace in picture(layers, df.Picture("zc", ("phase",))).figure["data"]
+    ]
+    assert not any("<img" in text for text in texts)
+
+
+def test_nothing_in_common_is_said_in_a_sentence():
+    drawn = picture([Layer(result("table-1-am"))], df.Picture("zc", ("phase",)))
+    assert "nothing to draw" in drawn.figure["layout"]["annotations"][0]["text"]
+
+
+def test_basins_have_a_color_for_each_state():
+    drawn = basins(result("figure-3-basins"))
+    assert [trace["marker"]["color"] for trace in drawn.figure["data"][1:]] == [0, 1]
+    assert {name for _, name in drawn.figure["data"][0]["colorscale"]} == {"grid", 0, 1}
+
+
+@pytest.mark.parametrize(
+    "name", ["figure-3-air-jump", "figure-3-branches", "resonance-curve", "table-1-am", "figure-6"]
+)
+def test_every_usual_picture_is_drawn(name):
+    for wanted in df.pictures_of(result(name)):
+        assert picture([Layer(result(name))], wanted).figure["data"]

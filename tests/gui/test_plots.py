@@ -1,0 +1,169 @@
+"""What a page draws: pictures chosen, results kept, and the motion at a point."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+
+import numpy as np
+import pytest
+from nicegui.testing.user_simulation import user_simulation
+
+import dforce as df
+from dforce.gui.kept import Strip, Table
+from dforce.gui.motion import Drawing
+from dforce.gui.pages import Page
+from dforce.gui.plots import Picker
+from dforce.gui.session import Session
+
+CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")
+
+
+@contextlib.asynccontextmanager
+async def window(folder, session=None):
+    """Give a simulated browser, its page, and the session."""
+    pages = []
+    session = session or Session({}, folder)
+
+    def root():
+        pages.append(Page(session))
+        pages[0].view._latest.ask = lambda wanted: None  # no live curve comes in between
+
+    async with user_simulation(root=root) as user:
+        await user.open("/")
+        yield user, pages[0], session
+
+
+def element(user, kind):
+    with user.client:
+        return next(element for element in user.client.elements.values() if isinstance(element, kind))
+
+
+def send(element, name, args=None):
+    """Let the browser's part of an element say something."""
+    for listener in element._event_listeners.values():
+        if listener.type == name:
+            element._handle_event({"listener_id": listener.id, "args": args})
+
+
+async def until(true, seconds=20.0):
+    async with asyncio.timeout(seconds):
+        while not true():
+            await asyncio.sleep(0.02)
+
+
+def show(page, result):
+    """Show a result as if it had just been computed."""
+    page.view.result = result
+    return page.view.compose(result)
+
+
+def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page, session):
+            show(page, df.run(CASE))
+            picker = element(user, Picker)
+            assert [one["name"] for one in picker.props["all"]][:2] == ["zc", "amplitude"]
+            send(
+                picker, "own", {"x": "amplitude", "y": ["peak_force", "phase"], "together": True, "logarithmic": False}
+            )
+            assert session.document.plots == (df.Picture("amplitude", ("phase", "peak_force"), True),)
+            figure = page.view.compose(page.view.result)
+            assert figure["layout"]["xaxis"]["title"]["text"] == "amplitude <i>A</i> (nm)"
+
+    asyncio.run(flow())
+
+
+def test_a_new_axis_takes_quantities_that_go_along_with_it(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page, session):
+            show(page, df.run(df.example("table-1-am")))
+            given = {"x": "frequency", "y": ["deflection", "force"], "together": False, "logarithmic": False}
+            send(element(user, Picker), "own", given)
+            assert session.document.plots[0].y == ("spectrum",)
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize("x", ["zc", "phase"])
+def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
+    async def flow():
+        async with window(tmp_path) as (user, page, session):
+            result = df.run(CASE)
+            session.document = session.document.__class__.of(CASE)
+            session.look(session.document.__class__(session.document.table, plots=(df.Picture(x, ("amplitude",)),)))
+            show(page, result)
+            clicked = page.plots.drawn.traces
+            send(page.view.main, "point", {"curve": 1, "index": 11, "x": 0, "y": 0, "id": "amplitude"})
+            drawing = element(user, Drawing)
+            await until(lambda: drawing.props.get("motion"))
+            assert clicked[1][1].direction == "retract"
+            point = result.isel(zc=11, direction=1)
+            shown = {part["symbol"]: part["text"] for part in drawing.props["places"]}
+            assert shown["z<sub>c</sub>"] == f"{1e9 * float(point['zc']):.4g} nm"
+            deflection = next(trace for trace in drawing.props["motion"]["traces"] if trace["name"] == "deflection")
+            assert deflection["high"] == pytest.approx(1e9 * float(point["max_deflection"]), rel=1e-3)
+
+    asyncio.run(flow())
+
+
+def test_the_motion_of_an_unstable_state_says_that_no_experiment_shows_it(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page, _):
+            show(page, df.run(df.example("figure-3-branches")))
+            curve = next(n for n, trace in enumerate(page.plots.drawn.traces) if trace and not trace[1].stable)
+            line = page.plots.drawn.traces[curve][1]
+            send(page.view.main, "point", {"curve": curve, "index": int(np.flatnonzero(line.places >= 0)[20])})
+            drawing = element(user, Drawing)
+            await until(lambda: drawing.props.get("motion"))
+            assert "No experiment shows" in drawing.props["note"]
+
+    asyncio.run(flow())
+
+
+def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page, session):
+            show(page, df.run(CASE))
+            strip = element(user, Strip)
+            send(strip, "keep")
+            await until(lambda: session.document.results)
+            (kept,) = session.document.results
+            assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == [kept.name]
+            show(page, df.run(CASE.replace("drive.A0", "5 nm")))
+            assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == [kept.name, "now"]
+            send(strip, "rename", {"id": kept.id, "name": "<b>first</b>"})
+            send(strip, "compare")
+            page.view.compose(page.view.result)
+            table = element(user, Table)
+            assert table.props["names"] == ["<b>first</b>", "now"]
+            assert [row["values"] for row in table.props["rows"] if row["path"] == "drive.A0"] == [("10 nm", "5 nm")]
+            send(strip, "shown", {"id": kept.id, "shown": False})
+            assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == ["now"]
+            send(strip, "remove", kept.id)
+            await until(lambda: not session.shelf.names())
+            assert session.document.results == ()
+
+    asyncio.run(flow())
+
+
+def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_path):
+    store: dict[str, object] = {}
+
+    async def flow():
+        session = Session(store, tmp_path)
+        async with window(tmp_path, session) as (_, page, _):
+            await session.keep(df.run(CASE))
+            session.look(session.document.__class__(session.document.table, results=session.document.results,
+                                                    plots=(df.Picture("zc", ("phase",)),)))  # fmt: skip
+            kept = session.document.results, session.document.plots
+            page._open("table-1-am")
+            session.undo()
+            assert (session.document.results, session.document.plots) == kept
+            session.close()
+            again = Session(store, tmp_path)
+            assert (again.document.results, again.document.plots) == kept
+            await again.load_shown()
+            assert again.results_of[kept[0][0].id].sizes["zc"] == 23
+
+    asyncio.run(flow())
