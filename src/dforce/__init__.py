@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from dforce.sweeps import sweep
     from dforce.testing import check_force
     from dforce.timing import benchmark
+    from dforce.timing.accuracy import cost_of_accuracy
     from dforce.units import parse, show, split_unit, unit_choices, usual_unit
     from dforce.validation import validate, validation_page
     from dforce.validity import Advice, advice, advice_in
@@ -102,6 +103,7 @@ _HOMES = {
     "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
+    "timing.accuracy": ("cost_of_accuracy",),
     "validation": ("validate", "validation_page"),
     "units": ("parse", "show", "split_unit", "unit_choices", "usual_unit"),
 }
@@ -157,6 +159,7 @@ __all__ = [
     "case_schema",
     "check_force",
     "check_target",
+    "cost_of_accuracy",
     "count_status",
     "drawable",
     "dwell",

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 
+import pytest
 from typer.testing import CliRunner
 
+import dforce as df
 from dforce.cli import app
 
 
@@ -19,3 +21,18 @@ def test_a_quick_benchmark_gives_ratios_spread_and_machine():
     for row in rows.values():
         if row["to"]:
             assert row["ratio"] == row["seconds"] / rows[row["to"]]["seconds"]
+
+
+def test_accuracy_has_a_price_and_the_exact_values_of_table_1_are_met():
+    done = CliRunner().invoke(app, ["benchmark", "--accuracy", "--quick", "--json"])
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.stdout)
+    # from an independent solution, to the digits known
+    assert result["reference"]["table-1-am"] == pytest.approx([4.0553735e-9, 54.20379], rel=2e-8, abs=5e-6)
+    own = {row["setting"]: row for row in result["rows"] if row["method"] == "periodic rk4"}
+    assert own[1024]["amplitude_error"] < 0.1 * own[128]["amplitude_error"]
+    cheapest = result["cheapest"]["table-1-am"]
+    assert cheapest["amplitude_error"] <= 1e-15 and cheapest["phase_error"] <= 1e-4
+    left, right = df.plot.cost_of_accuracy(result)
+    assert [line.get_label() for line in left.lines] == [line.get_label() for line in right.lines]
+    assert {row["method"] for row in result["rows"]} == {line.get_label() for line in left.lines}

@@ -12,16 +12,36 @@ from dforce.cli._terminal import DONE, Json, Traceback, print_json, say
 
 def benchmark(
     quick: Annotated[bool, typer.Option("--quick", help="Two repeats and no new processes.")] = False,
+    accuracy: Annotated[bool, typer.Option("--accuracy", help="What accuracy costs, for each method.")] = False,
     json: Json = False,
     traceback: Traceback = False,
 ) -> int:
     """Time dForce on this machine, as ratios to loops written by hand."""
-    result = df.benchmark(quick, say)
+    result = df.cost_of_accuracy(quick, say) if accuracy else df.benchmark(quick, say)
     if json:
         print_json(result)
+    elif accuracy:
+        _print_accuracy(result)
     else:
         _print(result)
     return DONE
+
+
+def _print_accuracy(result: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("case", "method", "samples or tolerance", "time", "amplitude error", "phase error", box=None)
+    for row in result["rows"]:
+        table.add_row(
+            row["case"], row["method"], f"{row['setting']:g}", df.show(row["seconds"], "s", 3),
+            f"{1e9 * row['amplitude_error']:.1e} nm", f"{row['phase_error']:.1e}°",
+        )  # fmt: skip
+    console = Console()
+    console.print(table)
+    for case, row in result["cheapest"].items():
+        found = f"{row['method']} at {row['setting']:g}, {df.show(row['seconds'], 's', 3)}" if row else "none of these"
+        console.print(f"{case}, amplitude to 1e-6 nm and phase to 1e-4°: {found}")
 
 
 def _print(result: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ holds on to; :func:`save` writes it.
 from dforce.plot._style import FORMATS, save
 from dforce.plot.basins import basins
 from dforce.plot.branches import branches, resonance
+from dforce.plot.costs import cost_of_accuracy
 from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import phase_portrait, spectrum, traces
@@ -22,6 +23,7 @@ __all__ = [
     "amplitude_phase",
     "basins",
     "branches",
+    "cost_of_accuracy",
     "curve",
     "force_curve",
     "force_distance",
