@@ -61,6 +61,8 @@ function themed(figure) {
   return { data, layout };
 }
 
+const isDark = () => document.body.classList.contains("body--dark");
+
 export default {
   template: `
     <div class="df-chart" :class="{stale}" role="img" :aria-label="label" :data-revision="revision" tabindex="-1">
@@ -75,9 +77,12 @@ export default {
     this.drawn = false;
     this.observer = new ResizeObserver(() => this.fit());
     this.observer.observe(this.$el);
+    this.dark = isDark();
     this.theme = new MutationObserver(() => {
+      if (isDark() === this.dark) return; // the class of the body changes with every menu that opens
+      this.dark = isDark();
       palette = null;
-      if (this.figure) this.draw(this.figure, this.revision);
+      if (this.figure) this.paint();
     });
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     await load(this.library);
@@ -89,13 +94,10 @@ export default {
   },
   methods: {
     async draw(figure, revision) {
-      const Plotly = await load(this.library);
+      await load(this.library);
       if (!this.$refs.plot) return revision;
       this.figure = figure;
-      const { data, layout } = themed(figure);
-      const config = { displaylogo: false, responsive: false, displayModeBar: figure.bar ?? false, scrollZoom: false,
-                       doubleClick: "reset", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
-      await Plotly.react(this.$refs.plot, data, layout, config);
+      await this.paint();
       if (!this.drawn) {
         this.drawn = true;
         this.$refs.plot.on("plotly_click", (event) => {
@@ -107,6 +109,12 @@ export default {
       this.stale = false;
       this.revision = revision;
       return revision;
+    },
+    async paint() {
+      const { data, layout } = themed(this.figure);
+      const config = { displaylogo: false, responsive: false, displayModeBar: this.figure.bar ?? false, scrollZoom: false,
+                       doubleClick: "reset", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
+      await window.Plotly.react(this.$refs.plot, data, layout, config);
     },
     dim(stale) {
       this.stale = stale;

@@ -118,9 +118,13 @@ def _bounds(quantity: df.Quantity) -> str:
     for name, sign in BOUNDS.items():
         bound = getattr(quantity, name)
         if bound is not None:
-            words.append(f"{sign} {bound if isinstance(bound, str) else df.show(bound, quantity.unit)}")
+            words.append(f"{sign} {bound if isinstance(bound, str) else _plain(bound, quantity.unit)}")
     text = " and ".join(words)
     return f" {text[0].upper()}{text[1:]}." if text else ""
+
+
+def _plain(bound: float, unit: str) -> str:
+    return f"{bound:g}" if unit == "1" else df.show(bound, unit)
 
 
 def _shapes(annotation: Any, quantity: df.Quantity | None) -> list[Shape]:

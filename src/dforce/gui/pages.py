@@ -26,7 +26,7 @@ TABS = {
     "Experiment": ("experiment",),
     "Solver": ("solver",),
 }
-NOT_IN_TABS = ("title", "plugins", "about")
+FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
 HERE = Path(__file__).parent
 SHEETS = ("style.css", "plots.css")
 
@@ -51,6 +51,8 @@ def register(results: Path, document: Document | None = None, limits: Limits = A
     def session_of_browser() -> Session:
         name = str(app.storage.browser["id"])
         if name not in sessions:
+            for old in [key for key, session in sessions.items() if session.idle(FORGOTTEN)]:
+                del sessions[old]  # its document is kept in the storage
             sessions[name] = Session(app.storage.user, results / name, limits)
             if document is not None:
                 sessions[name].document = document
@@ -181,7 +183,23 @@ class Page:
 
         show("")
         self.view.on_status.append(show)
+        _about(self.view)
         self.plots = Plots(self.view)
+
+
+def _about(view: View) -> None:
+    """Show the sentence on what the case shows, where it has one."""
+    line = ui.label().classes("df-about")
+
+    def show(anew: bool) -> None:
+        text = str(view.document.value(("about", "shows")) or "")
+        if line.text != text:
+            line.set_text(text)
+            line.props["title"] = text
+        line.set_visibility(bool(text))
+
+    view.on_show.append(show)
+    show(True)
 
 
 class RunBar:

@@ -63,6 +63,7 @@ class Session:
         self.views: list[View] = []
         self.job: Job | None = None
         self._last = ("", 0.0)
+        self._seen = time.monotonic()
         self._saving: asyncio.TimerHandle | None = None
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
@@ -180,6 +181,13 @@ class Session:
     def _save(self) -> None:
         self._saving = None
         self.store[KEY] = self.document.to_plain()
+
+    def idle(self, seconds: float) -> bool:
+        """Return whether no page has shown the session for so long and nothing runs."""
+        busy = bool(self.views) or self._saving is not None or (self.job is not None and self.job.busy)
+        if busy:
+            self._seen = time.monotonic()
+        return time.monotonic() - self._seen > seconds
 
     def close(self) -> None:
         """Stop what runs and keep the document; the server ends."""

@@ -12,7 +12,7 @@ import dforce as df
 from dforce.gui import typed
 from dforce.gui.document import MOST_SLIDERS, Path, Slider
 from dforce.gui.entry import SliderElement
-from dforce.gui.fields import Field, fields
+from dforce.gui.fields import Field, fields, name_of
 from dforce.gui.view import View
 
 STEPS = 200  # of a slider, about
@@ -107,12 +107,24 @@ class SliderStrip:
         if field is None:
             return
         element = SliderElement(
-            ".".join(map(str, path)), field.label, df.html_symbol(field.symbol),
+            ".".join(map(str, path)), self._label(path, field), df.html_symbol(field.symbol),
             on_slide=lambda value: self._slide(path, field, value),
             on_range=lambda ends: self._range(path, field, ends),
             on_remove=lambda: toggle(self.view, path, field),
         )  # fmt: skip
         self.made[path] = (field, element)
+
+    def _label(self, path: Path, field: Field) -> str:
+        """Return the label of a slider; with several modes, tones or forces it says of which one."""
+        places = [n for n, step in enumerate(path) if isinstance(step, int)]
+        if not places:
+            return field.label
+        listed, place = path[: places[-1]], int(path[places[-1]])
+        if len(self.view.document.value(listed) or ()) < 2:
+            return field.label
+        model = df.forces.REGISTRY.get(str(self.view.document.value((*listed, place, "model"))))
+        what = name_of(model) if model is not None else f"{str(listed[-1]).removesuffix('s').capitalize()} {place + 1}"
+        return f"{what}: {field.label[0].lower()}{field.label[1:]}"
 
     def _slide(self, path: Path, field: Field, value: float) -> None:
         unit = number_at(self.view, path, field)[1]

@@ -178,13 +178,12 @@ class View:
             self._status(TOO_LONG)
             self.main.dim()
             return None
-        say, loop = self._status_from_thread(), asyncio.get_running_loop()
-        late = [loop.call_later(DIM_AFTER, self.main.dim), loop.call_later(SAY_AFTER, self._say_computing)]
+        say = self._status_from_thread()
+        late = asyncio.get_running_loop().create_task(self._when_late())
         try:
             live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
         finally:
-            for timer in late:
-                timer.cancel()
+            late.cancel()
         if live.gave_up or live.result is None:
             if not self._latest.overtaken:
                 self.slow = (key, time.monotonic())
@@ -208,7 +207,11 @@ class View:
         for hook in self.on_result:
             hook(result, kept)
 
-    def _say_computing(self) -> None:
+    async def _when_late(self) -> None:
+        """Dim the plot when it does not follow at once, and say why when it takes long."""
+        await asyncio.sleep(DIM_AFTER)
+        self.main.dim()
+        await asyncio.sleep(SAY_AFTER - DIM_AFTER)
         if not self.status:
             self._status(COMPUTING)
 
