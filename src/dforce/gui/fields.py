@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Union, get_args, get_origin
 
 import dforce as df
+from dforce.gui.typed import with_point
 
 NEEDED = "this needs a value"
 LEFT_OUT = re.compile(r"left out: ([^;]+)")
@@ -172,10 +173,10 @@ def check(field: Field, shape: Shape, value: Any) -> str:
         return NEEDED if field.required else ""
     try:
         if field.quantity is not None and shape.kind == "quantity":
-            field.quantity.check(df.parse(value, field.quantity.unit))
+            field.quantity.check(df.parse(_pointed(value), field.quantity.unit))
         elif field.quantity is not None and shape.kind == "numbers" and isinstance(value, list):
             for item in value:
-                field.quantity.check(df.parse(item, field.quantity.unit))
+                field.quantity.check(df.parse(_pointed(item), field.quantity.unit))
         elif shape.kind in ("whole", "number") and isinstance(value, str):
             return f"{df.shorten(value, 40)} is not a {'whole ' if shape.kind == 'whole' else ''}number"
         elif shape.kind == "number" and not math.isfinite(value):
@@ -184,6 +185,10 @@ def check(field: Field, shape: Shape, value: Any) -> str:
         words = str(error)
         return words.removeprefix("= ") if words.startswith("= ") else f"this {words}"
     return ""
+
+
+def _pointed(value: Any) -> Any:
+    return with_point(value) if isinstance(value, str) else value
 
 
 def start_of(model: type[df.Parameters], typed: Any) -> dict[str, Any]:

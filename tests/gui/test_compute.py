@@ -1,0 +1,159 @@
+"""Computing off the event loop: the newest request wins, and what takes long is given up or stopped."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+
+import pytest
+
+import dforce as df
+from dforce.gui import compute
+from dforce.gui.compute import Job, Latest, in_thread, live_curve
+
+SLOW = {"method": "transient", "settle_tolerance": 1e-12}  # thousands of periods at each distance
+
+
+def slow_case():
+    """Return a case that takes minutes."""
+    return df.example("figure-3-air").replace(solver=SLOW).replace("experiment.zc.points", 20_001)
+
+
+def test_of_many_requests_only_the_one_under_way_and_the_newest_are_done():
+    done = []
+
+    async def flow():
+        gate = asyncio.Event()
+
+        async def work(thing):
+            await gate.wait()
+            done.append(thing)
+
+        latest = Latest(work)
+        latest.ask(0)
+        await asyncio.sleep(0)
+        for thing in range(1, 10):
+            latest.ask(thing)
+        assert latest.overtaken
+        gate.set()
+        await latest.task
+
+    asyncio.run(flow())
+    assert done == [0, 9]
+
+
+def test_two_requests_never_overlap():
+    async def flow():
+        at_once, most = 0, 0
+
+        async def work(thing):
+            nonlocal at_once, most
+            at_once += 1
+            most = max(most, at_once)
+            await asyncio.sleep(0.001)
+            at_once -= 1
+
+        latest = Latest(work)
+        for thing in range(20):
+            latest.ask(thing)
+            await asyncio.sleep(0.0007)
+        await latest.task
+        return most
+
+    assert asyncio.run(flow()) == 1
+
+
+def test_a_curve_that_takes_too_long_is_given_up(monkeypatch):
+    monkeypatch.setattr(compute, "PATIENCE", 0.2)
+    live = live_curve(slow_case(), lambda: False, lambda text: None)
+    assert live.gave_up
+
+
+def test_a_curve_is_given_up_when_something_newer_waits():
+    begun = time.monotonic()
+    live = live_curve(slow_case(), lambda: True, lambda text: None)
+    assert live.gave_up
+    assert time.monotonic() - begun < 60.0  # against minutes; the time to load the kernel is in it
+
+
+def test_a_quick_curve_is_whole():
+    live = live_curve(df.example("figure-3-air"), lambda: False, lambda text: None)
+    assert not live.gave_up
+    assert int((live.result["status"] == df.Status.OK).sum()) == 442
+
+
+def test_the_event_loop_is_free_while_a_thread_computes():
+    async def flow():
+        computing = asyncio.ensure_future(in_thread(compute.LIVE, lambda: time.sleep(0.3)))
+        turns = 0
+        while not computing.done():
+            await asyncio.sleep(0.001)
+            turns += 1
+        return turns
+
+    assert asyncio.run(flow()) > 10
+
+
+def test_runs_wait_for_their_turn_in_order(monkeypatch):
+    """One worker, three runs: they come one after the other, as they were asked for."""
+    order = []
+    monkeypatch.setattr(compute, "RUNS", compute.ThreadPoolExecutor(1))
+
+    def remembering(case, progress):
+        order.append(case.title)
+        return df.dwell(df.example("figure-3-air"), zc="5 nm")
+
+    monkeypatch.setattr(df, "run", remembering)
+    jobs = [Job(df.example("figure-3-air").replace("title", name)) for name in "abc"]
+
+    async def flow():
+        await asyncio.gather(*(job.go(lambda: None) for job in jobs))
+
+    asyncio.run(flow())
+    assert order == ["a", "b", "c"]
+    assert {job.state for job in jobs} == {"done"}
+
+
+def test_a_run_over_its_time_keeps_what_was_computed():
+    job = Job(slow_case(), seconds=0.3)
+    asyncio.run(job.go(lambda: None))
+    assert job.state == "stopped"
+    assert int((job.result["status"] == df.Status.OK).sum()) > 0
+
+
+def test_what_cannot_be_stopped_is_left_within_a_second(monkeypatch):
+    """As a compilation, which asks nobody while it lasts."""
+    over = threading.Event()
+    monkeypatch.setattr(df, "run", lambda case, progress: over.wait(20.0))
+    job = Job(df.example("figure-3-air"))
+
+    async def flow():
+        going = asyncio.ensure_future(job.go(lambda: None))
+        await asyncio.sleep(0.3)
+        begun = time.monotonic()
+        job.stopping.set()
+        await going
+        over.set()
+        return time.monotonic() - begun
+
+    assert asyncio.run(flow()) < 1.0
+    assert job.state == "stopped"
+
+
+@pytest.mark.parametrize("error", [df.ParameterError("a sentence"), RuntimeError("a defect")])
+def test_a_run_that_fails_says_so(monkeypatch, error):
+    def failing(case, progress):
+        raise error
+
+    monkeypatch.setattr(df, "run", failing)
+    job = Job(df.example("figure-3-air"))
+    asyncio.run(job.go(lambda: None))
+    assert job.state == "failed"
+    assert str(error) in job.error
+
+
+def test_time_left_follows_from_the_pace():
+    job = Job(df.example("figure-3-air"), done=25, total=100, began=time.monotonic() - 10.0)
+    assert job.time_left() == pytest.approx(30.0, abs=1.0)
+    assert Job(df.example("figure-3-air"), done=0, total=100).time_left() is None

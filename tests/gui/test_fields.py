@@ -1,0 +1,87 @@
+"""Forms know every parameter from its declaration."""
+
+from __future__ import annotations
+
+import pytest
+
+import dforce as df
+from dforce.gui.fields import check, fields, name_of
+from dforce.gui.values import read, shown, units_of, usual_unit
+
+MODELS = [
+    df.Cantilever, df.Mode, df.Beam, df.Drive, df.Tone, df.Medium, df.Tip, df.Sample, df.Contact, df.SolverSettings,
+    *df.EXPERIMENTS.values(), *df.forces.REGISTRY.values(),
+]  # fmt: skip
+FIELDS = [pytest.param(field, id=f"{model.__name__}.{field.key}") for model in MODELS for field in fields(model)]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_parameter_that_a_user_may_give_has_a_field(model):
+    shown_keys = {field.key for field in fields(model)}
+    assert shown_keys == {key for key in model.keys() if key != "kind"}  # noqa: SIM118
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_every_field_has_a_short_label_and_a_sentence(field):
+    assert 0 < len(field.label) < 70
+    assert field.help.endswith(".")
+    assert field.label[0] == field.label[0].upper()
+    assert all(shape.kind for shape in field.shapes)
+
+
+@pytest.mark.parametrize("field", [p for p in FIELDS if p.values[0].quantity is not None])
+def test_every_unit_offered_measures_the_quantity(field):
+    for unit in units_of(field, usual_unit(field)):
+        text = "1" if unit == "1" else f"1 {unit}"
+        assert df.parse(text, field.unit) >= 0.0
+
+
+@pytest.mark.parametrize("name", list(df.EXPERIMENTS))
+def test_every_experiment_starts_with_values_that_suit_the_instrument(name):
+    case = df.example("figure-3-air")
+    kind = df.EXPERIMENTS[name]
+    assert case.replace(experiment=kind(**kind.suggested(case.problem))).experiment.kind == name
+
+
+@pytest.mark.parametrize("name", list(df.forces.REGISTRY))
+def test_every_force_starts_with_values_that_it_accepts(name):
+    model = df.forces.REGISTRY[name]
+    assert model(**model.example)
+
+
+def field(model, key):
+    """Return one field of a model."""
+    return next(found for found in fields(model) if found.key == key)
+
+
+@pytest.mark.parametrize(
+    ("typed", "unit", "sentence"),
+    [
+        ("5", "nm", ""), ("0,5", "um", ""), ("-1", "nm", "is not above 0 nm"), ("2", "m", "is above 1 mm"),
+        ("5 GPa", "nm", "which is a pressure or modulus, not a length"), ("abc", "nm", "not a number with a unit"),
+        ("", "nm", "this needs a value"), ("1,000", "nm", "the comma may mean"),
+    ],
+)  # fmt: skip
+def test_a_field_says_at_once_what_is_wrong_with_it(typed, unit, sentence):
+    A0 = field(df.Tone, "A0")
+    said = check(A0, A0.shapes[0], read(A0, A0.shapes[0], typed, unit))
+    assert sentence in said
+    assert bool(said) == bool(sentence)
+
+
+def test_a_list_of_values_is_typed_with_semicolons():
+    zc = field(df.EXPERIMENTS["approach"], "zc")
+    numbers = next(shape for shape in zc.shapes if shape.kind == "numbers")
+    assert read(zc, numbers, "12; 11,5; 1000 pm", "nm") == ["12 nm", "11.5 nm", "1000 pm"]
+    assert shown(zc, ["12 nm", "11.5 nm"]) == ("12; 11.5", "nm")
+
+
+def test_a_whole_number_stays_one():
+    points = field(df.Grid, "points")
+    assert read(points, points.shapes[0], "221", "") == 221
+    assert "whole number" in check(points, points.shapes[0], read(points, points.shapes[0], "2.5", ""))
+
+
+def test_names_of_models_are_words():
+    assert name_of(df.forces.KelvinVoigt) == "Kelvin Voigt"
+    assert name_of(df.forces.DMT) == "DMT"
