@@ -68,8 +68,10 @@ class Table:
             for name, column in stretch.items():
                 array = self.arrays.setdefault(name, np.full(self.shape + column.shape[1:], np.nan))
                 array[where] = column[indices] if self.dims else column[indices][0]
-        for array in self.arrays.values():
-            array[self.status == Status.FAILED] = np.nan
+        failed = self.status == Status.FAILED
+        if failed.any():
+            for array in self.arrays.values():
+                array[failed] = np.nan
         self.founds.clear()
 
     def dataset(self) -> xr.Dataset:
