@@ -16,7 +16,8 @@ TABLES = ("forces", "layer", "lever", "motion")
 RECIPES = {**FORCE_RECIPES, **MOTION_RECIPES}
 TEXT = (
     "Each value was computed from the equation named, or by two independent integrators, outside dForce. A value is met "
-    "when dForce gives it to half a unit of the last digit written; where another limit holds, the note says why."
+    "when dForce gives it to half a unit of the last digit written; where another limit holds, the note says why. Motions "
+    "are those of the adaptive integrator, settled to 1e-11 of A0."
 )
 
 
