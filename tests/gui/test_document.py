@@ -80,6 +80,13 @@ def test_a_mistake_is_found_at_its_field(path, value, where):
     assert path_of(document, str(mistake.value)) == where
 
 
+def test_what_a_force_misses_is_found_at_the_field_that_lacks_it():
+    document = Document.first().put(("forces",), [{"model": "bottom_effect"}])
+    with pytest.raises(df.DForceError, match="bottom_effect needs") as mistake:
+        document.case()
+    assert path_of(document, str(mistake.value)) == ("sample", "thickness")
+
+
 def test_a_mistake_is_found_behind_a_force_that_is_switched_off():
     document = Document.first().add(("forces",), {"model": "kelvin_voigt", "viscosity": "-1 Pa s"}).switch(0, False)
     with pytest.raises(df.DForceError) as mistake:

@@ -65,7 +65,7 @@ const isDark = () => document.body.classList.contains("body--dark");
 
 export default {
   template: `
-    <div class="df-chart" :class="{stale}" role="img" :aria-label="label" :data-revision="revision" tabindex="-1">
+    <div class="df-chart" :class="{stale}" role="figure" :aria-label="label" :data-revision="revision" tabindex="-1">
       <div ref="plot" class="df-plot"></div>
     </div>`,
   props: { library: String, label: { default: "" } },

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from nicegui import ui
@@ -14,6 +15,7 @@ from dforce.gui import typed
 from dforce.gui.document import Path
 from dforce.gui.entry import Entry
 from dforce.gui.fields import Field, Shape, check, fields, name_of, start_of
+from dforce.gui.menus import menu
 from dforce.gui.sliders import toggle
 from dforce.gui.values import read, shown, units_of
 from dforce.gui.view import Said, View
@@ -305,11 +307,10 @@ class Forms:
         for place, given in enumerate(self.view.document.value(("forces",)) or []):
             self._force(place, given)
         with ui.button("Add a force", icon="add", color=None).props("flat dense no-caps").classes("df-button"):
-            with ui.menu().props("max-height=60vh"), ui.element("div").classes("df-menu"):
-                for name, model in sorted(df.forces.REGISTRY.items(), key=lambda item: name_of(item[1])):
-                    with ui.menu_item(on_click=lambda name=name: self._add_force(name)), ui.element("div"):
-                        ui.label(name_of(model)).classes("df-menu-title")
-                        ui.label(first_line(model)).classes("df-menu-text")
+            menu(
+                (name_of(model), first_line(model), partial(self._add_force, name))
+                for name, model in sorted(df.forces.REGISTRY.items(), key=lambda item: name_of(item[1]))
+            )
 
     def _force(self, place: int, given: Mapping[str, Any]) -> None:
         name = str(given.get("model", ""))

@@ -52,3 +52,12 @@ for (const kind of ["dragover", "drop"]) {
     if (!event.target.closest?.(".q-uploader, .df-drop")) event.preventDefault();
   });
 }
+// Arrow keys go through an open menu.
+document.addEventListener("keydown", (event) => {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+  const items = [...(event.target.closest?.(".q-menu")?.querySelectorAll('[role="menuitem"]') ?? [])];
+  if (!step || !items.length) return;
+  event.preventDefault();
+  const here = items.indexOf(event.target);
+  items[here < 0 && step < 0 ? items.length - 1 : (here + step + items.length) % items.length].focus();
+});

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from nicegui import app, ui
@@ -14,6 +15,7 @@ from dforce.gui.document import FIRST, Document
 from dforce.gui.entry import LONGEST
 from dforce.gui.forms import Forms
 from dforce.gui.limits import ALONE, Limits
+from dforce.gui.menus import menu
 from dforce.gui.plots import Plots
 from dforce.gui.session import Session
 from dforce.gui.sliders import SliderStrip
@@ -88,7 +90,7 @@ class Page:
         with ui.element("div").classes("df-body"):
             with ui.element("aside").classes("df-left").props('aria-label="parameters"'):
                 self._left()
-            with ui.element("main").classes("df-right"):
+            with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
         client = ui.context.client
         client.on_connect(self.view.begin)
@@ -111,11 +113,7 @@ class Page:
         with (
             ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
         ):
-            with ui.menu().props("max-height=80vh"), ui.element("div").classes("df-menu"):
-                for example in df.examples().values():
-                    with ui.menu_item(on_click=lambda name=example.name: self._open(name)), ui.element("div"):
-                        ui.label(example.title).classes("df-menu-title")
-                        ui.label(example.shows).classes("df-menu-text")
+            menu((one.title, one.shows, partial(self._open, one.name)) for one in df.examples().values())
         undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
         title.classes("df-title")
@@ -148,7 +146,7 @@ class Page:
         banner = ui.label().classes("df-banner").props('role="alert"')
         with ui.tabs().props("dense no-caps inline-label narrow-indicator align=justify").classes("df-tabs") as tabs:
             made = {name: ui.tab(name) for name in TABS}
-        with ui.tab_panels(tabs, value="Microscope", animated=False, keep_alive=True).classes("df-panels"):
+        with ui.tab_panels(tabs, value="Microscope", animated=False, keep_alive=False).classes("df-panels"):
             for name, sections in TABS.items():
                 with ui.tab_panel(name).classes("df-panel"):
                     forms.tab(sections)

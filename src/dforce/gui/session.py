@@ -71,6 +71,8 @@ class Session:
         # an edit changes what is typed; results and how they are drawn stay
         document = self._with_looks(document)
         if document == self.document:
+            if anew:  # what is opened is shown, and what was typed halfway goes
+                self._take(document, anew)
             return
         together = name and self._last[0] == name and time.monotonic() - self._last[1] < TOGETHER
         if not together:

@@ -45,6 +45,15 @@ def taken_apart(text: str, unit: str) -> tuple[str, str]:
     return parts[0], parts[1] or unit
 
 
+def fits(unit: str, stored: str) -> bool:
+    """Return whether a unit is one of the quantity that is stored in another."""
+    try:
+        df.parse(f"1 {unit}", stored)
+    except df.ParameterError:
+        return False
+    return True
+
+
 def in_unit(text: str, old: str, new: str, stored: str) -> str:
     """Return a number in another unit, the same quantity: 10 (nm) is 0.01 (um); a text that is none stays."""
     try:

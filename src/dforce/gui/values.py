@@ -23,7 +23,9 @@ def shown(field: Field, value: Any) -> tuple[str, str]:
         if not isinstance(value, int | float) or isinstance(value, bool):
             return "", unit
         value = df.show(float(value), field.unit)
-    return typed.taken_apart(value, unit)
+    text, own = typed.taken_apart(value, unit)
+    # a unit that is wrong or half typed stays in the text: the next number must not inherit it
+    return (text, own) if own == unit or typed.fits(own, field.unit) else (value, unit)
 
 
 def usual_unit(field: Field) -> str:
