@@ -21,14 +21,23 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: demo test lint docs validate test-lowest clean
+.PHONY: demo test browser lint docs validate screenshots test-lowest clean
 
 demo: $(READY)
 	$(BIN)/dforce run figure-3-air-jump -o approach.nc --plot approach.png
 
 # ARGS goes to pytest: make test ARGS="tests/unit -x". One process a core; a file's tests stay together, and share what they set up.
-test: $(READY)
+test: $(READY) browser
 	$(BIN)/pytest -n auto --dist loadfile $(ARGS)
+
+# The tests of the window need a browser of Chromium's family. Debian's is installed where that may be done; where there is
+# none, these tests say so and are left out.
+browser: $(READY)
+	@$(BIN)/python -c 'import sys; from dforce.gui.server import find_browser; sys.exit(find_browser() is None)' || \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		echo "Installing Debian's chromium for the tests of the window, once."; \
+		{ apt-get update && DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends chromium; } >/dev/null 2>&1; \
+	fi || true
 
 lint: $(READY)
 	$(BIN)/ruff check
@@ -43,6 +52,10 @@ docs: $(DOCS_READY)
 # Some minutes: everything that dForce is held against, on a page; ARGS=--quick for the part that tests run.
 validate: $(READY)
 	$(BIN)/dforce validate -o validation.md $(ARGS)
+
+# The pictures of the window in the README and the documentation.
+screenshots: $(READY) browser
+	PYTHONPATH=tests $(BIN)/python docs/screenshots.py docs/_static
 
 # The tests with the lowest versions that pyproject.toml allows; wheels of these exist for Python 3.11 and 3.12.
 # Warnings are no errors here: an old package beside a new one of another project warns of its own use of it.

@@ -131,10 +131,15 @@ def _announce(address: str, show: str, profile: Path) -> None:
         webbrowser.open(address)
 
 
+def find_browser() -> str | None:
+    """Return the program of a browser of Chromium's family, None where none is found."""
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    return found or next((place for place in PLACES if Path(place).exists()), None)
+
+
 def open_window(address: str, profile: Path) -> bool:
     """Open an application window, a browser without bars and with a profile of its own; False where none is found."""
-    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    found = found or next((place for place in PLACES if Path(place).exists()), None)
+    found = find_browser()
     if found is None:
         print("No Chromium, Chrome or Edge was found, so the window opens in the browser.", file=sys.stderr)
         return False

@@ -1,0 +1,132 @@
+"""What a person does with the forms."""
+
+from __future__ import annotations
+
+import pytest
+
+import dforce as df
+from dforce.gui.fields import name_of
+
+AMPLITUDE = "drive.A0"
+
+
+def wrong(window, path):
+    """Return the sentence at a field, waiting for one."""
+    error = window.field(path).locator(".df-error")
+    error.wait_for()
+    return error.inner_text()
+
+
+def test_an_example_from_the_menu_shows_its_curves(window):
+    window.start("figure-3-water")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "meant"),
+    [
+        ("5", "nm", "5 nm"), (" 12 nm", "nm", "12 nm"), ("8,5", "nm", "8.5 nm"), ("0.02 um", "um", "20 nm"),
+        ("1.1e-8 m", "m", "11 nm"),
+    ],
+)  # fmt: skip
+def test_what_is_typed_is_what_is_computed(window, text, unit, meant):
+    window.type(AMPLITUDE, text)
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, meant))
+    assert window.field(AMPLITUDE).locator(".df-unit").input_value() == unit
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("-1", "is not above 0 nm"), ("abc", "is not a number"), ("10 kg", "kg"), ("1,000", "thousands"), ("", "missing"),
+        ("__import__('os')", "is not a number"), ("<img src=x onerror=alert(1)>", "is not a number"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_said_at_its_field_and_the_curve_waits(window, text, sentence):
+    window.type(AMPLITUDE, text)
+    assert sentence in wrong(window, AMPLITUDE)
+    assert window.field(AMPLITUDE).locator("input").get_attribute("aria-invalid") == "true"
+    window.page.locator(".df-main .df-chart.stale").wait_for()
+    window.type(AMPLITUDE, "9")
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "9 nm"))
+    assert window.field(AMPLITUDE).locator(".df-error").count() == 0
+
+
+def test_another_unit_shows_another_number_for_the_same_curve(window):
+    window.field(AMPLITUDE).locator(".df-unit").select_option("um")
+    window.page.wait_for_function(
+        "(field) => field.value === '0.01'", arg=window.field(AMPLITUDE).locator("input").element_handle()
+    )
+    window.shows(df.example("figure-3-air"))
+
+
+def test_a_mistake_in_a_hidden_tab_marks_the_tab(window):
+    window.type(AMPLITUDE, "-1")
+    window.tab("Solver")
+    window.page.locator(".df-wrong-tab", has_text="Microscope").wait_for()
+    window.tab("Microscope")
+
+
+def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
+    window.type(AMPLITUDE, "")  # what is incomplete is not computed, so that no model is compiled here
+    window.tab("Forces")
+    window.page.get_by_role("button", name="remove DMT").click()
+    window.page.locator(".df-card").wait_for(state="detached")
+    for name, model in sorted(df.forces.REGISTRY.items()):
+        words = name_of(model)
+        window.page.get_by_role("button", name="Add a force").click()
+        window.page.get_by_role("menuitem").filter(has=window.page.get_by_text(words, exact=True)).click()
+        card = window.page.locator(".df-card")
+        card.wait_for()
+        shown = set(
+            card.locator(".df-entry").evaluate_all("(all) => all.map((one) => one.dataset.path.split('.').pop())")
+        )
+        own = {key for key, quantity in model.quantities().items() if key in model.keys()}  # noqa: SIM118
+        assert not model.ways or shown & own
+        if not model.ways:
+            assert own <= shown, name
+        units = card.locator(".df-entry:has(input.number)").evaluate_all(
+            "(all) => all.filter((one) => one.dataset.unit && !one.querySelector('.df-unit')).map((one) => one.dataset.path)"
+        )
+        assert units == [], name
+        assert card.locator(".df-error").count() == 0, name
+        card.get_by_role("button", name=f"remove {words}").first.click()
+        card.wait_for(state="detached")
+
+
+def test_a_force_that_is_switched_off_is_left_out_of_the_curves(window):
+    both = df.example("figure-3-air")
+    window.tab("Forces")
+    window.page.get_by_role("button", name="Add a force").click()
+    window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin Voigt", exact=True)).click()
+    window.page.get_by_role("switch", name="Kelvin Voigt takes part").click()
+    window.shows(both)
+
+
+def test_undo_and_redo_go_through_the_edits(window):
+    page = window.page
+    window.type(AMPLITUDE, "5")
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "5 nm"))
+    page.get_by_role("button", name="Undo").click()
+    window.shows(df.example("figure-3-air"))
+    page.get_by_role("button", name="Redo").click()
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "5 nm"))
+
+
+def test_advice_stands_beside_the_field_that_it_is_about(window):
+    window.type("cantilever.Q", "1.2")
+    piece = next(
+        piece
+        for piece in df.advice(df.example("figure-3-air").replace("cantilever.Q", 1.2))
+        if "cantilever.Q" in piece.about
+    )
+    window.field("cantilever.Q").locator(".df-advice", has_text=piece.text).wait_for()
+
+
+def test_a_reload_keeps_what_was_typed_even_half_typed(window):
+    window.tab("Tip and sample")
+    window.type("tip.radius", "12 n")
+    wrong(window, "tip.radius")
+    window.page.reload()
+    window.tab("Tip and sample")
+    assert window.field("tip.radius").locator("input").input_value() == "12 n"
+    assert window.page.get_by_label("title of the case").input_value() == df.example("figure-3-air").title

@@ -1,0 +1,127 @@
+"""Sliders, runs, and what happens when the connection or the server goes away."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from served import served
+
+import dforce as df
+
+AMPLITUDE = "drive.A0"
+
+
+def slider(window, path):
+    """Put a parameter on a slider."""
+    window.field(path).get_by_role("button", name="put on a slider").click()
+    handle = window.page.locator(f'.df-slider[data-path="{path}"] input[type="range"]')
+    handle.wait_for()
+    return handle
+
+
+def drag(window, handle, stop, steps=25):
+    """Drag a slider from where it is to a share of its length, as a hand does."""
+    box = handle.bounding_box()
+    low, high, value = (float(handle.evaluate(f"(one) => one.{name}")) for name in ("min", "max", "valueAsNumber"))
+    middle = box["y"] + box["height"] / 2
+    begin = box["x"] + box["width"] * (value - low) / (high - low)
+    window.page.mouse.move(begin, middle)
+    window.page.mouse.down()
+    window.page.mouse.move(box["x"] + box["width"] * stop, middle, steps=steps)
+    window.page.mouse.up()
+    return handle.evaluate("(one) => one.value")
+
+
+def test_the_curves_follow_a_slider_to_where_it_is_let_go(window):
+    before = window.revision()
+    value = drag(window, slider(window, AMPLITUDE), 0.8)
+    assert float(value) > 14.0
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, f"{value} nm"))
+    assert window.revision() - before > 2  # while it was dragged, too
+    assert float(window.field(AMPLITUDE).locator("input").input_value()) == float(value)
+    window.page.get_by_role("button", name="Undo").click()  # a drag is one step
+    window.shows(df.example("figure-3-air"))
+
+
+def test_a_zoom_survives_a_redraw(window):
+    zoom = "() => document.querySelector('.df-main .df-plot').layout.xaxis.range.map((x) => Math.round(x))"
+    window.page.evaluate("() => Plotly.relayout(document.querySelector('.df-main .df-plot'), {'xaxis.range': [4, 6]})")
+    window.type(AMPLITUDE, "9")
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "9 nm"))
+    assert window.page.evaluate(zoom) == [4, 6]
+
+
+def test_a_run_shows_how_far_it_is_stops_within_a_second_and_keeps_what_it_has(visit):
+    window = visit()
+    page = window.page
+    window.tab("Solver")
+    window.field("solver.method").locator("select").select_option("transient")
+    window.type("solver.settle_tolerance", "1e-12")
+    window.tab("Experiment")
+    window.type("experiment.zc.points", "2001")
+    page.get_by_role("status").filter(has_text="press Run").wait_for()
+    page.get_by_role("button", name="Run").click()
+    page.get_by_text("of 4002").wait_for()  # both directions
+    bar = page.get_by_role("progressbar", name="progress of the run")
+    page.wait_for_function("(bar) => bar.value > 0", arg=bar.element_handle())
+    before = window.revision()
+    stop = page.get_by_role("button", name="Stop")
+    page.evaluate("() => { window.stopped = performance.now(); }")
+    stop.click()
+    stop.wait_for(state="hidden")
+    seconds = page.evaluate("() => (performance.now() - window.stopped) / 1000")
+    page.get_by_text("stopped at").wait_for()
+    window.drawn(before)
+    reached = [sum(y == y for y in line) for line in window.lines("amplitude")]
+    assert 0 < sum(reached) < 4002
+    assert seconds < 5.0  # a second on a machine that is not busy: see benchmarks/window.py
+    page.reload()
+    page.get_by_text("stopped at").wait_for()
+
+
+@contextlib.contextmanager
+def cut(window):
+    """Cut the connection of a page, and bring it back."""
+    window.page.context.set_offline(True)
+    window.page.evaluate("() => window.socket.io.engine.close()")
+    window.page.get_by_text("Connection lost").wait_for()
+    yield
+    window.page.context.set_offline(False)
+    window.page.get_by_text("Connection lost").wait_for(state="hidden")
+
+
+def test_what_is_typed_without_a_connection_arrives_when_it_is_back(visit):
+    window = visit()
+    with cut(window):
+        window.type(AMPLITUDE, "7")
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "7 nm"))
+    assert window.field(AMPLITUDE).locator("input").input_value() == "7"
+
+
+def test_a_server_that_was_killed_and_started_again_has_what_was_typed(visit, tmp_path):
+    with served(tmp_path) as server:
+        window = visit(server)
+        window.type(AMPLITUDE, "6")
+        window.type("cantilever.Q", "20 N/m")  # not yet a value
+        window.field("cantilever.Q").locator(".df-error").wait_for()
+        window.saved("20 N/m")
+        server.kill()
+        window.page.get_by_text("Connection lost").wait_for()
+        window.type("cantilever.k", "0.8")  # while there is no server
+        with window.page.expect_event("load"):  # the page finds its server again by itself
+            server.start()
+        assert window.field("cantilever.Q").locator("input").input_value() == "20 N/m"
+        window.type("cantilever.Q", "255")
+        window.shows(df.example("figure-3-air").replace(AMPLITUDE, "6 nm").replace("cantilever.k", 0.8))
+
+
+@pytest.mark.parametrize("width", [1366, 1024, 620])
+def test_nothing_is_wider_than_the_window(window, width):
+    window.page.set_viewport_size({"width": width, "height": 768})
+    try:
+        for tab in window.page.get_by_role("tab").all():
+            tab.click()
+            window.page.wait_for_function("(width) => document.documentElement.scrollWidth <= width", arg=width)
+    finally:
+        window.page.set_viewport_size({"width": 1366, "height": 768})

@@ -1,0 +1,235 @@
+"""The window as people meet it: `dforce gui` in a process of its own, and a Chromium in front of it."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import queue
+import re
+import subprocess
+import sys
+import threading
+import time
+import urllib.parse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import dforce as df
+from dforce.gui.server import find_browser
+
+FLAGS = (
+    "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--disable-default-apps", "--disable-extensions",
+)  # fmt: skip
+READY = re.compile(r"dForce is ready at (\S+)")
+STARTING = 120.0  # s for a server to start, on a busy machine
+
+
+class Server:
+    """`dforce gui` on a free port, with a folder of its own.
+
+    Parameters
+    ----------
+    folder
+        Where it keeps what is typed and computed.
+    arguments
+        More of the command line.
+    """
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        self.folder, self.arguments = folder, arguments
+        self.port = 0
+        self.start()
+
+    def start(self) -> None:
+        """Start it, after the first time at the same port."""
+        command = [sys.executable, "-c", "from dforce.cli import main; main()", "gui", "--no-browser"]
+        command += ["--folder", str(self.folder), *self.arguments]
+        if self.port:
+            command += ["--port", str(self.port)]
+        environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env=environment,
+        )
+        self.said: list[str] = []
+        lines: queue.Queue[str | None] = queue.Queue()
+        self.listener = threading.Thread(target=self._listen, args=(lines,), daemon=True)
+        self.listener.start()
+        until = time.monotonic() + STARTING
+        while (line := lines.get(timeout=max(0.0, until - time.monotonic()))) is not None:
+            if ready := READY.search(line):
+                self.address = ready[1]
+                self.port = int(urllib.parse.urlsplit(self.address).port or 0)
+                return
+        raise RuntimeError("the server ended: " + "".join(self.said))
+
+    def _listen(self, lines: queue.Queue[str | None]) -> None:
+        assert self.process.stdout is not None
+        with self.process.stdout as stream:
+            for line in stream:
+                self.said.append(line)
+                lines.put(line)
+        lines.put(None)
+
+    @property
+    def home(self) -> str:
+        """The address without its secret."""
+        return f"http://127.0.0.1:{self.port}"
+
+    def kill(self) -> None:
+        """End it at once, as a crash or a lost battery does."""
+        self.process.kill()
+        self.process.wait()
+        self.listener.join()
+
+    def stop(self) -> None:
+        """End it as Ctrl-C does."""
+        self.process.terminate()
+        try:
+            self.process.wait(timeout=20)
+            self.listener.join()
+        except subprocess.TimeoutExpired:
+            self.kill()
+
+
+@contextlib.contextmanager
+def served(folder: Path, *arguments: str) -> Iterator[Server]:
+    """Give a server, and end it."""
+    server = Server(folder, *arguments)
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Any]:
+    """Give a browser without a screen, which Playwright drives."""
+    from playwright.sync_api import sync_playwright
+
+    sandbox = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_browser(), args=[*FLAGS, *sandbox])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Window:
+    """One page of the window, and what a person does with it.
+
+    Parameters
+    ----------
+    page
+        A page of Playwright, which is sent to the server's address.
+    """
+
+    def __init__(self, page: Any, server: Server) -> None:
+        self.page, self.server = page, server
+
+    def open(self) -> None:
+        """Open the address that the server printed, and wait for the first curve."""
+        self.page.goto(self.server.address)
+        self.drawn()
+
+    def revision(self, chart: str = ".df-main") -> int:
+        """Return how often the server has had a chart drawn."""
+        return int(self.page.locator(f"{chart} .df-chart").first.get_attribute("data-revision"))
+
+    def drawn(self, after: int = 0, chart: str = ".df-main") -> None:
+        """Wait until a chart is drawn anew, and shows what was typed last."""
+        self.page.wait_for_function(
+            """([chart, after]) => {
+                const found = document.querySelector(chart + " .df-chart");
+                return found && Number(found.dataset.revision) > after && !found.classList.contains("stale");
+            }""",
+            arg=[chart, after],
+        )
+
+    @contextlib.contextmanager
+    def redrawn(self, chart: str = ".df-main") -> Iterator[None]:
+        """Wait until what is done inside has been drawn."""
+        before = self.revision(chart)
+        yield
+        self.drawn(before, chart)
+
+    def field(self, path: str) -> Any:
+        """Return the field of a parameter of the case."""
+        return self.page.locator(f'.df-entry[data-path="{path}"]')
+
+    def saved(self, text: str) -> None:
+        """Wait until the server has written a text that was typed."""
+        until = time.monotonic() + STARTING
+        while not any(text in file.read_text() for file in (self.server.folder / "sessions").glob("*.json")):
+            if time.monotonic() > until:
+                raise TimeoutError(f"'{text}' was not kept")
+            self.page.wait_for_timeout(50)
+
+    def tab(self, name: str) -> None:
+        """Go to a tab."""
+        self.page.get_by_role("tab", name=name).click()
+
+    def type(self, path: str, text: str) -> None:
+        """Type into a field, as fast as a person does."""
+        box = self.field(path).locator("input.df-box")
+        box.fill(text)
+
+    def traces(self, chart: str = ".df-main") -> list[dict[str, list[float]]]:
+        """Return the numbers that a chart shows, line by line."""
+        return self.page.evaluate(
+            """(chart) => (document.querySelector(chart + " .df-plot")._fullData ?? []).map(
+                (trace) => ({name: trace.name, meta: trace.meta, x: Array.from(trace.x), y: Array.from(trace.y)}))""",
+            chart,
+        )
+
+    def lines(self, quantity: str, chart: str = ".df-main") -> list[list[float]]:
+        """Return the lines that a chart shows of a quantity, y alone."""
+        return [trace["y"] for trace in self.traces(chart) if trace["meta"] == quantity]
+
+    def shows(self, case: df.Case) -> None:
+        """Wait until the chart shows the amplitude and the phase of a case, number by number."""
+        result = _result(case)
+        while True:
+            seen = self.revision()
+            if all(_same(self.lines(name), result[name]) for name in ("amplitude", "phase")):
+                return
+            self.drawn(after=seen)
+
+    def example(self, name: str) -> None:
+        """Open an example from the menu."""
+        title = df.examples()[name].title
+        self.page.get_by_role("button", name="Examples").click()
+        self.page.get_by_role("menuitem").filter(has=self.page.get_by_text(title, exact=True)).click()
+
+    def start(self, name: str = "figure-3-air") -> df.Case:
+        """Open an example, and return its case once its curves are drawn."""
+        case = df.example(name)
+        self.page.evaluate(
+            "() => document.querySelectorAll('.df-entry').forEach((one) => { one.dataset.before = true; })"
+        )
+        self.example(name)
+        self.page.wait_for_function("() => !document.querySelector('.df-entry[data-before]')")
+        self.shows(case)
+        return case
+
+
+@functools.lru_cache(maxsize=64)
+def _result(case: df.Case) -> Any:
+    return df.run(case)
+
+
+def _same(lines: list[list[float]], wanted: Any) -> bool:
+    """Return whether lines hold the numbers wanted, one line for each direction and tone, in the unit of the reader."""
+    numbers = np.moveaxis(wanted.values, wanted.dims.index("zc"), -1).reshape(-1, wanted.sizes["zc"])
+    scale = df.reader_unit(wanted)[0]
+    return len(lines) == len(numbers) and bool(np.allclose(lines, numbers / scale, rtol=1e-6, equal_nan=True))
