@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import re
+import time
 from typing import ClassVar
 
 import pytest
 from nicegui.testing.user_simulation import user_simulation
 
 import dforce as df
+from dforce.gui.compute import Job
 from dforce.gui.entry import Entry
 from dforce.gui.pages import Page
 from dforce.gui.session import Session
@@ -146,6 +148,26 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
             (kept,) = session.document.results
             result = session.shelf.take(kept.id)
             assert 0 < int((result["status"] == df.Status.OK).sum()) < 4002
+
+    asyncio.run(flow())
+
+
+def test_what_a_run_gives_only_after_it_counts_as_stopped_is_kept():
+    job = Job(df.example("figure-3-air"), state="running")
+
+    def work():
+        job.stopping.wait(10.0)
+        time.sleep(1.0)
+        job.result = "late"
+
+    async def flow():
+        job.work = work
+        run = asyncio.create_task(job.go(lambda: None))
+        job.stopping.set()
+        await until(lambda: not job.busy)
+        assert job.result is None
+        await run
+        assert job.result == "late"
 
     asyncio.run(flow())
 

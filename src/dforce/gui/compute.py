@@ -21,7 +21,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
-STOPPED_WITHIN = 0.7  # s; what does not stop by then is left to end by itself
+STOPPED_WITHIN = 0.7  # s; what does not stop by then counts as stopped, and is left to end by itself
 
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
@@ -160,17 +160,15 @@ class Job:
     async def go(self, look: Callable[[], None], every: float = 0.15) -> None:
         """Do the run in the queue's turn; `look` is called now and then, and at the end.
 
-        What does not stop in time, such as a compilation, is left to end by itself.
+        What does not stop in time, such as a compilation, counts as stopped, and still gives what it has when it ends.
         """
         future = asyncio.ensure_future(in_thread(RUNS, self.work))
         since: float | None = None
         while not future.done():
             await asyncio.wait({future}, timeout=every)
-            look()
-            if self.stopping.is_set():
+            if self.stopping.is_set() and not future.done():
                 since = since or time.monotonic()
-                if time.monotonic() - since > STOPPED_WITHIN and not future.done():
-                    future.cancel()
+                if time.monotonic() - since > STOPPED_WITHIN:
                     self.state = "stopped"
-                    break
+            look()
         look()
