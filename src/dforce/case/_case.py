@@ -12,6 +12,7 @@ import pydantic
 
 from dforce import plugins as plugin_files
 from dforce.case._paths import changed, quantity_at
+from dforce.case._python import script_of
 from dforce.case._text import text_of, value_of
 from dforce.errors import CaseError, ParameterError, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
@@ -175,6 +176,16 @@ class Case(Parameters):
         same to a version of dForce whose defaults differ.
         """
         return text_of(self, complete)
+
+    def to_python(self, name: str = "result") -> str:
+        """Return a Python script that builds the case, runs it, and writes the result and its picture.
+
+        Parameters
+        ----------
+        name
+            Name of the two files, without their endings.
+        """
+        return script_of(self, name)
 
     @classmethod
     def from_toml(cls, text: str) -> Self:

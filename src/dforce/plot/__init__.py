@@ -17,6 +17,7 @@ from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import phase_portrait, spectrum, traces
 from dforce.plot.overview import overview
+from dforce.plot.pictures import draw
 
 __all__ = [
     "FORMATS",
@@ -25,6 +26,7 @@ __all__ = [
     "branches",
     "cost_of_accuracy",
     "curve",
+    "draw",
     "force_curve",
     "force_distance",
     "overview",

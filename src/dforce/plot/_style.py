@@ -12,8 +12,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase, SubFigure
+from matplotlib.text import Text
 
-from dforce.errors import ParameterError, nearest
+from dforce import units
+from dforce.errors import ParameterError, UnitError, nearest
 from dforce.results import COLUMN_DIMS, check_target, reader_unit, whole_file
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -35,6 +37,10 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
 }
 FORMATS = (".png", ".pdf", ".svg")
 LABELS = {"zc": "average distance"}  # shorter than the standard name, for an axis
+INCH = 0.0254  # m
+LEAST_WIDTH, LARGEST_WIDTH = 0.03, 1.0  # m; of a picture on paper
+SMALLEST_TEXT = 0.7  # of its size as drawn; smaller is not read in print
+LONGEST_LINE = 70  # characters of a title
 MOST_POINTS = 20_000  # of a line; more are not seen, but make a PDF heavy
 
 
@@ -125,7 +131,7 @@ def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> Non
     text = ", ".join(part for part in (title, extra) if part)
     if not text:
         return
-    lines = "\n".join(textwrap.wrap(text, 70, max_lines=2, placeholder=" ..."))
+    lines = wrapped(text, LONGEST_LINE)
     if isinstance(target, Axes):
         target.set_title(lines, fontsize="medium", parse_math=False)
     else:
@@ -138,16 +144,66 @@ def figure_of(axes: Any) -> Any:
     return holder.figure if isinstance(holder, SubFigure) else holder
 
 
-def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150) -> Path:
+def wrapped(text: str, length: int) -> str:
+    """Return a title in at most two lines of this length."""
+    return "\n".join(textwrap.wrap(text, length, max_lines=2, placeholder=" ..."))
+
+
+def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
     """Write the picture that holds `axes` (one, or a list of them) to PNG, PDF or SVG, whole or not at all.
+
+    Parameters
+    ----------
+    axes
+        What a function of this module returned.
+    path
+        File to write; its ending chooses the format.
+    dpi
+        Points per inch of a PNG.
+    width
+        Width of the picture (m), or text with a unit such as ``"85 mm"``; left out: as it was drawn. The height keeps its
+        proportion, and texts become smaller in a narrow picture, to no less than 70 %.
 
     Raises
     ------
     ResultError
         For another ending, or a place that cannot be written.
+    ParameterError
+        For a width that is no length, or not between 3 cm and 1 m.
     """
     target = check_target(path, FORMATS)
     figure = figure_of(axes)
+    if width is not None:
+        resize(figure, width)
     with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}), whole_file(target) as temporary:
         figure.savefig(temporary, format=target.suffix[1:].lower(), dpi=dpi)
     return target
+
+
+def resize(figure: Figure, width: float | str) -> None:
+    """Give a figure another width (m, or text with a unit), in proportion; its texts shrink with it to a limit."""
+    try:
+        inches = units.parse(width, "m") / INCH
+    except UnitError as error:
+        raise ParameterError(f"the width {error}") from None
+    if not LEAST_WIDTH <= inches * INCH <= LARGEST_WIDTH:
+        low, high = units.show(LEAST_WIDTH, "m"), units.show(LARGEST_WIDTH, "m")
+        raise ParameterError(f"the width {units.show(inches * INCH, 'm', 4)} is not between {low} and {high}")
+    before, height = figure.get_size_inches()
+    figure.set_size_inches(inches, height * inches / before)
+    factor = max(inches / before, SMALLEST_TEXT)
+    if factor >= 1.0:
+        return
+    for text in figure.findobj(Text):
+        text.set_fontsize(text.get_fontsize() * factor)
+    length = int(LONGEST_LINE * inches / before / factor)
+    for axes in figure.axes:
+        axes.title.set_text(wrapped(axes.title.get_text().replace("\n", " "), length))
+    if figure.get_suptitle():
+        size = matplotlib.rcParams["font.size"] * factor
+        figure.suptitle(wrapped(figure.get_suptitle().replace("\n", " "), length), fontsize=size)
+    for axes in figure.axes:
+        for side in ("x", "y"):  # labels of ticks that are made when the figure is drawn
+            labels = [label.get_fontsize() for label in getattr(axes, f"get_{side}ticklabels")()]
+            if labels:
+                axes.tick_params(axis=side, labelsize=min(labels))
