@@ -200,8 +200,10 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
         return f"{value}{suffix}"
     if digits is not None:
         return f"{value / scale:.{digits}g}{suffix}"
-    for places in range(1, 18):
-        text = f"{Decimal(repr(value)) / Decimal(repr(scale)):.{places}g}"
+    exact = Decimal(repr(value)) / Decimal(repr(scale))
+    digits_of_it = len(exact.normalize().as_tuple().digits)  # where the unit only shifts the point, none can be spared
+    for places in range(digits_of_it if digits_of_it < 18 else 1, 18):
+        text = f"{exact:.{places}g}"
         if "e" in text or "E" in text:
             text = f"{float(text):.17g}" if float(text).is_integer() else repr(float(text))
         if parse(text + suffix, unit) == value:

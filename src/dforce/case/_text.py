@@ -14,6 +14,7 @@ from dforce.forces import Force
 from dforce.parameters import Parameters, Quantity
 
 INLINE = 80  # characters; a longer table gets a section of its own
+MANY = 20  # numbers in a list; of more, nobody reads the units
 
 
 def tables(given: Parameters, shown: bool = False, complete: bool = False) -> dict[str, Any]:
@@ -24,7 +25,7 @@ def tables(given: Parameters, shown: bool = False, complete: bool = False) -> di
     given
         A case, or any part of one.
     shown
-        Quantities as text with a unit that reads well; else as SI numbers. Neither loses a digit.
+        Quantities as text with a unit that reads well, but for long lists; else as SI numbers. Neither loses a digit.
     complete
         With the defaults too.
     """
@@ -42,7 +43,7 @@ def _plain(value: Any, quantity: Quantity | None, shown: bool, complete: bool) -
     if isinstance(value, Parameters):
         return tables(value, shown, complete)
     if isinstance(value, tuple | list):
-        return [_plain(item, quantity, shown, complete) for item in value]
+        return [_plain(item, quantity, shown and len(value) <= MANY, complete) for item in value]
     if isinstance(value, float):
         value = float(value)  # a NumPy scalar prints as what it is
         if shown and quantity is not None and quantity.unit != "1":
@@ -94,7 +95,7 @@ def _inline(value: Any) -> str:
         return "{ " + ", ".join(_line(key, item) for key, item in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(map(_inline, value)) + "]"
-    return _scalar(value)
+    return repr(value) if type(value) is float else _scalar(value)
 
 
 @functools.lru_cache(maxsize=1024, typed=True)  # typed: 1, 1.0 and True are equal, but not the same text

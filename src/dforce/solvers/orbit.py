@@ -24,6 +24,7 @@ MOST_CORRECTIONS = 20
 ORDER = 4  # of the extrapolation that predicts the next orbit from those before it, at most
 EARLY = 3  # decay times after which an orbit near the motion is looked for, before the motion has settled
 CHUNK, LEAST_CHUNK = 65_536, 16  # steps of the map between looks at the watch; distances at least
+JUMPY = 8  # times fewer distances where the force jumps: each costs more, and kicks that change the state are frequent
 ROUGH = 1e-3  # settling tolerance before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
 AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
@@ -75,7 +76,8 @@ class Follower:
         self.frequencies = [tone.frequency for tone in problem.tones]
         self.common = common_period(self.frequencies)
         self.force_jumps = [jump for force in problem.forces for jump in force.jumps()]
-        self.chunk = max(LEAST_CHUNK, CHUNK // (integrator.points * (self.common or 1)))
+        slow = JUMPY if self.force_jumps else 1
+        self.chunk = max(LEAST_CHUNK, CHUNK // (integrator.points * (self.common or 1) * slow))
         self.jumps: list[Jump] = []
 
     def at(self, motion: Motion, zc: float, watch: Watch) -> Steady:
