@@ -1,8 +1,8 @@
-"""The table of the 2015 paper's misprints shows what it says."""
+"""The page of the 2015 paper's misprints shows what it says."""
 
 import pytest
 
-from dforce.validation.misprints import dimension, misprints, misprints_table
+from dforce.validation.misprints import dimension, misprints, misprints_text
 
 SHOWN = {misprint.equation: misprint.shown for misprint in misprints()}
 
@@ -34,7 +34,8 @@ def test_misprint_is_shown_by_the_figures_known(equation, figures):
     assert all(figure in SHOWN[equation] for figure in figures), SHOWN[equation]
 
 
-def test_table_has_a_row_for_each_with_its_equations():
-    lines = misprints_table().splitlines()
-    assert len(lines) == 2 + len(SHOWN)
-    assert all(line.count("$") == 4 for line in lines[2:])
+def test_text_holds_each_with_both_equations():
+    text = misprints_text()
+    assert text.count("as printed:") == text.count("Use instead:") == len(SHOWN)
+    assert text.count("$$") == 4 * len(SHOWN)
+    assert all(shown in text for shown in SHOWN.values())

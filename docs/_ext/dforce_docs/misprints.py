@@ -1,4 +1,4 @@
-"""The directive `misprints`: the table of the paper's misprints, computed while the pages are built."""
+"""The directive `misprints`: the paper's misprints, computed while the pages are built."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from dforce.validation.misprints import misprints_table
+from dforce.validation.misprints import misprints_text
 
 
 class Misprints(SphinxDirective):
-    """The table."""
+    """All of them, one below the other."""
 
     def run(self) -> list[nodes.Node]:
-        """Compute the table and return it."""
-        return self.parse_text_to_nodes(misprints_table())
+        """Compute the text and return it."""
+        return self.parse_text_to_nodes(misprints_text())
 
 
 def setup(app: Sphinx) -> None:

@@ -14,7 +14,6 @@ import numpy as np
 from dforce import units
 from dforce.case import example
 from dforce.forces.bottom_effect import coefficients
-from dforce.validation.page import table
 from dforce.validation.recipes import SILICON, bound, force, force_number, layer_ratio
 
 JKR = {"model": "jkr", "surface_energy": 0.05, "tip.radius": 20e-9, "contact.E_eff": 1e9 / 0.91, "latched": 1.0}
@@ -272,7 +271,12 @@ def misprints() -> list[Misprint]:
     ]  # fmt: skip
 
 
-def misprints_table() -> str:
-    """Return the table in Markdown, with equations in dollar signs."""
-    rows = [(m.equation, f"${m.printed}$", f"${m.right}$", m.shown) for m in misprints()]
-    return table(("equation", "printed", "use", "what shows it"), rows)
+def misprints_text() -> str:
+    """Return them in Markdown, with equations in dollar signs: a heading in bold, both equations, and what shows it."""
+    blocks = []
+    for m in misprints():
+        name = f"Equation {m.equation}" if m.equation.startswith("(") else "In the text"
+        blocks.append(
+            f"**{name}**, as printed:\n\n$$\n{m.printed}\n$$\n\nUse instead:\n\n$$\n{m.right}\n$$\n\n{m.shown}"
+        )
+    return "\n\n---\n\n".join(blocks) + "\n"
