@@ -67,7 +67,10 @@ class Medium(Parameters):
     """What the cantilever moves in: a name (`medium = "water"`), numbers, or a name and some numbers."""
 
     name: str | None = pydantic.Field(
-        None, max_length=50, description="a known medium: air, water or vacuum, with its values at 298.15 K"
+        None,
+        max_length=50,
+        examples=sorted(library.media()),
+        description="a known medium: air, water or vacuum, with its values at 298.15 K",
     )
     density: float | None = param(None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid")
     viscosity: float | None = param(None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid")

@@ -1,7 +1,7 @@
 // One field of a form: label with symbol, text and unit, what is wrong with it, and advice about it.
 export default {
   template: `
-    <div class="df-entry" :class="{wrong: error, wide: kind === 'text' && !numeric}" :data-path="path" :data-help="help"
+    <div class="df-entry" :class="{wrong: error, wide: kind === 'text' && !numeric && !known.length}" :data-path="path" :data-help="help"
          :data-name="path">
       <label :for="uid" class="df-label">
         <span class="df-name">{{ label }}</span><span v-if="symbol" class="df-symbol" v-html="symbol"></span>
@@ -11,7 +11,7 @@ export default {
                autocomplete="off" spellcheck="false" :inputmode="numeric ? 'decimal' : 'text'"
                :class="{number: numeric}" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"
                :maxlength="longest" @input="typed($event.target.value)" @focus="focused = true" @blur="left"
-               @keydown.enter="flush" />
+               @keydown.enter="flush" :list="known.length ? uid + '-known' : undefined" />
         <select v-else-if="kind === 'choice'" :id="uid" class="df-box" :value="now.text"
                 :aria-describedby="uid + '-more'" @change="send($event.target.value, '')">
           <option v-for="option in options" :key="option.value" :value="option.value">{{ option.label }}</option>
@@ -30,6 +30,7 @@ export default {
           <svg viewBox="0 0 16 16" aria-hidden="true"><path d="M1 8h4M11 8h4" /><circle cx="8" cy="8" r="3" /></svg>
         </button>
       </div>
+      <datalist v-if="known.length" :id="uid + '-known'"><option v-for="one in known" :key="one" :value="one"></option></datalist>
       <div :id="uid + '-more'" class="df-more">
         <div v-if="error" class="df-error" role="alert">{{ error }}</div>
         <div v-else-if="note" class="df-note">{{ note }}</div>
@@ -41,7 +42,7 @@ export default {
     kind: { default: "text" }, path: { default: "" }, label: { default: "" }, symbol: { default: "" },
     help: { default: "" }, text: { default: "" }, unit: { default: "" }, units: { default: () => [] },
     options: { default: () => [] }, placeholder: { default: "" }, error: { default: "" }, note: { default: "" },
-    advice: { default: () => [] }, numeric: Boolean, slidable: Boolean, sliding: Boolean,
+    known: { default: () => [] }, advice: { default: () => [] }, numeric: Boolean, slidable: Boolean, sliding: Boolean,
     longest: { default: 100 },
   },
   data() {

@@ -24,6 +24,8 @@ class Entry(ui.element, component="entry.js"):
         Words for it; `symbol` is HTML made by :func:`dforce.html_symbol`, the others are text.
     kind
         "text", "choice" or "switch".
+    known
+        Texts that are offered, such as the names of known media; others may be typed.
     on_typed
         Called with the text and the unit shown, as typed; a switch gives "true" or "false".
     on_unit
@@ -34,12 +36,13 @@ class Entry(ui.element, component="entry.js"):
 
     def __init__(
         self, path: str, label: str, *, on_typed: Callable[[str, str], None], symbol: str = "", help: str = "",
-        kind: str = "text", numeric: bool = False, on_unit: Callable[[str], None] | None = None,
+        kind: str = "text", known: Sequence[str] = (), numeric: bool = False, on_unit: Callable[[str], None] | None = None,
         on_slider: Callable[[], None] | None = None,
     ) -> None:  # fmt: skip
         super().__init__()
+        self._ahead = False  # the browser was told a text that the page's own list of properties does not hold yet
         self.props.update(
-            path=path, label=label, symbol=symbol, help=help, kind=kind, numeric=numeric,
+            path=path, label=label, symbol=symbol, help=help, kind=kind, known=list(known), numeric=numeric,
             slidable=on_slider is not None, longest=LONGEST,
         )  # fmt: skip
 
@@ -60,9 +63,16 @@ class Entry(ui.element, component="entry.js"):
             with self.props.suspend_updates():
                 self.props.update(different)
             if different:
+                self._ahead = True
                 self.run_method("take", self.props["text"], self.props.get("unit", ""))
         else:
             self.props.update(different)
+
+    def settle(self) -> None:
+        """Let the page know the text for good: a field that is not on show now takes it from there when it is."""
+        if self._ahead:
+            self._ahead = False
+            self.update()
 
 
 class SliderElement(ui.element, component="slider.js"):

@@ -50,6 +50,7 @@ class Field:
     symbol: str = ""
     quantity: df.Quantity | None = None
     placeholder: str = ""
+    examples: tuple[str, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -100,6 +101,7 @@ def _field(model: type[df.Parameters], key: str) -> Field:
         default=default,
         symbol=quantity.symbol if quantity else "",
         quantity=quantity,
+        examples=tuple(map(str, info.examples or ())),
         placeholder=left_out[1] if left_out else "",
     )
 
@@ -200,3 +202,23 @@ def start_of(model: type[df.Parameters], typed: Any) -> dict[str, Any]:
 def name_of(model: type[df.Parameters]) -> str:
     """Return the name of a class as words: "Kelvin Voigt"."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
+
+
+def carried(given: Mapping[str, Any], model: type[df.Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
+    """Return what another way can take over: single values as the first item of a list, or the first item as values."""
+    found: dict[str, Any] = {}
+    listed = [
+        value[0] for value in given.values() if isinstance(value, list) and value and isinstance(value[0], Mapping)
+    ]
+    source = {**given, **(listed[0] if listed else {})}
+    for field in fields(model):
+        if field.key not in keys:
+            continue
+        shape = field.shapes[0]
+        if shape.kind == "tables" and shape.model is not None:
+            found[field.key] = [start_of(shape.model, source)]
+        elif shape.kind == "table":
+            found[field.key] = start_of(shape.model, {}) if shape.model is not None else {}
+        elif field.key in source:
+            found[field.key] = source[field.key]
+    return found

@@ -14,7 +14,7 @@ import dforce as df
 from dforce.gui import typed
 from dforce.gui.document import Path
 from dforce.gui.entry import Entry
-from dforce.gui.fields import Field, Shape, check, fields, name_of, start_of
+from dforce.gui.fields import Field, Shape, carried, check, fields, name_of, start_of
 from dforce.gui.menus import menu
 from dforce.gui.sliders import toggle
 from dforce.gui.values import read, shown, units_of
@@ -65,11 +65,18 @@ class Forms:
         else:
             for path in self.shown:
                 self._refresh(path)
-        self.said(self.last)  # a field's own mistake is seen at once, that of the case when it has been looked at
+        self._mark()  # a field's own mistake is seen at once, that of the case when it has been looked at
 
     def said(self, said: Said) -> None:
-        """Show errors and advice at the fields that they are about; a field's own error comes first."""
+        """Show errors and advice at the fields that they are about; nothing newer waits then."""
         self.last = said
+        self._mark()
+        for _, _, entry in self.shown.values():
+            entry.settle()
+
+    def _mark(self) -> None:
+        """Show at each field what is wrong and what is advised; a field's own error comes first."""
+        said = self.last
         advice: dict[Path, list[str]] = {}
         for path, text in said.advice:
             advice.setdefault(self._nearest(path), []).append(text)
@@ -122,7 +129,7 @@ class Forms:
             words = {name: name for name in model.ways}
             self._choice(path, "Described by", words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
-        folded = self._unused(path, model)
+        folded = [field for field in self._unused(path, model) if field.key not in hidden]
         for field in fields(model):
             if field.key in hidden or field in folded:
                 continue
@@ -161,7 +168,7 @@ class Forms:
         grouped = {key for keys in model.ways.values() for key in keys}
         common = {key: value for key, value in given.items() if key not in grouped}
         known = {key: value for table in (*earlier, given) for key, value in (table or {}).items() if key in grouped}
-        start = _carried(known, model, model.ways[new])
+        start = carried(known, model, model.ways[new])
         document = document.choose(path, old, new, common | start)
         self.view.edit(document, anew=True)
 
@@ -225,6 +232,7 @@ class Forms:
             symbol=df.html_symbol(field.symbol),
             help=field.help,
             kind="switch" if shape.kind == "switch" else "text",
+            known=field.examples,
             numeric=numeric,
             on_unit=lambda unit: self._in_unit(path, field, unit),
             on_slider=(lambda: toggle(self.view, path, field)) if slidable else None,
@@ -376,23 +384,3 @@ def button(text: str, icon: str, press: Callable[[], None], label: str = "") -> 
 def first_line(model: type[df.Parameters]) -> str:
     """Return the first sentence of a class's documentation."""
     return df.first_sentence(model.__doc__ or "")
-
-
-def _carried(given: Mapping[str, Any], model: type[df.Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
-    """Return what another way can take over: single values as the first item of a list, or the first item as values."""
-    found: dict[str, Any] = {}
-    listed = [
-        value[0] for value in given.values() if isinstance(value, list) and value and isinstance(value[0], Mapping)
-    ]
-    source = {**given, **(listed[0] if listed else {})}
-    for field in fields(model):
-        if field.key not in keys:
-            continue
-        shape = field.shapes[0]
-        if shape.kind == "tables" and shape.model is not None:
-            found[field.key] = [start_of(shape.model, source)]
-        elif shape.kind == "table":
-            found[field.key] = start_of(shape.model, {}) if shape.model is not None else {}
-        elif field.key in source:
-            found[field.key] = source[field.key]
-    return found

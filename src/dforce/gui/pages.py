@@ -143,9 +143,9 @@ class Page:
 
     def _left(self) -> None:
         forms = self.forms = Forms(self.view)
-        banner = ui.label().classes("df-banner").props('role="alert"')
         with ui.tabs().props("dense no-caps inline-label narrow-indicator align=justify").classes("df-tabs") as tabs:
             made = {name: ui.tab(name) for name in TABS}
+        banner = ui.label().classes("df-banner").props('role="alert"')
         with ui.tab_panels(tabs, value="Microscope", animated=False, keep_alive=False).classes("df-panels"):
             for name, sections in TABS.items():
                 with ui.tab_panel(name).classes("df-panel"):
