@@ -21,7 +21,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
-STOPPED_WITHIN = 0.7  # s; what does not stop by then counts as stopped, and is left to end by itself
+STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
 
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
@@ -157,7 +157,7 @@ class Job:
         if done < total and (self.stopping.is_set() or time.monotonic() - self.began > self.seconds):
             raise KeyboardInterrupt
 
-    async def go(self, look: Callable[[], None], every: float = 0.15) -> None:
+    async def go(self, look: Callable[[], None], every: float = 0.1) -> None:
         """Do the run in the queue's turn; `look` is called now and then, and at the end.
 
         What does not stop in time, such as a compilation, counts as stopped, and still gives what it has when it ends.
