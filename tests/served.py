@@ -196,6 +196,25 @@ class Window:
         """Return the lines that a chart shows of a quantity, y alone."""
         return [trace["y"] for trace in self.traces(chart) if trace["meta"] == quantity]
 
+    def click(self, trace: int, share: float) -> float:
+        """Click on a line of the chart at a share of its points, and return where along x that is."""
+        left, top, along = self.page.evaluate(
+            """([number, share]) => {
+                const plot = document.querySelector(".df-main .df-plot");
+                const trace = plot._fullData[number];
+                const place = Math.floor(trace.x.length * share);
+                const [x, y] = [trace.xaxis, trace.yaxis].map((name) => plot._fullLayout[name[0] + "axis" + name.slice(1)]);
+                const box = plot.getBoundingClientRect();
+                const at = [box.left + x._offset + x.d2p(trace.x[place]), box.top + y._offset + y.d2p(trace.y[place])];
+                return [...at, trace.x[place]];
+            }""",
+            [trace, share],
+        )
+        self.page.mouse.move(left, top)
+        self.page.locator(".df-main .hoverlayer .hovertext").first.wait_for()
+        self.page.mouse.click(left, top)
+        return float(along)
+
     def shows(self, case: df.Case) -> None:
         """Wait until the chart shows the amplitude and the phase of a case, number by number."""
         result = _result(case)
@@ -232,4 +251,5 @@ def _same(lines: list[list[float]], wanted: Any) -> bool:
     """Return whether lines hold the numbers wanted, one line for each direction and tone, in the unit of the reader."""
     numbers = np.moveaxis(wanted.values, wanted.dims.index("zc"), -1).reshape(-1, wanted.sizes["zc"])
     scale = df.reader_unit(wanted)[0]
-    return len(lines) == len(numbers) and bool(np.allclose(lines, numbers / scale, rtol=1e-6, equal_nan=True))
+    same = [len(line) for line in lines] == [len(line) for line in numbers]
+    return same and bool(np.allclose(lines, numbers / scale, rtol=1e-6, equal_nan=True))

@@ -35,6 +35,7 @@ function themed(figure) {
   Object.assign(layout, {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true, uirevision: layout.uirevision ?? "kept",
     font: { family: "Inter, system-ui, 'Segoe UI', Roboto, sans-serif", size: 12, color: c.ink },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: c.soft, activecolor: c.ink },
     hoverlabel: { bgcolor: c.paper, bordercolor: c.line, font: { color: c.ink, size: 12 } },
   });
   for (const key of Object.keys(layout).filter((k) => /^[xy]axis\d*$/.test(k))) {
@@ -112,8 +113,10 @@ export default {
     },
     async paint() {
       const { data, layout } = themed(this.figure);
-      const config = { displaylogo: false, responsive: false, displayModeBar: this.figure.bar ?? false, scrollZoom: false,
-                       doubleClick: "reset", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
+      // no button that sends a chart to another host
+      const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
+                       displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
+                       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
       await window.Plotly.react(this.$refs.plot, data, layout, config);
     },
     dim(stale) {

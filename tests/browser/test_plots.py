@@ -1,0 +1,64 @@
+"""What a person does with results: choose what is drawn, click on a curve, keep and compare."""
+
+from __future__ import annotations
+
+import pytest
+
+import dforce as df
+
+AMPLITUDE = "drive.A0"
+
+
+def test_a_click_on_a_curve_shows_the_motion_there(window):
+    case = window.start("figure-3-air-jump")
+    along = window.click(0, 0.45)
+    motion = window.page.locator(".df-motion[data-state='done']")
+    motion.wait_for()
+    result = df.run(case).sel(zc=along * 1e-9, method="nearest").sel(direction="retract")
+    force = motion.get_by_role("img", name="force over time").get_attribute("aria-label")
+    assert force is not None
+    largest = float(force.split(" to ")[1].split()[0])
+    assert largest * 1e-12 == pytest.approx(float(result.peak_force), rel=0.02)  # three digits are said
+    depth = motion.get_by_role("img", name="tip above the sample").get_attribute("aria-label")
+    assert float(depth.split()[-2]) * 1e-9 == pytest.approx(float(result.max_indentation), rel=0.02)
+    motion.get_by_role("button", name="close the motion").click()
+    motion.wait_for(state="hidden")
+
+
+def test_results_kept_are_drawn_over_each_other_and_their_difference_is_listed(visit):
+    window = visit()
+    page = window.page
+    page.get_by_role("button", name="Keep", exact=True).click()
+    page.locator(".df-chip").first.wait_for()
+    window.type(AMPLITUDE, "8")
+    far_away = """() => document.querySelector('.df-main .df-plot')._fullData.filter((one) => one.meta === 'amplitude')
+        .map((one) => Math.round(Math.max(...one.y))).sort().join()"""
+    page.wait_for_function(f"() => ({far_away})() === '10,10,8,8'")
+    page.get_by_role("button", name="What differs").click()
+    table = page.get_by_role("table")
+    table.wait_for()
+    assert "8 nm" in table.inner_text()
+    assert "10 nm" in table.inner_text()
+    page.get_by_role("button", name="remove").first.click()
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "8 nm"))
+
+
+def test_no_button_of_a_chart_sends_it_away(window):
+    buttons = window.page.locator(".df-main .modebar-btn").evaluate_all("(all) => all.map((one) => one.dataset.title)")
+    assert buttons == ["Zoom", "Pan", "Zoom in", "Zoom out", "Autoscale", "Reset axes"]
+
+
+def test_any_quantity_is_drawn_against_any_other(window):
+    page = window.page
+    page.get_by_label("picture", exact=True).select_option(label="forces")
+    page.wait_for_function(
+        "() => document.querySelector('.df-main .df-plot')._fullData.some((one) => one.meta === 'peak_force')"
+    )
+    page.get_by_role("button", name="Quantities").click()
+    page.locator(".df-against select").select_option("amplitude")
+    page.keyboard.press("Escape")
+    page.wait_for_function(
+        "() => document.querySelector('.df-main .df-plot').layout.xaxis2?.title?.text.includes('amplitude')"
+        " || document.querySelector('.df-main .df-plot').layout.xaxis.title?.text?.includes('amplitude')"
+    )
+    page.get_by_label("picture", exact=True).select_option(label="amplitude and phase")
