@@ -65,6 +65,13 @@ def test_a_jump_is_located_to_better_than_the_step():
     assert last < coarse.jump_zc.item() < last + 0.005 * NM
 
 
+def test_a_jump_is_reported_although_the_point_behind_it_did_not_settle():
+    case = df.example("figure-3-air-jump").replace("solver.max_periods", 100)  # the motion needs some 700
+    curve = df.approach(case, zc=np.linspace(11 * NM, 9 * NM, 21), direction="approach")
+    assert curve.status.values.tolist() == [df.Status.OK] * 17 + [df.Status.NOT_SETTLED] + [df.Status.OK] * 3
+    assert curve.jump_zc.values == pytest.approx([9.35 * NM], abs=0.1 * NM)
+
+
 def test_two_tones_share_a_common_period():
     """Figure 6: the second frequency is 6.2 times the first, so that the motion repeats after five periods."""
     case = df.example("figure-6")

@@ -91,6 +91,8 @@ class Follower:
         """
         done, lost, doubt = 0, True, False
         last: Steady | None = None
+        # the last orbit, and where it was: points close to the end of its branch that did not settle may lie between
+        origin: tuple[PeriodicOrbit, int] | None = None
         if before is not None:
             zc, done = np.append(before, zc), 1
             last = next(iter(self._follow(motion, zc[:1])), None)
@@ -99,8 +101,9 @@ class Follower:
             if lost:
                 self.integrator.place(float(zc[done]))
                 first = self._settled(motion, watch, doubt)
-                if last is not None and first.motion.is_finite:
-                    self._note_jump(last, first, zc, done)
+                if origin is not None and first.settled:
+                    self._note_jump(origin[0], first, zc[origin[1] : done + 1])
+                    origin = None
                 yield first
                 motion, last, done = first.motion, first, done + 1
                 if not motion.is_finite:
@@ -117,6 +120,7 @@ class Follower:
                         break
                     yield point
                     motion, last, done = point.motion, point, done + 1
+                origin = last, done - 1
                 if doubt:
                     break
                 if len(found) < len(part):
@@ -216,11 +220,11 @@ class Follower:
             motion, at = last.motion, at + step
         return last
 
-    def _note_jump(self, last: Steady, first: Steady, zc: Array, done: int) -> None:
-        """Note a jump between two neighboring distances, located by following the old orbit in finer and finer steps."""
-        if not isinstance(last, PeriodicOrbit) or zc[done] == zc[done - 1]:
-            return
-        low, high = float(zc[done - 1]), float(zc[done])
+    def _note_jump(self, last: PeriodicOrbit, first: Steady, zc: Array) -> None:
+        """Note a jump from the first to the last of some distances, located by following the old orbit in finer steps."""
+        low, high = float(zc[0]), float(zc[-1])
+        if len(np.unique(np.sign(np.diff(zc)))) != 1 or low == high:
+            return  # the tip turned around between
         before, motion = float(last.values["amplitude"][0]), last.motion
         for _ in range(HALVINGS):
             steps = np.linspace(low, high, 9)
@@ -231,7 +235,7 @@ class Follower:
                 break
             low, high, motion = float(steps[len(found) - 1]), float(steps[len(found)]), found[-1].motion
             before = float(found[-1].values["amplitude"][0])
-        way = "approach" if zc[done] < zc[done - 1] else "retract"
+        way = "approach" if zc[-1] < zc[0] else "retract"
         self.jumps.append(Jump(0.5 * (low + high), before, float(first.values["amplitude"][0]), way))
 
 
