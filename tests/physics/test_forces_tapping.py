@@ -172,3 +172,26 @@ def test_a_relaxation_faster_than_the_sampling_asked_for_leaves_the_relaxed_samp
     # what is left of the memory is some tau / contact time = 0.6 %
     assert float(found.amplitude[0]) == pytest.approx(float(relaxed.amplitude[0]), rel=0.01)
     assert float(found.peak_force) == pytest.approx(float(relaxed.peak_force), rel=0.02)
+
+
+@pytest.mark.timeout(120)
+def test_a_tip_that_hysteretic_adhesion_holds_takes_no_integrator_for_ever():
+    """At each turn the adhesion changes, and holds the tip: the branch would switch without end."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="225 kHz", k="1.5 N/m", Q=750), drive=df.Drive(A0="1.85 nm"),
+        tip=df.Tip(radius="12.8 nm"), sample=df.Sample(youngs_modulus="28 MPa"),
+        forces=[
+            df.forces.AdhesionHysteresis(approach_energy="29 mJ/m^2", retract_energy="48 mJ/m^2"), df.forces.Hertz()
+        ],
+    )  # fmt: skip
+    motions = [
+        df.dwell(
+            case.replace(solver=df.SolverSettings(integrator=name, settle="fixed", periods=2, measured_periods=2)),
+            "1.805 nm", start="rest", recorded_periods=1,
+        )
+        for name in ("rk4", "adaptive")
+    ]  # fmt: skip
+    held, reference = (float(motion.mean_deflection) for motion in motions)
+    # where the tip is held depends on where in a sample its branch stops to switch
+    assert held == pytest.approx(reference, abs=1e-3 * abs(reference))
+    assert max(float(motion.amplitude.max()) for motion in motions) < 1e-3 * 1.85e-9

@@ -40,6 +40,7 @@ ERROR = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 
 ABSOLUTE = 1e-6  # of the free amplitude: below it errors count against this, so that rounding is never chased
 SMALLEST = 1e-13  # of a step, relative to the period: shorter ones are taken as they are
 LANDED = 1e-11  # how near to a kink a step must end, relative to the period
+MOST_LANDINGS = 12  # between two samples; a force that switches more often has no branch to be on
 
 
 def slope(
@@ -155,6 +156,7 @@ def advance(
         keep(block, i, y)
         f = force(distance(y, p), rate_of(y, p), t0 + seconds(tau, p), memory, latched, p)
         keep_rest(block, i, memory, latched, f)
+        landings = 0
         while end_of_sample - tau > SMALLEST * TAU:
             h = min(wanted, end_of_sample - tau)
             end, error = attempt(y, tau, h, t0, memory, latched, tones, bases, kinks, work, sizes, p)
@@ -163,7 +165,10 @@ def advance(
                 continue
             # NaN compares false: a step that is no number is taken, and found at the end of the period
             which = passed(y, end, t0 + seconds(tau + h, p), latched, kinks, p)
+            if which >= 0 and landings == MOST_LANDINGS:
+                which = -1
             if which >= 0:
+                landings += 1
                 low, high = 0.0, h
                 while high - low > LANDED * TAU:
                     middle = 0.5 * (low + high)
