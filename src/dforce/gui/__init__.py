@@ -16,6 +16,9 @@ figures    figures as plain data for Plotly; every plot of a result is made here
 plots      which quantities are drawn, of which results (picker.js); clicks on curves
 kept       the results kept, as a row of names with colors (kept.js), and what differs (differences.js)
 compare    names and colors of results, and the parameters in which they differ
+files      the menu File: open and save (saving asks how, save.js), and files dropped (drop.js)
+uploads    what a file from outside is, looked through (inspection) in a process of its own
+project    a document with all its results in one file
 motion     the motion at a point: the tip above the sample, and traces (motion.js)
 chart      the chart element (chart.js): typed arrays, zoom kept, acknowledged
 entry      the element of one field (entry.js) and of one slider (slider.js)

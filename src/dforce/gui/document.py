@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -158,6 +159,10 @@ class Document:
             sliders = tuple(
                 Slider(tuple(given["path"]), float(given["low"]), float(given["high"])) for given in plain["sliders"]
             )
+            if not all(math.isfinite(end) for slider in sliders for end in (slider.low, slider.high)):
+                raise ValueError("a slider without ends")
+            if not isinstance(plain["table"], Mapping):
+                raise ValueError("no case")
             return cls(
                 table=copy.deepcopy(dict(plain["table"])),
                 off=tuple(int(n) for n in plain["off"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +61,28 @@ class KeptResults:
         if result is not None and (own is None or own.shown):
             found.append(Layer(result, NOW, 0) if own is None else Layer(result, own.name, own.color))
         return found
+
+    def names(self, result: xr.Dataset | None) -> dict[str, str]:
+        """Return the names of all results by identifier, the one that is on top first."""
+        session = self.view.session
+        own = session.kept_as(result)
+        found = {"": NOW} if result is not None and own is None else {}
+        listed = sorted(session.document.results, key=lambda kept: kept is not own)
+        return found | {kept.id: kept.name for kept in listed}
+
+    async def take(self, identifier: str) -> xr.Dataset:
+        """Return a result by its identifier; without one, that which follows the fields.
+
+        Raises
+        ------
+        ResultError
+            When it is no longer there.
+        """
+        if identifier:
+            return await asyncio.to_thread(self.view.session.shelf.take, identifier)
+        if self.view.result is None:
+            raise df.ResultError("there is no result any more")
+        return self.view.result
 
     def show(self, result: xr.Dataset | None) -> None:
         """Show the row, and the table where it is open."""

@@ -13,6 +13,7 @@ from dforce.gui.chart import LIBRARY, Chart, library_file
 from dforce.gui.compute import LIVE, Job
 from dforce.gui.document import FIRST, Document
 from dforce.gui.entry import LONGEST
+from dforce.gui.files import Files
 from dforce.gui.forms import Forms
 from dforce.gui.limits import ALONE, Limits
 from dforce.gui.menus import menu
@@ -114,6 +115,7 @@ class Page:
             ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
         ):
             menu((one.title, one.shows, partial(self._open, one.name)) for one in df.examples().values())
+        self.files = Files(view)
         undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
         title.classes("df-title")
@@ -182,7 +184,7 @@ class Page:
         show("")
         self.view.on_status.append(show)
         _about(self.view)
-        self.plots = Plots(self.view)
+        self.plots = self.files.plots = Plots(self.view)
 
 
 def _about(view: View) -> None:

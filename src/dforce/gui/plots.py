@@ -30,6 +30,7 @@ class Plots:
     def __init__(self, view: View) -> None:
         self.view = view
         self.drawn = figures.Drawn({})
+        self.shown: df.Picture | None = None  # None: a map, or nothing
         self.usual: list[df.Picture] = []
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
         with ui.element("div").classes("df-plotbar"):
@@ -49,13 +50,14 @@ class Plots:
         """Return the figure of a result with those kept that are drawn beside it."""
         layers = self.kept.layers(result)
         first = layers[-1].result if layers else None
+        self.shown = None
         self.kept.show(result)
         if first is None:
             self.drawn = figures.Drawn(figures.empty("There is no result yet; press Run."))
         elif "reached" in first:
             self.drawn = figures.basins(first)
         else:
-            wanted = self.wanted(first)
+            wanted = self.shown = self.wanted(first)
             self._offer(first, wanted)
             self.drawn = figures.picture(layers, wanted)
         self.picker.set_visibility(first is not None and "reached" not in first)

@@ -140,6 +140,36 @@ class Session:
         entry = Kept(identifier, name, compare.color_of(others))
         self.look(dataclasses.replace(self.document, results=(*others, entry)))
 
+    async def take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
+        """Take a project in place of what is shown; results kept before stay in the list, hidden.
+
+        Raises
+        ------
+        ResultError
+            When a result cannot be written; nothing has changed then.
+        CaseError
+            When the document cannot be shown; nothing has changed then.
+        """
+        names: dict[str, str] = {}
+        before, steps = self.document, self.steps
+        try:
+            for identifier, result in results.items():
+                names[identifier] = await asyncio.to_thread(self.shelf.keep, result)
+            here = set(self.shelf.names())
+            taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
+            others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
+            self.document = dataclasses.replace(self.document, results=(*others, *taken), plots=document.plots)
+            self.edit(document, anew=True)
+        except Exception as error:
+            for name in set(names.values()) & set(self.shelf.names()):
+                self.shelf.drop(name)
+            self.steps = steps
+            self._take(before, anew=True)
+            if isinstance(error, df.DForceError):
+                raise
+            raise df.CaseError("this project holds a case that cannot be shown") from error
+        self.look(self.document)
+
     def kept_as(self, result: xr.Dataset | None) -> Kept | None:
         """Return the entry of a result in the list; None for one that is not kept."""
         same = (identifier for identifier, known in self._known.items() if known() is result and result is not None)

@@ -1,0 +1,218 @@
+"""The menu File: open and save cases, projects, results, figures and the script; and files dropped onto the window."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import re
+import tempfile
+import threading
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+from nicegui import events, ui
+
+import dforce as df
+from dforce.gui import project, uploads
+from dforce.gui.document import Document
+from dforce.gui.figures import Layer
+from dforce.gui.menus import menu
+from dforce.gui.plots import Plots
+from dforce.gui.saving import ask, choice, text
+from dforce.gui.view import View
+
+log = logging.getLogger("dforce.gui")
+
+ENDING = ".dforce"  # of a project
+ACCEPTED = f".toml,.nc,{ENDING}"
+DPI = 300.0
+WIDTH = "85 mm"  # of a figure: one column of a journal
+RESULTS = {".nc": "netCDF, with everything, to be opened again", ".csv": "CSV, a table for a spreadsheet"}
+NOTHING = "There is no result yet; press Run."
+UNKNOWN = "An error inside dForce, please report it."
+REFUSED = (
+    f"Only a case (.toml), a result (.nc) or a project ({ENDING}) of at most {uploads.MOST_BYTES // 1_000_000} MB "
+    "can be opened."
+)
+DRAWING = threading.Lock()  # matplotlib's settings belong to the whole process
+SCRIPT = Path(__file__).with_name("drop.js")
+
+
+class Files:
+    """Opens and saves files for one page; the menu's button is made in the container that is open.
+
+    Attributes
+    ----------
+    plots
+        What the page draws; set once the page has it.
+    """
+
+    plots: Plots
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
+            made = menu(
+                (
+                    ("Open ...", "a case, a project or a result; or drop it onto the window", lambda: None),
+                    ("Save project", "the case and all results kept, in one file", self.save_project),
+                    ("Save case", "for this window, the command line and Python", self.save_case),
+                    ("Save result ...", "the numbers, as netCDF or CSV", self.result_dialog),
+                    ("Save figure ...", "what is drawn, as PNG, SVG or PDF at the width of a page", self.figure_dialog),
+                    ("Save Python script", "computes the same in Python", self.save_script),
+                )
+            )
+        first = next(item for item in made.descendants() if isinstance(item, ui.menu_item))
+        # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
+        first.on("click", js_handler="() => window.dforceFiles.pick()")
+        self.upload = ui.upload(auto_upload=True, on_upload=self._uploaded, max_file_size=uploads.MOST_BYTES)
+        self.upload.props(f'accept="{ACCEPTED}"').classes("df-upload")
+        self.upload.on_rejected(lambda: say(REFUSED))
+        ui.add_body_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
+
+    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+        if event.file.size() > uploads.MOST_BYTES:
+            with self.upload:
+                say(REFUSED)
+            return
+        data = await event.file.read()
+        await self._attempt(lambda: self.open(data))
+
+    async def open(self, data: bytes) -> None:
+        """Open a file by its content.
+
+        Raises
+        ------
+        DForceError
+            With one sentence, and nothing has changed.
+        """
+        session = self.view.session
+        kind = uploads.kind_of(data)
+        if kind == "case":
+            self.view.edit(await asyncio.to_thread(uploads.document_from, data), anew=True)
+        elif kind == "result":
+            result = await asyncio.to_thread(uploads.result_from, data, session.shelf.folder)
+            case = session.limits.check(uploads.case_of(str(result.attrs["case"])))
+            self.view.edit(Document.of(case), anew=True)
+            await session.keep(result)
+            self.view.show_result(result)
+        else:
+            document, results = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
+            await session.take_project(document, results)
+
+    async def save_project(self) -> None:
+        """Save the document with all its results."""
+
+        async def save() -> None:
+            data = await asyncio.to_thread(project.packed, self.view.document, self.view.session.shelf)
+            ui.download.content(data, self._name(ENDING), "application/zip")
+
+        await self._attempt(save)
+
+    async def save_case(self) -> None:
+        """Save the case as a TOML file."""
+
+        async def save() -> None:
+            ui.download.content(self.view.document.case().to_toml(), self._name(".toml"), "application/toml")
+
+        await self._attempt(save)
+
+    async def save_script(self) -> None:
+        """Save the script that does the same."""
+
+        async def save() -> None:
+            text = self.view.document.case().to_python(stem(self._title()))
+            ui.download.content(text, self._name(".py"), "text/x-python")
+
+        await self._attempt(save)
+
+    def result_dialog(self) -> None:
+        """Ask which result to save, and how."""
+        names = self.plots.kept.names(self.view.result)
+        if names:
+            ask("Save a result", [choice("Result", names), choice("Format", RESULTS)], self.save_result)
+        else:
+            say(NOTHING)
+
+    async def save_result(self, identifier: str, ending: str) -> None:
+        """Save a result of the list, or the one that follows the fields."""
+
+        async def save() -> None:
+            result = await self.plots.kept.take(identifier)
+            data = await asyncio.to_thread(written, lambda path: df.write(result, path), ending)
+            ui.download.content(data, f"{stem(str(result.attrs.get('title', '')))}{ending}")
+
+        await self._attempt(save)
+
+    def figure_dialog(self) -> None:
+        """Ask for the format and the width of the figure."""
+        formats = {ending: ending[1:].upper() for ending in df.plot.FORMATS}
+        if self.plots.kept.layers(self.view.result):
+            ask("Save the figure", [choice("Format", formats), text("Width", WIDTH)], self.save_figure)
+        else:
+            say(NOTHING)
+
+    async def save_figure(self, ending: str, width: str) -> None:
+        """Save what is drawn, as the command line draws it."""
+        layers, wanted = self.plots.kept.layers(self.view.result), self.plots.shown
+
+        async def save() -> None:
+            data = await asyncio.to_thread(figure_file, layers, wanted, ending, width)
+            ui.download.content(data, self._name(ending))
+
+        await self._attempt(save)
+
+    async def _attempt(self, work: Callable[[], Awaitable[None]]) -> None:
+        """Do what may fail, and say in a sentence why it did."""
+        with self.upload:  # a dialog that asked for it is gone by now
+            try:
+                await work()
+            except df.DForceError as error:
+                words = str(error)
+                say(f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}")
+            except Exception:  # a defect must not leave a person without a word
+                log.exception("a file could not be opened or saved")
+                say(UNKNOWN)
+
+    def _title(self) -> str:
+        return str(self.view.document.value(("title",)) or "")
+
+    def _name(self, ending: str) -> str:
+        return f"{stem(self._title())}{ending}"
+
+
+def figure_file(layers: list[Layer], wanted: df.Picture | None, ending: str, width: str) -> bytes:
+    """Return the file of a figure. Blocking.
+
+    Raises
+    ------
+    DForceError
+        When it cannot be drawn, or the width is none.
+    """
+    results = {layer.name: layer.result for layer in layers}
+    with DRAWING:
+        try:
+            axes = df.plot.draw(layers[0].result if len(layers) == 1 else results, wanted)
+            return written(lambda path: df.plot.save(axes, path, DPI, width), ending)
+        except (ValueError, KeyError) as error:
+            if isinstance(error, df.DForceError):
+                raise
+            raise df.ResultError("a figure of this result cannot be drawn") from error
+
+
+def written(write: Callable[[Path], object], ending: str) -> bytes:
+    """Return what is written to a file with an ending. Blocking."""
+    with tempfile.TemporaryDirectory(prefix="dforce-") as place:
+        path = Path(place) / f"file{ending}"
+        write(path)
+        return path.read_bytes()
+
+
+def stem(title: str) -> str:
+    """Return a file's name, without its ending, that every system takes."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", title)[:60].strip("-").lower() or "dforce"
+
+
+def say(sentence: str) -> None:
+    """Show a sentence until it has been read."""
+    ui.notify(sentence, type="negative", multi_line=True, close_button="Close", timeout=15_000)

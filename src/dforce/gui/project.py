@@ -1,0 +1,91 @@
+"""Projects: a document with all its results in one file, a zip archive of netCDF files; whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import dforce as df
+from dforce.gui.document import Document
+from dforce.gui.results import IDENTIFIER, MOST, Shelf
+from dforce.gui.uploads import MOST_BYTES, result_from
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DOCUMENT = "document.json"
+FORMAT = 1
+LONGEST_DOCUMENT = 5_000_000  # bytes
+BROKEN = "this project is damaged or was cut short"
+
+
+def packed(document: Document, shelf: Shelf) -> bytes:
+    """Return the file of a project. Blocking.
+
+    Raises
+    ------
+    ResultError
+        When a result is no longer there, or the file would be too large to be opened again.
+    """
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(DOCUMENT, json.dumps({"format": FORMAT, "document": document.to_plain()}, indent=1))
+        for kept in document.results:
+            archive.write(shelf.path(kept.id), f"{kept.id}.nc")
+    if stream.tell() > MOST_BYTES:
+        raise df.ResultError(
+            f"the project has {stream.tell() // 1_000_000} MB; more than {MOST_BYTES // 1_000_000} MB are not opened "
+            "again, so remove some results first"
+        )
+    return stream.getvalue()
+
+
+def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]]:
+    """Return the document of a project, and its results by identifier. Blocking.
+
+    Raises
+    ------
+    ResultError, CaseError, ParameterError
+        With one sentence, when anything in it is not as it should be.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            plain = json.loads(_entry(archive, DOCUMENT, LONGEST_DOCUMENT))
+            if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+                raise df.ResultError("this project was written by another version of dForce")
+            document = Document.from_plain(plain["document"])
+            if len(document.results) > MOST:
+                raise df.ResultError(f"this project holds more than {MOST} results")
+            files = {}
+            left = 4 * MOST_BYTES
+            for kept in document.results:
+                if not IDENTIFIER.fullmatch(kept.id):
+                    raise df.ResultError(BROKEN)
+                files[kept.id] = _entry(archive, f"{kept.id}.nc", min(left, MOST_BYTES))
+                left -= len(files[kept.id])
+    except (
+        zipfile.BadZipFile,
+        KeyError,
+        ValueError,
+        EOFError,
+        RecursionError,
+        NotImplementedError,
+        RuntimeError,
+        OSError,
+    ) as error:
+        if isinstance(error, df.DForceError):
+            raise
+        raise df.ResultError(BROKEN) from None
+    return document, {identifier: result_from(file, folder) for identifier, file in files.items()}
+
+
+def _entry(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
+    """Return what stands under a name in an archive, if it is no longer than allowed."""
+    with archive.open(name) as stream:
+        data = stream.read(most + 1)
+    if len(data) > most:
+        raise df.ResultError("this project unpacks to too much")
+    return data

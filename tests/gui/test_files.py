@@ -1,0 +1,316 @@
+"""Files of the window: what is saved can be opened, and what is hostile or broken changes nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import functools
+import io
+import json
+import zipfile
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from nicegui.testing.user_simulation import user_simulation
+
+import dforce as df
+from dforce.gui import files, project, uploads
+from dforce.gui.document import Document
+from dforce.gui.figures import Layer
+from dforce.gui.pages import Page
+from dforce.gui.session import Session
+
+CASE = df.example("figure-3-air").set("experiment.zc.points=5")
+
+
+@functools.cache
+def result():
+    return df.run(CASE)
+
+
+@functools.cache
+def netcdf():
+    return files.written(lambda path: df.write(result(), path), ".nc")
+
+
+@contextlib.asynccontextmanager
+async def window(folder):
+    """Give the page of a simulated browser; nothing follows by itself."""
+    pages = []
+
+    def root():
+        pages.append(Page(Session({}, folder)))
+        pages[0].view._latest.ask = lambda wanted: None
+
+    async with user_simulation(root=root) as user:
+        await user.open("/")
+        with user.client:
+            yield pages[0]
+
+
+def changed(tmp_path, change):
+    """Return the bytes of a result after a change with h5py."""
+    path = tmp_path / "changed.nc"
+    path.write_bytes(netcdf())
+    with h5py.File(path, "r+") as file:
+        change(file, tmp_path)
+    return path.read_bytes()
+
+
+def test_a_result_comes_back_as_it_was(tmp_path):
+    again = uploads.result_from(netcdf(), tmp_path)
+    xr.testing.assert_identical(again, df.read(_file(tmp_path, netcdf())))
+    assert not list(tmp_path.glob("upload-*"))
+
+
+def _file(tmp_path, data):
+    path = tmp_path / "x.nc"
+    path.write_bytes(data)
+    return path
+
+
+def link_outside(file, tmp_path):
+    file["secret"] = h5py.ExternalLink("/etc/passwd", "/x")
+
+
+def soft_link(file, tmp_path):
+    file["secret"] = h5py.SoftLink("/amplitude")
+
+
+def data_outside(file, tmp_path):
+    (tmp_path / "secret").write_bytes(b"12345678" * 8)
+    file.create_dataset("secret", shape=(8,), dtype="f8", external=[(str(tmp_path / "secret"), 0, 64)])
+
+
+def virtual(file, tmp_path):
+    layout = h5py.VirtualLayout(shape=(5,), dtype="f8")
+    layout[:] = h5py.VirtualSource(str(tmp_path / "other.h5"), "x", shape=(5,))
+    file.create_virtual_dataset("secret", layout)
+
+
+def endless(file, tmp_path):
+    file.create_dataset("much", shape=(10**12,), dtype="f8", chunks=(1000,), fillvalue=0.0, compression="gzip")
+
+
+def group(file, tmp_path):
+    file.create_group("more")
+
+
+def own_code(file, tmp_path):
+    file.attrs["case"] = f'plugins = ["evil.py"]\n{CASE.to_toml()}'
+
+
+def other_case(file, tmp_path):
+    file.attrs["case"] = "[cantilever]"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (link_outside, "points to other files"), (soft_link, "points to other"), (data_outside, "data from other files"),
+        (virtual, "data from other files"), (endless, "unpacks to more than"), (group, "groups"), (own_code, "not run here"),
+        (other_case, "case of this result"),
+    ],
+)  # fmt: skip
+def test_a_hostile_result_is_refused_in_a_sentence(tmp_path, change, words):
+    with pytest.raises(df.ResultError, match=words) as refused:
+        uploads.result_from(changed(tmp_path, change), tmp_path)
+    assert str(tmp_path) not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "data", [b"\x89HDF\r\n\x1a\n", netcdf()[: len(netcdf()) // 2], uploads.HDF5 + bytes(range(256)) * 40]
+)
+def test_a_broken_result_is_refused_in_a_sentence(tmp_path, data):
+    with pytest.raises(df.ResultError, match="damaged or was cut short"):
+        uploads.result_from(data, tmp_path)
+
+
+def test_no_python_file_that_a_case_names_is_run(tmp_path):
+    with pytest.raises(df.ParameterError, match="not run here"):
+        uploads.document_from(f'plugins = ["evil.py"]\n{CASE.to_toml()}'.encode())
+
+
+@pytest.mark.parametrize("data", [b"", b"\xff\xfe\x00", b"[cantilever", b"x = 1", b"<html><script>alert(1)</script>"])
+def test_what_is_no_case_is_refused_in_a_sentence(data):
+    with pytest.raises(df.DForceError):
+        uploads.document_from(data)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Give the file of a project with one result, and its document."""
+    folder = tmp_path_factory.mktemp("project")
+
+    async def make():
+        session = Session({}, folder)
+        session.document = Document.of(CASE).put(("drive", "A0"), "5 n")  # typed halfway
+        await session.keep(result())
+        session.look(Document.from_plain(session.document.to_plain() | {"plots": [
+            {"x": "zc", "y": ["phase"], "together": False, "logarithmic": False}]}))  # fmt: skip
+        return project.packed(session.document, session.shelf), session.document
+
+    return asyncio.run(make())
+
+
+def test_a_project_comes_back_with_all_that_was_typed_and_its_results(tmp_path, made):
+    data, document = made
+
+    async def flow():
+        async with window(tmp_path / "two") as page:
+            session = page.view.session
+            await session.keep(result())
+            await page.files.open(data)
+            first, second = session.document.results
+            assert (first.shown, second.shown) == (False, True)
+            assert second.name == document.results[0].name
+            assert session.document.table == document.table
+            assert session.document.plots == document.plots
+            xr.testing.assert_equal(session.shelf.take(second.id), result())
+            session.undo()
+            assert len(session.document.results) == 2
+
+    asyncio.run(flow())
+
+
+def repacked(data, **changes):
+    """Return a project with other entries, None for one that is missing."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            kind = "document" if name == project.DOCUMENT else "result"
+            entry = changes.get(kind, lambda content: content)(old.read(name))
+            if entry is not None:
+                new.writestr(name, entry)
+    return stream.getvalue()
+
+
+def with_document(change):
+    def changed_(content):
+        plain = json.loads(content)
+        change(plain["document"])
+        return json.dumps(plain)
+
+    return {"document": changed_}
+
+
+HOSTILE = {
+    "no document": {"document": lambda content: None},
+    "no result": {"result": lambda content: None},
+    "half a result": {"result": lambda content: content[: len(content) // 2]},
+    "no json": {"document": lambda content: b"{"},
+    "deep json": {"document": lambda content: b"[" * 100_000},
+    "another version": {"document": lambda content: content.replace(b'"format": 1', b'"format": 99')},
+    "too much": {"result": lambda content: bytes(uploads.MOST_BYTES + 1)},
+    "a path": with_document(lambda plain: plain["results"][0].update(id="../../secret")),
+    "no list": with_document(lambda plain: plain.update(results=3)),
+    "no table": with_document(lambda plain: plain.update(table=[])),
+    "a slider without end": with_document(
+        lambda plain: plain.update(sliders=[{"path": ["drive", "A0"], "low": 0.0, "high": float("inf")}])
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_broken_project_is_refused_in_a_sentence(tmp_path, made, name):
+    with pytest.raises(df.DForceError) as refused:
+        project.unpacked(repacked(made[0], **HOSTILE[name]), tmp_path)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
+    broken = with_document(lambda plain: plain["table"].update(cantilever={"modes": 3}))
+
+    async def flow():
+        async with window(tmp_path / "two") as page:
+            session = page.view.session
+            await session.keep(result())
+            before, shelf = session.document, session.shelf.names()
+            with pytest.raises(df.CaseError, match="cannot be shown"):
+                await page.files.open(repacked(made[0], **broken))
+            assert (session.document, session.shelf.names(), session.steps) == (before, shelf, [])
+
+    asyncio.run(flow())
+
+
+def test_a_zip_that_is_cut_short_is_refused(tmp_path, made):
+    with pytest.raises(df.ResultError, match="damaged"):
+        project.unpacked(made[0][:-30], tmp_path)
+
+
+def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
+    async def flow():
+        async with window(tmp_path) as page:
+            await page.files.open(netcdf())
+            (kept,) = page.view.document.results
+            assert page.view.document.case() == CASE.from_toml(result().attrs["case"])
+            assert page.view.session.kept_as(page.view.session.results_of[kept.id]) == kept
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
+def test_a_figure_of_what_is_drawn_is_saved_in_each_format(ending, start):
+    layers = [Layer(result(), "<b>$one", 1), Layer(result(), "two", 2)]
+    assert files.figure_file(layers, df.Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
+
+
+def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
+    strange = result().copy()
+    strange["phase"].attrs["symbol"] = r"\nosuch{"
+    with pytest.raises(df.ResultError, match="cannot be drawn"):
+        files.figure_file([Layer(strange)], df.Picture("zc", ("phase",)), ".png", "85 mm")
+
+
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [
+        ("Figure 3, in air", "figure-3-in-air"),
+        ("../../etc/passwd", "etc-passwd"),
+        ("<script>", "script"),
+        ("", "dforce"),
+    ],
+)
+def test_the_name_of_a_file_holds_letters_and_digits_only(title, name):
+    assert files.stem(title) == name
+
+
+def catch(monkeypatch):
+    """Return a list that gets what the browser is sent to save: names and contents."""
+    sent = []
+    monkeypatch.setattr(
+        files.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
+    )
+    return sent
+
+
+def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
+    async def flow():
+        async with window(tmp_path) as page:
+            saved = catch(monkeypatch)
+            page.view.edit(Document.of(CASE), anew=True)
+            await page.files.save_script()
+            await page.files.save_case()
+            names: dict[str, object] = {}
+            exec(saved[0][1].partition("result =")[0], names)
+            assert saved[0][0] == "figure-3-of-the-2015-paper-in-air.py"
+            assert names["case"] == CASE == df.Case.from_toml(saved[1][1])
+
+    asyncio.run(flow())
+
+
+def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
+    async def flow():
+        async with window(tmp_path) as page:
+            saved = catch(monkeypatch)
+            page.view.result = result()
+            await page.files.save_result("", ".csv")
+            header, *rows = [line for line in saved[0][1].decode().splitlines() if not line.startswith("#")]
+            place = header.split(",").index("amplitude_tone1 (m)")
+            np.testing.assert_array_equal(
+                [float(row.split(",")[place]) for row in rows], result()["amplitude"].isel(tone=0).values.T.ravel()
+            )
+
+    asyncio.run(flow())
