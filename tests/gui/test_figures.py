@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.figures import Layer, basins, picture
+from dforce.gui.figures import Layer, basins, picture, unit_of
 
 
 @functools.cache
@@ -103,3 +103,17 @@ def test_basins_have_a_color_for_each_state():
 def test_every_usual_picture_is_drawn(name):
     for wanted in df.pictures_of(result(name)):
         assert picture([Layer(result(name))], wanted).figure["data"]
+
+
+def test_rounding_is_drawn_as_nothing_beside_a_quantity_of_the_same_unit():
+    dataset = result("figure-3-air")
+    small, large = (float(abs(dataset[name]).max()) for name in ("total_dissipated_energy", "total_virial"))
+    assert small < 1e-6 * large  # the case is conservative
+    layout = picture([Layer(dataset)], df.Picture("zc", ("total_virial", "total_dissipated_energy"))).figure["layout"]
+    assert "range" not in layout["yaxis"]
+    assert layout["yaxis2"]["range"][0] == -layout["yaxis2"]["range"][1] < 0.0
+
+
+def test_the_unit_of_a_quantity_that_is_zero_everywhere_is_the_usual_one():
+    dataset = result("figure-3-air")
+    assert [unit_of(dataset[name])[1] for name in ("contact_time", "max_indentation")] == ["µs", "nm"]

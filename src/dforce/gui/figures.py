@@ -7,6 +7,7 @@ which lines that makes, :mod:`dforce` says; here they get colors, dashes and axe
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,9 @@ SIDE = 0.1  # of the width, for each further axis on a side
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
+NOISE = (
+    1e-6  # of the largest quantity of the same unit in a picture: smaller ones are rounding, and are drawn as nothing
+)
 FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
 DASHES = {"retract": "dash", "down": "dash"}
 SHADES = {"retract": 1, "down": 1}
@@ -110,10 +114,18 @@ class _Maker:
         found = [unit_of(layer.result[name]) for layer in self.layers for name in names]
         return max(found)
 
+    def _largest(self, names: Sequence[str]) -> float:
+        """Return the largest size of some quantities in all layers."""
+        sizes = (np.abs(layer.result[name].values) for layer in self.layers for name in names)
+        return max(float(np.max(size, initial=0.0, where=np.isfinite(size))) for size in sizes)
+
     def _axis(self, tag: int, host: int, number: int, place: int, names: Sequence[str]) -> None:
         """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
         first = self.layers[0].result
         scale, unit = self._scale(names)
+        noise = NOISE * self._largest([name for name in self.wanted.y if _unit(first[name]) == _unit(first[names[0]])])
+        if self._largest(names) < noise:
+            scale, unit = df.reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
         words = title(first[names[0]], unit) if len(names) == 1 else _title_of_several([first[n] for n in names], unit)
         axis: Figure = {"title": {"text": words}}
@@ -121,6 +133,8 @@ class _Maker:
             axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
             axis["color"] = self.wanted.y.index(names[0])
+        if self._largest(names) < noise:
+            axis["range"] = [-noise / scale, noise / scale]
         if place:
             right = place % 2
             axis |= {
@@ -305,8 +319,8 @@ def unit_of(variable: xr.DataArray) -> tuple[float, str]:
     stored = _unit(variable)
     usual = df.usual_unit(stored)
     try:
-        return df.parse(f"1 {usual}", stored), usual
-    except df.ParameterError:  # a percentage, say
+        return df.parse(f"1 {usual}", stored), re.sub(r"^u(?=[a-zA-Z])", "µ", usual)
+    except df.ParameterError:  # a phase or a percentage
         return df.reader_unit(variable)
 
 

@@ -45,6 +45,7 @@ class Plots:
         self.kept.table()
         view.compose = self.compose
         view.on_anew.append(self.redraw)
+        view.on_status.append(self._waits)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with those kept that are drawn beside it."""
@@ -53,7 +54,7 @@ class Plots:
         self.shown = None
         self.kept.show(result)
         if first is None:
-            self.drawn = figures.Drawn(figures.empty("There is no result yet; press Run."))
+            self.drawn = figures.Drawn(figures.empty("There is no result yet."))
         elif "reached" in first:
             self.drawn = figures.basins(first)
         else:
@@ -69,6 +70,11 @@ class Plots:
         known = set(df.drawable(result))
         chosen = (picture for picture in reversed(self.view.document.plots) if {picture.x, *picture.y} <= known)
         return next(chosen, None) or df.pictures_of(result)[0]
+
+    def _waits(self, text: str) -> None:
+        """Draw the results kept, or a sentence, while there is no curve yet that follows the fields."""
+        if text and self.view.result is None:
+            self.redraw()
 
     def redraw(self) -> None:
         """Draw the same results in another way."""
