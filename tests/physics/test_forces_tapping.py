@@ -46,10 +46,21 @@ def go_on(y, memory, latched, periods, points, tones, bases, kinks, tolerance, s
     return y
 
 
+class Poisoned:
+    """NumPy, but that fresh memory is no number: what is used before it is written is found."""
+
+    def __getattr__(self, name):
+        return getattr(np, name)
+
+    def empty(self, shape):
+        return np.full(shape, np.nan)
+
+
 def plain(text):
     """Return the functions of a composed module, uncompiled: one period is measured faster than `measure` compiles."""
     functions = {}
     exec(text.replace("from numba import njit", "njit = lambda **options: lambda function: function"), functions)
+    functions["np"] = Poisoned()
     return functions
 
 

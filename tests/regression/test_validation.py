@@ -11,6 +11,7 @@ from dforce.cli import app
 from dforce.forces import REGISTRY
 from dforce.validation import published
 from dforce.validation.checks import compare, half_a_digit
+from dforce.validation.disagreements import Tally
 from dforce.validation.draws import FAMILIES, draw
 
 ENTRIES = [entry for table in published.TABLES for entry in published.entries(table)]
@@ -41,6 +42,15 @@ def test_random_cases_hold_every_shipped_force_and_come_back_by_number():
     assert used == {name for name, model in REGISTRY.items() if model.__module__.startswith("dforce.forces.")}
     assert draw(1, 3).case == cases[3].case
     assert draw(2, 3).case != cases[3].case
+
+
+def test_a_disagreement_that_is_no_number_is_the_worst():
+    tally, case = Tally(), draw(1, 0)
+    for error in (1e-9, math.nan, 1e-9):
+        tally.note("resolved", {"orbit": error}, case)
+    (check,) = tally.checks()
+    assert not check.met
+    assert "1 of 3 beyond" in check.note
 
 
 @pytest.fixture(scope="module")

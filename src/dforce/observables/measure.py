@@ -186,7 +186,8 @@ def sort_steps(
     points = d.shape[0] - 1
     if latch_count():  # any step may hold a switch
         for i in range(points):
-            kind[i] = CUTS
+            # the sums over flat steps take these times nothing, and fresh memory may hold what is no number
+            kind[i], d_middle[i], v_middle[i], middle[i] = CUTS, 0.0, 0.0, 0.0
         return
     near = p[4]
     for kink in kinks:

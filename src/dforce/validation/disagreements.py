@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -88,9 +89,9 @@ class Tally:
         )
         self.outcomes[f"steady motions {how}"] += 1
         for group, found in (("default", first), ("resolved", fine)):
-            self._note(group, disagreement(problem, found.values, exact.values), case)
+            self.note(group, disagreement(problem, found.values, exact.values), case)
         if fine.values["amplitude"][0] > SEEN * problem.tones[0].A0:
-            self._note("balances", closures(problem, fine.values, fine.mean_squares()), case)
+            self.note("balances", closures(problem, fine.values, fine.mean_squares()), case)
         else:
             self.outcomes[
                 "of these, of a tip that is stuck (A below 0.01 A0): without balances, for want of a scale"
@@ -98,11 +99,13 @@ class Tally:
         common = window_length([tone.frequency for tone in problem.tones])
         by_hand = measured(problem, case.zc, exact, common)
         if by_hand is not None:
-            self._note("by_hand", disagreement(problem, exact.values, by_hand), case)
+            self.note("by_hand", disagreement(problem, exact.values, by_hand), case)
 
-    def _note(self, group: str, errors: dict[str, float], case: Draw) -> None:
+    def note(self, group: str, errors: dict[str, float], case: Draw) -> None:
+        """Note disagreements by name in one of the comparisons of :data:`GROUPS`."""
         for name, error in errors.items():
-            self.worst[group][name].values.append((error, case))
+            # what is no number is the worst there is
+            self.worst[group][name].values.append((error if math.isfinite(error) else math.inf, case))
 
     def checks(self) -> list[Check]:
         """Return the worst of each quantity in each comparison."""
