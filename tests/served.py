@@ -139,7 +139,9 @@ class Window:
 
     def open(self) -> None:
         """Open the address that the server printed, and wait for the first curve."""
-        self.page.goto(self.server.address)
+        # a class is told the name of the computer, which need not lead to it here
+        address = urllib.parse.urlsplit(self.server.address)
+        self.page.goto(f"{self.server.home}/?{address.query}")
         self.drawn()
 
     def revision(self, chart: str = ".df-main") -> int:

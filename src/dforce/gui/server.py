@@ -7,6 +7,8 @@ import shutil
 import socket
 import subprocess
 import sys
+import threading
+import time
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,7 +109,10 @@ def serve(options: Options) -> None:
     document = None if options.case is None else Document.of(options.case)
     pages.register(folder / "results", document, ALONE if alone else SHARED)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
-    app.on_startup(lambda: _announce(address, options.show, folder / "browser"))
+    told = threading.Thread(
+        target=_announce, args=(options.host, port, address, options.show, folder / "browser"), daemon=True
+    )
+    app.on_startup(told.start)
     ui.run(
         host=options.host, port=port, title="dForce", language="en-US", reload=False, show=False, dark=None,
         reconnect_timeout=RECONNECT, storage_secret=kept_secret(folder / "cookie-secret"), show_welcome_message=False,
@@ -123,7 +128,16 @@ def _named(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
-def _announce(address: str, show: str, profile: Path) -> None:
+def _announce(host: str, port: int, address: str, show: str, profile: Path) -> None:
+    """Say the address and show the window, once the server answers there."""
+    reach = {"0.0.0.0": OWN, "::": "::1"}.get(host, host)
+    until = time.monotonic() + 10.0
+    while time.monotonic() < until:
+        try:
+            socket.create_connection((reach, port), timeout=1.0).close()
+            break
+        except OSError:
+            time.sleep(0.02)
     print(f"dForce is ready at {address}\nStop it with Ctrl-C.", flush=True)
     if show == "window" and open_window(address, profile):
         return

@@ -1,0 +1,137 @@
+"""What a person saves can be read back, and what is no good is refused in a sentence."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import dforce as df
+
+AMPLITUDE = "drive.A0"
+
+
+def save(window, tmp_path, entry, **answers):
+    """Save by an entry of the menu File, and return the file."""
+    page = window.page
+    with page.expect_download() as download:
+        page.get_by_role("button", name="File").click()
+        page.get_by_role("menuitem", name=entry).click()
+        if answers:
+            form = page.locator(".df-save")
+            for label, answer in answers.items():
+                form.get_by_label(label).select_option(answer)
+            form.get_by_role("button", name="Save").click()
+    file = tmp_path / download.value.suggested_filename
+    download.value.save_as(file)
+    return file
+
+
+def open_file(window, file):
+    """Open a file as the dialog of the browser would hand it over."""
+    window.page.locator(".df-upload input[type=file]").set_input_files(file)
+
+
+@pytest.fixture
+def typed(window):
+    """Give the window with a value of its own, and the case that it then shows."""
+    case = df.example("figure-3-air").replace(AMPLITUDE, "9 nm")
+    window.type(AMPLITUDE, "9")
+    window.shows(case)
+    return window, case
+
+
+def test_a_case_is_saved_and_opened_again(typed, tmp_path):
+    window, case = typed
+    file = save(window, tmp_path, "Save case")
+    assert df.load_case(file) == case
+    window.start("figure-3-water")
+    open_file(window, file)
+    window.shows(case)
+
+
+def test_a_result_is_saved_as_netcdf_with_every_number(typed, tmp_path):
+    window, case = typed
+    result, wanted = df.read(save(window, tmp_path, "Save result", Format=".nc")), df.run(case)
+    for name in ("amplitude", "phase", "peak_force", "virial"):
+        assert np.allclose(result[name], wanted[name], rtol=1e-6, atol=1e-25, equal_nan=True)
+
+
+def test_a_result_is_saved_as_a_table_with_every_point(typed, tmp_path):
+    window, case = typed
+    file, wanted = save(window, tmp_path, "Save result", Format=".csv"), df.run(case)
+    lines = (line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+    rows = list(csv.DictReader(lines))
+    for direction in ("approach", "retract"):
+        column = [float(row["amplitude_tone1 (m)"]) for row in rows if row["direction"] == direction]
+        assert np.allclose(column, wanted.amplitude.sel(direction=direction).values.ravel(), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
+def test_a_figure_is_saved(typed, tmp_path, ending, start):
+    assert save(typed[0], tmp_path, "Save figure", Format=ending).read_bytes().startswith(start)
+
+
+def test_the_script_that_is_saved_computes_the_same(typed, tmp_path):
+    window, case = typed
+    script = save(window, tmp_path, "Save Python script")
+    ends = "\nprint(repr(case == df.load_case('wanted.toml')))\n"
+    (tmp_path / "wanted.toml").write_text(case.to_toml(), encoding="utf-8")
+    script.write_text(script.read_text(encoding="utf-8") + ends, encoding="utf-8")
+    done = subprocess.run([sys.executable, script.name], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "True"
+
+
+def test_a_project_brings_back_the_case_and_the_results(visit, tmp_path):
+    window = visit()
+    window.page.get_by_role("button", name="Keep", exact=True).click()
+    window.page.locator(".df-chip").first.wait_for()
+    window.type(AMPLITUDE, "8")
+    file = save(window, tmp_path, "Save project")
+    other = visit()
+    open_file(other, file)
+    other.page.locator(".df-chip", has_text=df.example("figure-3-air").title).wait_for()
+    box = other.field(AMPLITUDE).locator("input")
+    other.page.wait_for_function("(box) => box.value === '8'", arg=box.element_handle())
+
+
+def hostile(tmp_path):
+    """Return files that are no good, by name."""
+    case = df.example("figure-3-air").to_toml()
+    files = {
+        "broken.dforce": b"PK\x03\x04 and then nothing",
+        "broken.nc": b"\x89HDF\r\n\x1a\n" + b"\0" * 64,
+        "broken.toml": b"[cantilever\nf0 = ",
+        "plugin.toml": b'plugins = ["evil.py"]\n' + case.encode(),
+    }
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    with (tmp_path / "large.toml").open("wb") as stream:
+        stream.truncate(100_000_000)
+    return [tmp_path / name for name in (*files, "large.toml")]
+
+
+def test_a_file_that_is_no_good_is_refused_in_a_sentence_and_changes_nothing(typed, tmp_path):
+    window, case = typed
+    for file in hostile(tmp_path):
+        open_file(window, file)
+        note = window.page.locator(".q-notification")
+        note.wait_for()
+        assert "Error" not in note.inner_text() and "Traceback" not in note.inner_text(), file.name
+        note.get_by_role("button", name="Close").click()
+        note.wait_for(state="detached")
+    window.type("cantilever.Q", "250")
+    window.shows(case.replace("cantilever.Q", 250))
+
+
+def test_a_path_in_the_name_of_a_file_leads_nowhere(typed):
+    window, _ = typed
+    content = df.example("figure-3-water").to_toml()
+    upload = {"name": "../../../evil.toml", "mimeType": "application/toml", "buffer": content.encode()}
+    window.page.locator(".df-upload input[type=file]").set_input_files(upload)
+    window.shows(df.example("figure-3-water"))
+    assert list(window.server.folder.parent.rglob("evil*")) == []
