@@ -142,6 +142,7 @@ class Page:
 
     def _open(self, name: str) -> None:
         self.view.edit(Document.of(df.example(name)), anew=True)
+        self.view.session.hide_kept()  # they were of another case, and are a press away
 
     def _left(self) -> None:
         forms = self.forms = Forms(self.view)

@@ -88,6 +88,12 @@ class Session:
         for view in tuple(self.views):
             view.show_anew()
 
+    def hide_kept(self) -> None:
+        """Draw none of the results kept; they stay in the list."""
+        if any(kept.shown for kept in self.document.results):
+            hidden = tuple(dataclasses.replace(kept, shown=False) for kept in self.document.results)
+            self.look(dataclasses.replace(self.document, results=hidden))
+
     def undo(self) -> None:
         """Go back a step."""
         if self.steps:
