@@ -137,6 +137,8 @@ class Person:
 
     def see(self, figure: dict[str, Any]) -> None:
         """Note the free amplitude that a figure shows, and how long ago it was typed."""
+        if not figure["data"]:  # there is no curve yet
+            return
         values = np.frombuffer(base64.b64decode(figure["data"][0]["y"]["bdata"]))
         self.shown = float(values.max())
         since = next((since for asked, since in self.asked.items() if abs(asked - self.shown) < NEAR), None)
