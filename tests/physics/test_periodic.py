@@ -87,3 +87,21 @@ def test_settings_that_only_a_transient_has_choose_it_or_are_refused():
     assert df.SolverSettings(settle="fixed").method == "transient"
     with pytest.raises(df.ParameterError, match="goes with method"):
         df.SolverSettings(method="periodic", integrator="adaptive")
+
+
+def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():
+    """From the free motion over a rested sample the corrections take the memory along."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="63 kHz", k="9.5 N/m", Q=2.7), drive=df.Drive(A0="24 nm"),
+        tip=df.Tip(radius="16 nm"), sample=df.Sample(poisson_ratio=0.3),
+        forces=[
+            df.forces.SLSSimple(instant_modulus="100 MPa", relaxed_modulus="50 MPa", relaxation_time="4 us"),
+            df.forces.VanDerWaals(hamaker="5e-21 J"),
+        ],
+    )  # fmt: skip
+    settled = case.replace(solver=df.SolverSettings(method="transient", settle_tolerance=1e-10))
+    orbit, reference = df.dwell(case, "17 nm"), df.dwell(settled, "17 nm")
+    assert orbit.drift.item() < 1e-9
+    assert orbit.amplitude.item() == pytest.approx(reference.amplitude.item(), rel=1e-7)
+    assert orbit.peak_force.item() == pytest.approx(reference.peak_force.item(), rel=1e-6)
+    assert orbit.total_dissipated_energy.item() == pytest.approx(reference.total_dissipated_energy.item(), rel=1e-5)

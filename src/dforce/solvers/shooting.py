@@ -284,8 +284,7 @@ def follow(
         )  # fmt: skip
         infos[i, 3] += strays[w] if known else 0.0
         if infos[i, 2] == CONVERGED and infos[i, 3] > FRESH:
-            refill(memory, memory_before)
-            refill(latched, latched_before)
+            # memory and branches are those of the orbit's end, and so of its start
             tangent(
                 y, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
                 jacobian,
