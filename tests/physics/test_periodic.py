@@ -66,7 +66,7 @@ def test_a_jump_is_located_to_better_than_the_step():
 
 
 def test_a_jump_is_reported_although_the_point_behind_it_did_not_settle():
-    case = df.example("figure-3-air-jump").replace("solver.max_periods", 100)  # the motion needs some 700
+    case = df.example("figure-3-air-jump").replace("solver.max_periods", 100)  # the motion needs more
     curve = df.approach(case, zc=np.linspace(11 * NM, 9 * NM, 21), direction="approach")
     assert curve.status.values.tolist() == [df.Status.OK] * 17 + [df.Status.NOT_SETTLED] + [df.Status.OK] * 3
     assert curve.jump_zc.values == pytest.approx([9.35 * NM], abs=0.1 * NM)

@@ -144,8 +144,9 @@ class Follower:
         if near is not None:
             return near
         begun, decay = motion.period, max(4, decay_periods(self.integrator.problem))
-        for _ in range(EARLY):
-            motion, _ = march(self.integrator, motion, self.common * math.ceil(decay / self.common), watch)
+        span, most = self.common * math.ceil(decay / self.common), self.integrator.settings.max_periods
+        for _ in range(EARLY if most is None else min(EARLY, most // span)):
+            motion, _ = march(self.integrator, motion, span, watch)
             near = self._home(motion, here) if motion.is_finite else None
             if near is not None:
                 return replace(near, values=dict(near.values) | {"settling_periods": float(motion.period - begun)})
@@ -164,7 +165,7 @@ class Follower:
         """Return the orbit that a motion is so near to that it settles there, or None."""
         near = self._follow(motion, here)
         apart = _distance(near[0].motion, motion) if near else math.inf
-        if apart < AT_ONCE or (apart < LARGE and strays(self.integrator, motion, near[0], self.common or 1) < NEAR):
+        if apart < AT_ONCE or (apart < LARGE and self._stays(motion, near[0], float(here[0]))):
             return near[0]
         return None
 
@@ -257,19 +258,6 @@ def stays(integrator: Integrator, motion: Motion, orbit: Sequence[float], tangen
             return True
         motion, _ = integrator.lock_in(after, REST * common)
     return False
-
-
-def strays(integrator: Integrator, motion: Motion, point: PeriodicOrbit, common: int) -> float:
-    """Return what share of the way to other states a motion is from an orbit at the integrator's distance.
-
-    Estimated from one common period, as in ``shooting.kick``.
-    """
-    after, _ = integrator.lock_in(motion, common)
-    there = np.array(point.motion.y)
-    left = np.array(motion.y) - there
-    beyond = np.array(after.y) - there - point.tangent @ left
-    away = np.linalg.solve(np.eye(len(there)) - point.tangent, beyond)
-    return float(np.abs(away).max() / np.abs(left).max())
 
 
 def _distance(a: Motion, b: Motion) -> float:
