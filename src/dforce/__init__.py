@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from dforce.revisit import motion_at
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, row_of
+    from dforce.setpoint import at_set_point, regime
     from dforce.solvers import SolverSettings
     from dforce.sweeps import sweep
     from dforce.testing import check_force
@@ -100,6 +101,7 @@ _HOMES = {
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
     "series": ("Line", "Picture", "drawable", "goes_along", "lines_of", "pictures_of", "row_of"),
     "solvers": ("SolverSettings",),
+    "setpoint": ("at_set_point", "regime"),
     "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
@@ -153,6 +155,7 @@ __all__ = [
     "advice",
     "advice_in",
     "approach",
+    "at_set_point",
     "basins",
     "benchmark",
     "branches",
@@ -185,6 +188,7 @@ __all__ = [
     "plot",
     "read",
     "reader_unit",
+    "regime",
     "report",
     "row_of",
     "run",

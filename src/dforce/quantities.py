@@ -28,6 +28,8 @@ def _table(*rows: Observable) -> dict[str, Observable]:
 OBSERVABLES = _table(
     Observable("amplitude", "A", "m", "nm", "amplitude",
                "amplitude of the total deflection at each drive tone (lock-in)", ("tone",)),
+    Observable("amplitude_ratio", "A/A_0", "1", "1", "amplitude ratio",
+               "amplitude of the first tone as a share of its free amplitude A0: what a feedback holds at the set point"),
     Observable("phase", r"\phi", "degree", "°", "phase lag",
                "lag of the total deflection behind each drive tone: 90° when free at resonance, above in net attraction",
                ("tone",)),

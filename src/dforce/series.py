@@ -25,6 +25,7 @@ OF_CURVES = {
     "contact": ("max_indentation", "contact_time"),
     "energies": ("total_virial", "total_dissipated_energy"),
 }
+AT_SET_POINT = ("peak_force", "max_indentation")  # what one asks for first when choosing a set point
 
 
 @dataclass(frozen=True)
@@ -129,6 +130,7 @@ def pictures_of(dataset: xr.Dataset) -> list[Picture]:
         ]
     else:
         named = [Picture(along, names, title=title) for title, names in OF_CURVES.items()]
+        named.append(Picture("amplitude_ratio", AT_SET_POINT, title="force and indentation against A/A0"))
     known = set(drawable(dataset))
     return [picture for picture in named if {picture.x, *picture.y} <= known]
 

@@ -21,7 +21,7 @@ LEVELS = (
     ("solvers", "observables"),
     ("experiments", "results"),
     ("case", "series", "plot", "validity"),
-    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "validation"),
+    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "validation"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

@@ -74,6 +74,7 @@ def finish_each(
     d_min = rows[:, :, m.D_MIN].min(1)
     values = {
         "amplitude": np.abs(total) * lengths,
+        "amplitude_ratio": np.abs(total[:, 0]),  # lengths are in units of A0
         "phase": phase_lag(total),
         "mode_amplitude": np.abs(of_modes) * lengths,
         "mode_phase": phase_lag(of_modes),
