@@ -194,13 +194,23 @@ class Cantilever(Parameters):
     }  # fmt: skip
 
     f0: float | None = param(
-        None, unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency of the only mode"
+        None,
+        unit="Hz",
+        symbol="f_0",
+        above="0 Hz",
+        high="10 GHz",
+        doc="resonance frequency; of several modes each has its own",
     )
     k: float | None = param(
-        None, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the only mode"
+        None,
+        unit="N/m",
+        symbol="k",
+        above="0 N/m",
+        high="1e8 N/m",
+        doc="spring constant; of several modes each has its own",
     )
     Q: float | None = param(
-        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor of the only mode, above 0.5"
+        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
     )
     modes: tuple[Mode, ...] = pydantic.Field((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Beam | None = pydantic.Field(None, description="a rectangular cantilever, instead of its modes")
@@ -264,7 +274,7 @@ class Drive(Parameters):
     }  # fmt: skip
 
     A0: float | None = param(
-        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude of the only tone"
+        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of several tones each has its own"
     )
     frequency: float | None = param(
         None,
@@ -274,10 +284,10 @@ class Drive(Parameters):
         high="10 GHz",
         doc="drive frequency; left out: the f0 of its mode",
     )
-    mode: int | None = pydantic.Field(
-        None, ge=1, le=MOST_MODES, description="mode of the only tone, from 1; left out: 1"
+    mode: int | None = pydantic.Field(None, ge=1, le=MOST_MODES, description="mode that is driven, from 1; left out: 1")
+    phase: float = param(
+        "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the drive at time zero"
     )
-    phase: float = param("0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the only tone")
     tones: tuple[Tone, ...] = pydantic.Field((), max_length=MOST_MODES, description="tones, instead of a single one")
     acts_on: Literal["all_modes", "own_mode"] = pydantic.Field(
         "all_modes",

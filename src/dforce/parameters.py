@@ -256,7 +256,8 @@ class Parameters(pydantic.BaseModel):
         """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""
         value = getattr(self, field)
         if value is None:
-            raise ParameterError(f"{self.section()}.{field} ({self.quantities()[field].doc}) is missing")
+            what = self.quantities()[field].doc.partition(";")[0]
+            raise ParameterError(f"{self.section()}.{field} ({what}) is missing")
         return float(value)
 
     def replace(self, **changes: Any) -> Self:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.gui.document import FIRST
 
 AMPLITUDE = "drive.A0"
 
@@ -94,7 +95,7 @@ def test_a_project_brings_back_the_case_and_the_results(visit, tmp_path):
     file = save(window, tmp_path, "Save project")
     other = visit()
     open_file(other, file)
-    other.page.locator(".df-chip", has_text=df.example("figure-3-air").title).wait_for()
+    other.page.locator(".df-chip", has_text=df.example(FIRST).title).wait_for()
     box = other.field(AMPLITUDE).locator("input")
     other.page.wait_for_function("(box) => box.value === '8'", arg=box.element_handle())
 

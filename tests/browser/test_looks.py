@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
+from dforce.gui.document import FIRST
 
 TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
 
@@ -106,7 +107,7 @@ def test_two_people_do_not_see_each_other(window, visit):
     window.shows(df.example("figure-3-air").replace("drive.A0", "4 nm"))
     assert other.field("drive.A0").locator("input").input_value() == "10"
     other.page.reload()
-    other.shows(df.example("figure-3-air"))
+    other.shows(df.example(FIRST))
     assert other.field("drive.A0").locator("input").input_value() == "10"
 
 

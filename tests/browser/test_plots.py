@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
+from dforce.gui.document import FIRST
 
 AMPLITUDE = "drive.A0"
 
@@ -35,12 +36,27 @@ def test_results_kept_are_drawn_over_each_other_and_their_difference_is_listed(v
         .map((one) => Math.round(Math.max(...one.y))).sort().join()"""
     page.wait_for_function(f"() => ({far_away})() === '10,10,8,8'")
     page.get_by_role("button", name="What differs").click()
-    table = page.get_by_role("table")
+    table = page.locator(".df-differences table")
     table.wait_for()
     assert "8 nm" in table.inner_text()
     assert "10 nm" in table.inner_text()
     page.get_by_role("button", name="remove").first.click()
-    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "8 nm"))
+    window.shows(df.example(FIRST).replace(AMPLITUDE, "8 nm"))
+
+
+def test_the_free_amplitude_that_keeps_the_force_low_at_the_set_point_is_found_with_the_slider(visit):
+    window = visit()
+    forces = window.page.locator(".df-setpoint tbody td:nth-child(3)")
+    handle = window.page.locator('.df-slider input[type="range"]')
+    handle.focus()
+    while max(map(float, forces.all_inner_texts())) >= 200.0:  # pN
+        with window.redrawn():
+            window.page.keyboard.press("PageDown")
+    found = float(handle.input_value())
+    assert 5.0 < found < 9.0
+    case = df.example(FIRST).replace(AMPLITUDE, f"{found} nm")
+    states = df.at_set_point(df.run(case), 0.8, ["peak_force"])
+    assert float(states["peak_force"].max()) < 200e-12
 
 
 def test_no_button_of_a_chart_sends_it_away(window):

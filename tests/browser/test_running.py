@@ -8,6 +8,7 @@ import pytest
 from served import served
 
 import dforce as df
+from dforce.gui.document import FIRST
 
 AMPLITUDE = "drive.A0"
 
@@ -95,7 +96,7 @@ def test_what_is_typed_without_a_connection_arrives_when_it_is_back(visit):
     window = visit()
     with cut(window):
         window.type(AMPLITUDE, "7")
-    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "7 nm"))
+    window.shows(df.example(FIRST).replace(AMPLITUDE, "7 nm"))
     assert window.field(AMPLITUDE).locator("input").input_value() == "7"
 
 
@@ -113,7 +114,7 @@ def test_a_server_that_was_killed_and_started_again_has_what_was_typed(visit, tm
             server.start()
         assert window.field("cantilever.Q").locator("input").input_value() == "20 N/m"
         window.type("cantilever.Q", "255")
-        window.shows(df.example("figure-3-air").replace(AMPLITUDE, "6 nm").replace("cantilever.k", 0.8))
+        window.shows(df.example(FIRST).replace(AMPLITUDE, "6 nm").replace("cantilever.k", 0.8))
 
 
 @pytest.mark.parametrize("width", [1366, 1024, 620])

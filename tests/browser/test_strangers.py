@@ -13,6 +13,7 @@ import pytest
 from served import served
 
 import dforce as df
+from dforce.gui.document import FIRST
 
 
 def ask(server, path="/", method="GET", headers=None, body=None, known=True):
@@ -125,12 +126,12 @@ def test_in_a_class_one_asks_for_no_more_than_others_can_spare(visit, shared):
 def test_in_a_class_nobody_sees_what_another_typed_or_computed(visit, shared):
     one, other = visit(shared), visit(shared)
     one.type("drive.A0", "4")
-    one.shows(df.example("figure-3-air").replace("drive.A0", "4 nm"))
+    one.shows(df.example(FIRST).replace("drive.A0", "4 nm"))
     one.page.get_by_role("button", name="Keep", exact=True).click()
     one.page.locator(".df-chip").first.wait_for()
     (identifier,) = [file.stem for file in (shared.folder / "results").rglob("*.nc")]
     other.page.reload()
-    other.shows(df.example("figure-3-air"))
+    other.shows(df.example(FIRST))
     assert other.page.locator(".df-chip").count() == 0
     for path in (f"/results/{identifier}.nc", f"/{identifier}.nc", f"/download/{identifier}"):
         assert other.page.request.get(shared.home + path).status == 404

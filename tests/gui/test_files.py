@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import functools
 import io
 import json
@@ -13,13 +12,12 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from nicegui.testing.user_simulation import user_simulation
+from simulated import window
 
 import dforce as df
 from dforce.gui import files, project, uploads
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer
-from dforce.gui.pages import Page
 from dforce.gui.session import Session
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
@@ -33,21 +31,6 @@ def result():
 @functools.cache
 def netcdf():
     return files.written(lambda path: df.write(result(), path), ".nc")
-
-
-@contextlib.asynccontextmanager
-async def window(folder):
-    """Give the page of a simulated browser; nothing follows by itself."""
-    pages = []
-
-    def root():
-        pages.append(Page(Session({}, folder)))
-        pages[0].view._latest.ask = lambda wanted: None
-
-    async with user_simulation(root=root) as user:
-        await user.open("/")
-        with user.client:
-            yield pages[0]
 
 
 def changed(tmp_path, change):
@@ -159,7 +142,7 @@ def test_a_project_comes_back_with_all_that_was_typed_and_its_results(tmp_path, 
     data, document = made
 
     async def flow():
-        async with window(tmp_path / "two") as page:
+        async with window(tmp_path / "two", live=False) as (_, page):
             session = page.view.session
             await session.keep(result())
             await page.files.open(data)
@@ -224,7 +207,7 @@ def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
     broken = with_document(lambda plain: plain["table"].update(cantilever={"modes": 3}))
 
     async def flow():
-        async with window(tmp_path / "two") as page:
+        async with window(tmp_path / "two", live=False) as (_, page):
             session = page.view.session
             await session.keep(result())
             before, shelf = session.document, session.shelf.names()
@@ -242,7 +225,7 @@ def test_a_zip_that_is_cut_short_is_refused(tmp_path, made):
 
 def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
     async def flow():
-        async with window(tmp_path) as page:
+        async with window(tmp_path, live=False) as (_, page):
             await page.files.open(netcdf())
             (kept,) = page.view.document.results
             assert page.view.document.case() == CASE.from_toml(result().attrs["case"])
@@ -288,7 +271,7 @@ def catch(monkeypatch):
 
 def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
     async def flow():
-        async with window(tmp_path) as page:
+        async with window(tmp_path, live=False) as (_, page):
             saved = catch(monkeypatch)
             page.view.edit(Document.of(CASE), anew=True)
             await page.files.save_script()
@@ -303,7 +286,7 @@ def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
 
 def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
     async def flow():
-        async with window(tmp_path) as page:
+        async with window(tmp_path, live=False) as (_, page):
             saved = catch(monkeypatch)
             page.view.result = result()
             await page.files.save_result("", ".csv")

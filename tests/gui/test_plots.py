@@ -3,53 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 
 import numpy as np
 import pytest
-from nicegui.testing.user_simulation import user_simulation
+from simulated import element, send, until, window
 
 import dforce as df
 from dforce.gui.kept import Strip, Table
 from dforce.gui.motion import Drawing
-from dforce.gui.pages import Page
 from dforce.gui.plots import Picker
 from dforce.gui.session import Session
 
 CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")
-
-
-@contextlib.asynccontextmanager
-async def window(folder, session=None):
-    """Give a simulated browser, its page, and the session."""
-    pages = []
-    session = session or Session({}, folder)
-
-    def root():
-        pages.append(Page(session))
-        pages[0].view._latest.ask = lambda wanted: None  # no live curve comes in between
-
-    async with user_simulation(root=root) as user:
-        await user.open("/")
-        yield user, pages[0], session
-
-
-def element(user, kind):
-    with user.client:
-        return next(element for element in user.client.elements.values() if isinstance(element, kind))
-
-
-def send(element, name, args=None):
-    """Let the browser's part of an element say something."""
-    for listener in element._event_listeners.values():
-        if listener.type == name:
-            element._handle_event({"listener_id": listener.id, "args": args})
-
-
-async def until(true, seconds=20.0):
-    async with asyncio.timeout(seconds):
-        while not true():
-            await asyncio.sleep(0.02)
 
 
 def show(page, result):
@@ -60,7 +25,8 @@ def show(page, result):
 
 def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
     async def flow():
-        async with window(tmp_path) as (user, page, session):
+        async with window(tmp_path, live=False) as (user, page):
+            session = page.view.session
             show(page, df.run(CASE))
             picker = element(user, Picker)
             assert [one["name"] for one in picker.props["all"]][:2] == ["zc", "amplitude"]
@@ -76,7 +42,8 @@ def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
 
 def test_a_new_axis_takes_quantities_that_go_along_with_it(tmp_path):
     async def flow():
-        async with window(tmp_path) as (user, page, session):
+        async with window(tmp_path, live=False) as (user, page):
+            session = page.view.session
             show(page, df.run(df.example("table-1-am")))
             given = {"x": "frequency", "y": ["deflection", "force"], "together": False, "logarithmic": False}
             send(element(user, Picker), "own", given)
@@ -88,7 +55,8 @@ def test_a_new_axis_takes_quantities_that_go_along_with_it(tmp_path):
 @pytest.mark.parametrize("x", ["zc", "phase"])
 def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
     async def flow():
-        async with window(tmp_path) as (user, page, session):
+        async with window(tmp_path, live=False) as (user, page):
+            session = page.view.session
             result = df.run(CASE)
             session.document = session.document.__class__.of(CASE)
             session.look(session.document.__class__(session.document.table, plots=(df.Picture(x, ("amplitude",)),)))
@@ -109,7 +77,7 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
 
 def test_the_motion_of_an_unstable_state_says_that_no_experiment_shows_it(tmp_path):
     async def flow():
-        async with window(tmp_path) as (user, page, _):
+        async with window(tmp_path, live=False) as (user, page):
             show(page, df.run(df.example("figure-3-branches")))
             curve = next(n for n, trace in enumerate(page.plots.drawn.traces) if trace and not trace[1].stable)
             line = page.plots.drawn.traces[curve][1]
@@ -123,7 +91,8 @@ def test_the_motion_of_an_unstable_state_says_that_no_experiment_shows_it(tmp_pa
 
 def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
     async def flow():
-        async with window(tmp_path) as (user, page, session):
+        async with window(tmp_path, live=False) as (user, page):
+            session = page.view.session
             show(page, df.run(CASE))
             strip = element(user, Strip)
             send(strip, "keep")
@@ -152,7 +121,7 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
 
     async def flow():
         session = Session(store, tmp_path)
-        async with window(tmp_path, session) as (_, page, _):
+        async with window(tmp_path, session, live=False) as (_, page):
             await session.keep(df.run(CASE))
             session.look(session.document.__class__(session.document.table, results=session.document.results,
                                                     plots=(df.Picture("zc", ("phase",)),)))  # fmt: skip

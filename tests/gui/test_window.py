@@ -3,39 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import re
 import time
 from typing import ClassVar
 
 import pytest
-from nicegui.testing.user_simulation import user_simulation
+from simulated import until, window
 
 import dforce as df
-from dforce.gui.compute import Job
+from dforce.gui.compute import Job, Live
 from dforce.gui.entry import Entry
-from dforce.gui.pages import Page
 from dforce.gui.session import Session
-
-
-@contextlib.asynccontextmanager
-async def window(folder, session=None, unsent=()):
-    """Give a simulated browser and the session that it shows."""
-    pages = []
-
-    def root():
-        pages.append(Page(session or Session({}, folder)))
-
-    async with user_simulation(root=root) as user:
-        user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: unsent
-        user.javascript_rules[re.compile(r'return runMethod\(\d+, "draw"')] = lambda match: (
-            True
-        )  # charts are drawn at once
-        await user.open("/")
-        try:
-            yield user, pages[0]
-        finally:
-            pages[0].view.session.close()
 
 
 def entry(user, path):
@@ -112,18 +89,11 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
         del df.forces.REGISTRY["window_test_spring"]
 
 
-async def until(true, seconds=20.0):
-    """Wait for something to become true."""
-    async with asyncio.timeout(seconds):
-        while not true():
-            await asyncio.sleep(0.02)
-
-
 def test_a_run_keeps_its_result(tmp_path):
     async def flow():
-        session = Session({}, tmp_path)
-        async with window(tmp_path, session) as (_, page):
+        async with window(tmp_path) as (_, page):
             await page.view.run()
+            session = page.view.session
             assert session.job.state == "done"
             (kept,) = session.document.results
             assert session.shelf.take(kept.id).sizes["zc"] == 221
@@ -150,6 +120,34 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
             assert 0 < int((result["status"] == df.Status.OK).sum()) < 4002
 
     asyncio.run(flow())
+
+
+def test_an_example_that_takes_long_is_run_when_it_is_opened(tmp_path, monkeypatch):
+    monkeypatch.setattr("dforce.gui.view.live_curve", lambda *_: Live(None, gave_up=True))
+
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            page._open("figure-3-water")
+            await until(lambda: page.view.session.document.results)
+            assert page.view.result.attrs["title"] == df.example("figure-3-water").title
+            type_into(user, "drive.A0", "9", "nm")  # an edit waits for Run
+            await until(lambda: "press Run" in page.view.status)
+            assert len(page.view.session.document.results) == 1
+
+    asyncio.run(flow())
+
+
+def test_a_failure_in_a_simulated_window_ends_at_once_although_something_runs(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            type_into(user, "drive.A0", "5", "nm")
+            run = asyncio.create_task(page.view.run())
+            await asyncio.sleep(0.1)
+            assert not run.done()
+            raise ArithmeticError
+
+    with pytest.raises(ArithmeticError):
+        asyncio.run(flow())
 
 
 def test_what_a_run_gives_only_after_it_counts_as_stopped_is_kept():

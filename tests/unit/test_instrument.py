@@ -73,14 +73,14 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         (lambda: Cantilever(f0="48.9 nm", k=1, Q=1), "cantilever.f0 is '48.9 nm', which is a length"),
         (lambda: Cantilever(f0="3 rad/s", k=1, Q=1), "divide an angular frequency by 2 pi"),
         (lambda: Cantilever(), "cantilever is empty; give f0, k and Q, or a list of modes, or a beam"),
-        (lambda: Cantilever(f0=1, k=1), "cantilever.Q (quality factor of the only mode"),
+        (lambda: Cantilever(f0=1, k=1), "cantilever.Q (quality factor) is missing"),
         (lambda: Cantilever(f0=1, k=1, Q=1, beam=SILICON), "cantilever has both f0, k, Q and beam"),
         (
             lambda: Cantilever(modes=[{"f0": 1, "k": 1, "Q": 1, "m": 1}]),
             "cantilever.modes.1 has no parameter 'm'",
         ),
         (lambda: Cantilever(modes=[{"f0": 1, "k": 1, "Q": 1}] * 11), "cantilever.modes"),
-        (lambda: Drive(), "drive.A0 (free amplitude of the only tone) is missing"),
+        (lambda: Drive(), "drive.A0 (free amplitude) is missing"),
         (lambda: Drive(A0=1e-9, tones=[{"A0": 1e-9}]), "drive has both A0 and tones"),
         (lambda: Drive(A0="0 nm"), "drive.A0 = 0 m is not above 0 nm"),
         (

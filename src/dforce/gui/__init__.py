@@ -25,6 +25,8 @@ entry      the element of one field (entry.js) and of one slider (slider.js)
 forms      the tabs: fields, lists, choices, forces
 sliders    parameters on sliders
 menus      menus of titles and sentences
+setpoint   the quantities at the set point (setpoint.js)
+setpoint   the quantities at the set point (setpoint.js)
 view       one page of a session: forms, live curve, run bar, errors and advice at their fields
 pages      the layout: header with menus, tabs at the left, plots at the right
 limits     what one may ask of a server that others use too

@@ -14,10 +14,11 @@ import dforce as df
 
 Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count from 0
 
-FIRST = "figure-3-air"  # what a new window shows
+FIRST = "figure-3-air-jump"  # what a new window shows
 MOST_SLIDERS = 12
 MOST_PLOTS = 10
 LONGEST_NAME = 120
+LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,8 @@ class Document:
         The pictures chosen, each for the results that have its quantities; others are drawn as suits them.
     results
         The results kept, the newest last; :mod:`dforce.gui.results` holds them.
+    set_point
+        The share of the free amplitude at which quantities are read off the curves.
     """
 
     table: Mapping[str, Any]
@@ -67,6 +70,7 @@ class Document:
     sliders: tuple[Slider, ...] = ()
     plots: tuple[df.Picture, ...] = ()
     results: tuple[Kept, ...] = ()
+    set_point: float = 0.8
 
     @classmethod
     def of(cls, case: df.Case) -> Self:
@@ -75,8 +79,8 @@ class Document:
 
     @classmethod
     def first(cls) -> Self:
-        """Return the document that a new window shows."""
-        return cls.of(df.example(FIRST))
+        """Return the document that a new window shows: curves that have something on a slider to follow."""
+        return dataclasses.replace(cls.of(df.example(FIRST)), sliders=(Slider(("drive", "A0"), 2.0, 12.0),))
 
     def case(self) -> df.Case:
         """Return the case without the forces that are switched off.
@@ -170,6 +174,7 @@ class Document:
                 sliders=sliders[:MOST_SLIDERS],
                 plots=tuple(_picture(given) for given in plain["plots"][:MOST_PLOTS]),
                 results=tuple(_kept(given) for given in plain["results"]),
+                set_point=min(max(float(plain["set_point"]), LOWEST_SET_POINT), HIGHEST_SET_POINT),
             )
         except (KeyError, TypeError, ValueError, AttributeError):
             raise df.CaseError("what was kept of the last visit cannot be read") from None

@@ -46,11 +46,12 @@ MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
 
 @dataclass(frozen=True)
 class Layer:
-    """A result in a figure, with its name and color where it is one of several."""
+    """A result in a figure, with its name and color where it is one of several, and its states at the set point."""
 
     result: xr.Dataset
     name: str = ""
     color: int = 0
+    states: xr.Dataset | None = None
 
 
 @dataclass(frozen=True)
@@ -192,6 +193,9 @@ class _Maker:
                 })  # fmt: skip
                 for mark in _marks(line, self.x_scale, scale, look["line"]["color"]):
                     self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **mark})
+            if layer.states is not None and layer.states.sizes["crossing"] and name in layer.states:
+                rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
+                self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **rings})
 
     def _add(self, what: tuple[Layer, df.Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
@@ -239,6 +243,17 @@ def _marks(line: df.Line, x_scale: float, scale: float, color: int) -> Iterator[
             "name": kind.replace("_", " "), "marker": {"symbol": SIGNS[kind], "size": 8, "color": color},
             "hovertemplate": f"{_plain(kind.replace('_', ' '))}<extra></extra>",
         }  # fmt: skip
+
+
+def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Figure:
+    """Return the trace that marks the states at the set point."""
+    values = states[y].values.reshape(states.sizes["crossing"], -1)
+    at = np.broadcast_to(states[x].values.reshape(len(values), -1)[:, :1], values.shape)
+    return {
+        "x": packed(at.ravel() / x_scale), "y": packed(values.ravel() / scale), "type": "scatter", "mode": "markers",
+        "name": f"set point {100.0 * states.attrs['set_point']:.4g} %", "hoverinfo": "skip",
+        "marker": {"symbol": "circle-open", "size": 11, "color": "ink", "line": {"width": 2}},
+    }  # fmt: skip
 
 
 def basins(result: xr.Dataset) -> Drawn:

@@ -89,7 +89,7 @@ class Files:
         session = self.view.session
         kind = uploads.kind_of(data)
         if kind == "case":
-            self.view.edit(await asyncio.to_thread(uploads.document_from, data), anew=True)
+            self.view.open(await asyncio.to_thread(uploads.document_from, data))
         elif kind == "result":
             result = await asyncio.to_thread(uploads.result_from, data, session.shelf.folder)
             case = session.limits.check(uploads.case_of(str(result.attrs["case"])))

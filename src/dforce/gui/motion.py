@@ -110,11 +110,12 @@ def _sentence(words: str) -> str:
 
 
 def _places(point: xr.Dataset) -> list[dict[str, str]]:
-    """Return where a point is: symbols with values, and the direction."""
+    """Return where a point is: symbols with values, the direction, and which state it is."""
     along = str(point.attrs.get("along", "zc"))
     names = dict.fromkeys(["zc", along, "frequency", "direction", "state"])
     there = [point[name] for name in names if name in point.coords and point[name].ndim == 0]
-    return [{"symbol": df.html_symbol(str(one.attrs.get("symbol", ""))), "text": _text(one)} for one in there]
+    found = [{"symbol": df.html_symbol(str(one.attrs.get("symbol", ""))), "text": _text(one)} for one in there]
+    return found + [{"symbol": "", "text": f"{word} state"} for word in (df.regime(point),) if word]
 
 
 def _text(variable: xr.DataArray) -> str:

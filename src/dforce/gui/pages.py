@@ -141,7 +141,7 @@ class Page:
         app.storage.user["dark"] = self.dark.value
 
     def _open(self, name: str) -> None:
-        self.view.edit(Document.of(df.example(name)), anew=True)
+        self.view.open(Document.of(df.example(name)))
         self.view.session.hide_kept()  # they were of another case, and are a press away
 
     def _left(self) -> None:

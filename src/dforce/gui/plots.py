@@ -14,6 +14,7 @@ from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
 from dforce.gui.kept import KeptResults
 from dforce.gui.motion import MotionPanel
+from dforce.gui.setpoint import SetPoint
 from dforce.gui.view import View
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class Plots:
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked)
             self.motion = MotionPanel()
+        self.set_point = SetPoint(view)
         self.kept.table()
         view.compose = self.compose
         view.on_anew.append(self.redraw)
@@ -60,8 +62,10 @@ class Plots:
         else:
             wanted = self.shown = self.wanted(first)
             self._offer(first, wanted)
+            layers = self.set_point.marked(layers, wanted)
             self.drawn = figures.picture(layers, wanted)
         self.picker.set_visibility(first is not None and "reached" not in first)
+        self.set_point.show(layers, self.shown)
         self.motion.follow(result)
         return self.drawn.figure
 

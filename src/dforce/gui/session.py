@@ -112,7 +112,8 @@ class Session:
         self._take(self._with_looks(document), anew=True)
 
     def _with_looks(self, document: Document) -> Document:
-        return dataclasses.replace(document, results=self.document.results, plots=self.document.plots)
+        mine = self.document
+        return dataclasses.replace(document, results=mine.results, plots=mine.plots, set_point=mine.set_point)
 
     def _take(self, document: Document, anew: bool) -> None:
         self.document = document
@@ -164,7 +165,9 @@ class Session:
             here = set(self.shelf.names())
             taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
             others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
-            self.document = dataclasses.replace(self.document, results=(*others, *taken), plots=document.plots)
+            self.document = dataclasses.replace(
+                self.document, results=(*others, *taken), plots=document.plots, set_point=document.set_point
+            )
             self.edit(document, anew=True)
         except Exception as error:
             for name in set(names.values()) & set(self.shelf.names()):

@@ -9,6 +9,8 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from nicegui import background_tasks
+
 import dforce as df
 from dforce.gui import figures
 from dforce.gui.chart import Chart
@@ -77,6 +79,7 @@ class View:
         self.result: xr.Dataset | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
         self.said, self.status = Said(), ""
+        self._opened: Document | None = None  # what was opened last, until its curve is there
         self._force_drawn = -FORCE_EVERY
         self._latest = Latest(self._compute)
 
@@ -100,6 +103,11 @@ class View:
     def edit(self, document: Document, name: str = "", anew: bool = False) -> None:
         """Take a new document; see :meth:`Session.edit`."""
         self.session.edit(document, name=name, anew=anew)
+
+    def open(self, document: Document) -> None:
+        """Show a document from elsewhere; where its curve takes long, it is run at once."""
+        self.edit(document, anew=True)
+        self._opened = self.document
 
     def show(self, anew: bool) -> None:
         """Show the session's document, and ask for its curve."""
@@ -160,6 +168,10 @@ class View:
             if self.said.wrong:
                 self._say(Said())
             result = await self._live(case)
+            if document is self._opened and not self._latest.overtaken:
+                self._opened = None
+                if result is None:
+                    await self._run_opened()
             if not self._latest.overtaken or time.monotonic() - self._force_drawn > FORCE_EVERY:
                 await self._draw_force(case)
             advice = df.advice(case) if result is None else df.advice_in(result)
@@ -193,6 +205,13 @@ class View:
         self._status("")
         await self._draw(live.result, kept=False)
         return live.result
+
+    async def _run_opened(self) -> None:
+        """Take away the curves of another case, and run what was opened."""
+        self.result = None
+        await self.main.draw(self.compose(None))
+        self._status("")
+        background_tasks.create(self.run(), name="run what was opened")
 
     async def _draw_force(self, case: df.Case) -> None:
         curve = await in_thread(LIVE, lambda: df.force_curve(case))

@@ -1,0 +1,132 @@
+"""The quantities at the set point: a field for A/A0, and a table of the states in which the curves reach it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.gui.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
+from dforce.gui.figures import Layer, unit_of
+from dforce.gui.view import View
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_COLUMNS = 10
+MOST_ROWS = 30
+NONE = "No state on these curves has this amplitude."
+TOO_NEAR = "The amplitude stays below this everywhere; let the curve begin farther from the surface (tab Experiment)."
+
+
+class Readout(ui.element, component="setpoint.js"):
+    """The field and the table."""
+
+
+class SetPoint:
+    """Reads the quantities at the set point off the curves of one page."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.element = Readout()
+        self.element.props.update(low=100.0 * LOWEST_SET_POINT, high=100.0 * HIGHEST_SET_POINT)
+        self.element.set_visibility(False)
+        self.element.on("percent", self._changed)
+
+    def marked(self, layers: Sequence[Layer], wanted: df.Picture) -> list[Layer]:
+        """Return layers with their states at the set point, those that are curves."""
+        return [dataclasses.replace(layer, states=self._states(layer.result, wanted)) for layer in layers]
+
+    def show(self, layers: Sequence[Layer], wanted: df.Picture | None) -> None:
+        """Show the states of layers."""
+        with_states = [layer for layer in layers if layer.states is not None]
+        self.element.set_visibility(bool(with_states))
+        if not with_states or wanted is None:
+            return
+        columns = _columns(with_states, wanted)
+        rows = [row for layer in with_states for row in _rows(layer, columns, len(with_states) > 1)]
+        changed = {
+            "percent": round(100.0 * self.view.document.set_point, 6), "rows": rows[:MOST_ROWS],
+            "columns": [column.head for column in columns], "text": "" if rows else self._why(with_states),
+        }  # fmt: skip
+        if any(self.element.props.get(key) != value for key, value in changed.items()):
+            self.element.props.update(changed)
+            self.element.update()
+
+    def _why(self, layers: Sequence[Layer]) -> str:
+        """Say why there is no row."""
+        most = max(float(np.nanmax(layer.result["amplitude_ratio"].values, initial=0.0)) for layer in layers)
+        return TOO_NEAR if most < self.view.document.set_point else NONE
+
+    def _states(self, result: xr.Dataset, wanted: df.Picture) -> xr.Dataset | None:
+        known = set(df.drawable(result, df.goes_along(result)))
+        names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
+        try:
+            return df.at_set_point(result, self.view.document.set_point, [name for name in names if name in known])
+        except df.ParameterError:  # it is no curve
+            return None
+
+    def _changed(self, event: GenericEventArguments) -> None:
+        share = float(event.args) / 100.0
+        if LOWEST_SET_POINT <= share <= HIGHEST_SET_POINT:
+            self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
+
+
+@dataclasses.dataclass(frozen=True)
+class Column:
+    """A column of the table: a quantity, of which tone or mode, its unit, and what stands above it."""
+
+    name: str
+    index: tuple[int, ...]
+    scale: float
+    head: dict[str, str]
+
+
+def _asked_first(result: xr.Dataset) -> tuple[str, ...]:
+    """Return what is usually drawn against the amplitude ratio."""
+    return next((picture.y for picture in df.pictures_of(result) if picture.x == "amplitude_ratio"), ())
+
+
+def _columns(layers: Sequence[Layer], wanted: df.Picture) -> list[Column]:
+    first = layers[-1]
+    assert first.states is not None
+    names = dict.fromkeys([str(first.states.attrs["along"]), *_asked_first(first.result), *wanted.y])
+    found = (column for name in names if name in first.states for column in _of_quantity(layers, name))
+    return list(found)[:MOST_COLUMNS]
+
+
+def _of_quantity(layers: Sequence[Layer], name: str) -> Iterator[Column]:
+    """Give the columns of a quantity, one for each tone or mode, in the unit of its axis."""
+    scale, unit = max(unit_of(layer.result[name]) for layer in layers if name in layer.result)
+    states = layers[-1].states
+    assert states is not None
+    variable = states[name]
+    dims = variable.dims[1:]
+    for index in np.ndindex(*variable.shape[1:]):
+        which = [f"{dim} {n + 1}" for dim, n in zip(dims, index, strict=True) if variable.sizes[dim] > 1]
+        label = ", ".join([str(variable.attrs.get("long_name", name)), *which])
+        head = {"label": label, "symbol": df.html_symbol(str(variable.attrs.get("symbol", ""))), "unit": unit}
+        yield Column(name, index, scale, head | ({"unit": ""} if unit == "1" else {}))
+
+
+def _rows(layer: Layer, columns: Sequence[Column], several: bool) -> list[dict[str, Any]]:
+    """Return the rows of a layer; directions in which the state is the same share one."""
+    states = layer.states
+    assert states is not None
+    merged: dict[tuple[str, ...], list[str]] = {}
+    for n in range(states.sizes["crossing"]):
+        unstable = "stable" in states and not bool(states["stable"][n])
+        state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
+        cells = tuple(
+            f"{states[column.name].values[(n, *column.index)] / column.scale:.4g}" if column.name in states else "–"
+            for column in columns
+        )
+        ways = merged.setdefault((state, *cells), [])
+        ways += [str(states["direction"].values[n])] if "direction" in states.coords else []
+    name = {"name": layer.name, "color": layer.color} if several else {}
+    return [{"ways": " and ".join(ways), "state": key[0], "cells": key[1:], **name} for key, ways in merged.items()]
