@@ -11,6 +11,7 @@ import pytest
 import dforce as df
 from dforce.gui import compute
 from dforce.gui.compute import Job, Latest, in_thread, live_curve
+from dforce.gui.session import Session
 
 SLOW = {"method": "transient", "settle_tolerance": 1e-12}  # thousands of periods at each distance
 
@@ -98,7 +99,7 @@ def test_the_event_loop_is_free_while_a_thread_computes():
 def test_runs_wait_for_their_turn_in_order(monkeypatch):
     """One worker, three runs: they come one after the other, as they were asked for."""
     order = []
-    monkeypatch.setattr(compute, "RUNS", compute.ThreadPoolExecutor(1))
+    monkeypatch.setattr(compute, "TURNS", compute.Turns(1))
 
     def remembering(case, progress):
         order.append(case.title)
@@ -113,6 +114,86 @@ def test_runs_wait_for_their_turn_in_order(monkeypatch):
     asyncio.run(flow())
     assert order == ["a", "b", "c"]
     assert {job.state for job in jobs} == {"done"}
+
+
+def in_looks(monkeypatch, order):
+    """Let a run be a count of looks at its progress, the number in its title, some 10 ms apart."""
+    monkeypatch.setattr(compute, "TURNS", compute.Turns(1))
+    monkeypatch.setattr(compute, "TURN", 0.05)
+    result = df.dwell(df.example("figure-3-air"), zc="5 nm")
+
+    def counting(case, progress):
+        name, count = case.title.split()
+        try:
+            for done in range(int(count)):
+                progress(done, int(count), "")
+                time.sleep(0.01)
+        except KeyboardInterrupt:
+            return result.assign_attrs(interrupted=1)
+        order.append(name)
+        return result
+
+    monkeypatch.setattr(df, "run", counting)
+
+
+def job(title):
+    return Job(df.example("figure-3-air").replace("title", title))
+
+
+def test_a_long_run_of_one_person_does_not_keep_another_waiting(monkeypatch):
+    order = []
+    in_looks(monkeypatch, order)
+
+    async def flow():
+        long = asyncio.ensure_future(job("long 300").go(lambda: None))
+        await asyncio.sleep(0.1)
+        begun = time.monotonic()
+        await job("short 5").go(lambda: None, every=0.01)
+        took = time.monotonic() - begun
+        assert not long.done()
+        await long
+        return took
+
+    # its turn comes after 0.05 s, and it takes 0.05 s; the long one takes 3 s
+    assert asyncio.run(flow()) < 1.0
+    assert order == ["short", "long"]
+
+
+def test_the_next_run_of_a_person_goes_behind_those_of_others(monkeypatch, tmp_path):
+    order = []
+    in_looks(monkeypatch, order)
+    monkeypatch.setattr(compute, "TURN", 60.0)  # nobody has to pass on
+
+    async def flow():
+        one = Session({}, tmp_path / "one")
+
+        async def twice():
+            await one.run(df.example("figure-3-air").replace("title", "first 20"), lambda job: None)
+            await one.run(df.example("figure-3-air").replace("title", "second 2"), lambda job: None)
+
+        going = asyncio.ensure_future(twice())
+        await asyncio.sleep(0.05)
+        waiting = [Session({}, tmp_path / str(n)) for n in range(3)]
+        cases = [df.example("figure-3-air").replace("title", f"other{n} 20") for n in range(3)]
+        await asyncio.gather(going, *(s.run(case, lambda job: None) for s, case in zip(waiting, cases, strict=True)))
+        for session in (one, *waiting):
+            session.close()
+
+    asyncio.run(flow())
+    assert order == ["first", "other0", "other1", "other2", "second"]
+
+
+def test_the_time_of_others_is_no_part_of_a_runs_own(monkeypatch):
+    order = []
+    in_looks(monkeypatch, order)
+    one = job("one 60")
+    one.seconds = 2.0  # alone it takes some 0.7 s, with the others' turns four times that
+
+    async def flow():
+        await asyncio.gather(*(each.go(lambda: None) for each in (one, job("a 60"), job("b 60"), job("c 60"))))
+
+    asyncio.run(flow())
+    assert one.state == "done"
 
 
 def test_a_run_over_its_time_keeps_what_was_computed():

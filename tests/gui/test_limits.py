@@ -26,3 +26,12 @@ def test_what_would_fill_a_shared_server_is_refused_in_a_sentence(path, value):
     assert Limits().check(case) == case
     with pytest.raises(df.ParameterError, match=f"{path} = .* the most that this server computes"):
         SHARED.check(case)
+
+
+@pytest.mark.parametrize("key", ["max_periods", "periods", "measured_periods"])
+def test_what_costs_time_alone_is_left_to_the_limit_on_time(key):
+    settings = {"method": "transient", "settle": "fixed" if key == "periods" else "converged", key: 50_000}
+    case = df.example("table-1-am").replace(solver=settings)
+    assert SHARED.check(case) == case
+    with pytest.raises(df.ParameterError, match=f"solver.{key} = 50000 is above 2000"):
+        SHARED.check(case.replace("experiment.record", "all"))  # each period is kept then

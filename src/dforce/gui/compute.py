@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import collections
 import math
 import os
 import threading
@@ -23,9 +24,48 @@ R = TypeVar("R")
 PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
 STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
 
+TURN = 1.0  # s that a run computes while others wait
+MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
+
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
-RUNS = ThreadPoolExecutor(max(1, (os.cpu_count() or 2) - 1), thread_name_prefix="run")
+RUNS = ThreadPoolExecutor(MOST_RUNS, thread_name_prefix="run")
+
+
+class Turns:
+    """Lets a few runs compute at a time; those that wait come in the order in which they began to wait."""
+
+    def __init__(self, at_once: int) -> None:
+        self._free = at_once
+        self._waiting: collections.deque[threading.Event] = collections.deque()
+        self._lock = threading.Lock()
+
+    def take(self) -> None:
+        """Wait for a turn."""
+        with self._lock:
+            if self._free:
+                self._free -= 1
+                return
+            mine = threading.Event()
+            self._waiting.append(mine)
+        mine.wait()
+
+    def give(self) -> None:
+        """End a turn: the one that has waited longest has the next."""
+        with self._lock:
+            if self._waiting:
+                self._waiting.popleft().set()
+            else:
+                self._free += 1
+
+    def pass_on(self) -> None:
+        """Let those that wait have a turn first."""
+        if self._waiting:
+            self.give()
+            self.take()
+
+
+TURNS = Turns(max(1, (os.cpu_count() or 2) - 1))
 
 
 class Latest(Generic[T]):
@@ -109,6 +149,7 @@ class Job:
     result: xr.Dataset | None = None
     began: float = field(default_factory=time.monotonic)
     stopping: threading.Event = field(default_factory=threading.Event)
+    turn: float = 0.0  # when its turn began
 
     @property
     def busy(self) -> bool:
@@ -127,11 +168,19 @@ class Job:
         return (time.monotonic() - self.began) * (self.total - self.done) / self.done
 
     def work(self) -> None:
-        """Run the case; blocking, in a thread."""
+        """Run the case in turns with others; blocking, in a thread."""
+        TURNS.take()
+        try:
+            self._work()
+        finally:
+            TURNS.give()
+
+    def _work(self) -> None:
         if self.stopping.is_set():
             self.state = "stopped"
             return
         self.state, self.began = "running", time.monotonic()
+        self.turn = self.began
         try:
             with df.listening(self._hear):
                 result = df.run(self.case, progress=self._watch)
@@ -154,6 +203,11 @@ class Job:
         if done == 0:  # a first compilation is over, and is no part of the pace
             self.began = time.monotonic()
         self.done, self.total, self.note = done, total, note
+        if time.monotonic() - self.turn > TURN and not self.stopping.is_set():
+            paused = time.monotonic()
+            TURNS.pass_on()
+            self.turn = time.monotonic()
+            self.began += self.turn - paused  # what others compute is no part of its time
         if done < total and (self.stopping.is_set() or time.monotonic() - self.began > self.seconds):
             raise KeyboardInterrupt
 
