@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from dforce.results import Status, check_target, read, reader_unit, whole_file, write
     from dforce.revisit import motion_at
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
-    from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, row_of
+    from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding, row_of
     from dforce.setpoint import at_set_point, regime
     from dforce.solvers import SolverSettings
     from dforce.sweeps import sweep
@@ -99,7 +99,7 @@ _HOMES = {
     "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
     "revisit": ("motion_at",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
-    "series": ("Line", "Picture", "drawable", "goes_along", "lines_of", "pictures_of", "row_of"),
+    "series": ("Line", "Picture", "drawable", "goes_along", "lines_of", "pictures_of", "rounding", "row_of"),
     "solvers": ("SolverSettings",),
     "setpoint": ("at_set_point", "regime"),
     "sweeps": ("sweep",),
@@ -190,6 +190,7 @@ __all__ = [
     "reader_unit",
     "regime",
     "report",
+    "rounding",
     "row_of",
     "run",
     "save_case",

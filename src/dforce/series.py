@@ -18,6 +18,7 @@ Floats = np.ndarray[Any, np.dtype[np.float64]]
 Places = np.ndarray[Any, np.dtype[np.int64]]
 
 LISTS = ("jump", "state")  # dimensions of lists, along which nothing is drawn
+ROUNDING = 1e-6
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 OF_CURVES = {
     "amplitude and phase": ("amplitude", "phase"),
@@ -109,6 +110,21 @@ def row_of(dataset: xr.Dataset, name: str) -> str:
     variable = dataset.variables[name]
     rows = [str(dim) for dim in variable.dims if dim not in (*COLUMN_DIMS, "direction")]
     return rows[0] if variable.dtype.kind == "f" and len(rows) == 1 and rows[0] not in LISTS else ""
+
+
+def rounding(dataset: xr.Dataset, name: str) -> float:
+    """Return the size (SI) below which a quantity is rounding: a millionth of the largest one that a result has in its unit.
+
+    A conservative force takes no energy, but its computed loss is not quite 0. Numbers without a unit have nothing in
+    common, so theirs is 0.
+    """
+    unit = dataset.variables[name].attrs.get("units", "1")
+    alike = [
+        one.values for one in dataset.variables.values() if one.attrs.get("units") == unit and one.dtype.kind == "f"
+    ]
+    if unit == "1":
+        return 0.0
+    return ROUNDING * max(float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values))) for values in alike)
 
 
 def goes_along(dataset: xr.Dataset) -> str:

@@ -229,6 +229,15 @@ def test_json_is_for_machines(here, ran):
     assert done.stdout.isascii()
 
 
+@pytest.mark.parametrize(("width", "points"), [("85 mm", 240.94), ("3.5 in", 252.0)])
+def test_a_picture_has_the_width_asked_for(here, ran, width, points):
+    ran(lambda: synthetic.approach(spoiled=False))
+    done = invoke("run", "case.toml", "--plot", "figure.svg", "--width", width)
+    assert done.exit_code == 0
+    found = re.search(r'<svg [^>]*width="([0-9.]+)pt"', (here / "figure.svg").read_text())
+    assert float(found[1]) == pytest.approx(points, abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -238,6 +247,9 @@ def test_json_is_for_machines(here, ran):
         (["run", "case.toml", "-o", "out.xlsx"], "ends in '.xlsx'"),
         (["run", "case.toml", "-o", "no/out.nc"], "there is no folder"),
         (["run", "case.toml", "--plot", "figure.bmp"], "ends in '.bmp'"),
+        (["run", "case.toml", "--plot", "figure.svg", "--width", "2 m"], "the width 2 m is not between 30 mm and 1 m"),
+        (["run", "case.toml", "--plot", "figure.svg", "--width", "wide"], "the width is 'wide'"),
+        (["run", "case.toml", "--width", "85 mm"], "give --plot as well"),
         (["run", "case.toml", "--set", "drive.A0"], "write path=value"),
         (["run", "case.toml", "--set", "drive.A0=5 nmm"], "'nmm' is not a known unit"),
         (["run", "case.toml", "--set", "drive.A=5 nm"], "did you mean 'drive.A0'?"),

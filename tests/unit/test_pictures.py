@@ -58,3 +58,25 @@ def test_results_without_the_quantities_are_refused_in_a_sentence():
     dwell = df.run(df.example("table-1-am"))
     with pytest.raises(df.ParameterError, match="nothing to draw"):
         df.plot.draw({"a": dwell, "b": dwell}, df.Picture("zc", ("phase",)))
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda result: df.plot.draw(result, df.Picture("zc", ("total_virial", "total_dissipated_energy"))),
+        lambda result: [None, *df.plot.curve(result, "total_dissipated_energy")],
+    ],
+)
+def test_what_is_rounding_throughout_is_a_line_at_zero(draw):
+    result = df.run(df.example("figure-3-air"))  # conservative
+    axes = draw(result)[1]
+    low, high = axes.get_ylim()
+    assert -low == high > 0.0
+    assert max(float(np.abs(line.get_ydata()).max()) for line in axes.lines) < 0.5 * high
+
+
+def test_what_is_small_but_no_rounding_keeps_its_axis():
+    result = df.run(df.example("figure-3-air"))
+    largest, mean = (float(np.abs(result[name]).max()) for name in ("min_force", "mean_force"))
+    assert 0.0 < df.rounding(result, "mean_force") < mean < 0.1 * largest
+    assert df.rounding(result, "drift") == 0.0

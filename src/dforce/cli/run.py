@@ -34,6 +34,10 @@ def run(
         Path | None,
         typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the result."),
     ] = None,
+    width: Annotated[
+        str | None,
+        typer.Option("--width", metavar="WIDTH", show_default=False, help='Width of the picture, such as "85 mm".'),
+    ] = None,
     json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
     traceback: Traceback = False,
@@ -50,6 +54,10 @@ def run(
     df.check_target(output or _free_name(source.stem))
     if plot is not None:
         df.check_target(plot, df.plot.FORMATS)
+    if width is not None:
+        if plot is None:
+            raise df.ParameterError("--width is that of a picture, and none is drawn; give --plot as well")
+        df.plot.check_width(width)
     start = time.monotonic()
     with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
         result = df.run(source.case, progress=bar, resume=source.result if continued else None)
@@ -60,7 +68,7 @@ def run(
         return STOPPED
     written = df.write(result, output) if output is not None else _write_beside(result, source.stem)
     if plot is not None:
-        df.plot.save(df.plot.overview(result), plot)
+        df.plot.save(df.plot.overview(result), plot, width=width)
     code = STOPPED if stopped else SOME_POINTS_FAILED if _failed(result) else DONE
     if json:
         print_json(_answer(source, result, written, plot, seconds, code))

@@ -9,7 +9,7 @@ holds on to; :func:`save` writes it.
 >>> df.plot.save(axes, "figure-3.png")  # doctest: +SKIP
 """
 
-from dforce.plot._style import FORMATS, save
+from dforce.plot._style import FORMATS, check_width, save
 from dforce.plot.basins import basins
 from dforce.plot.branches import branches, resonance
 from dforce.plot.costs import cost_of_accuracy
@@ -24,6 +24,7 @@ __all__ = [
     "amplitude_phase",
     "basins",
     "branches",
+    "check_width",
     "cost_of_accuracy",
     "curve",
     "draw",

@@ -98,6 +98,12 @@ def tidy(axes: Axes) -> None:
     axes.ticklabel_format(axis="both", useOffset=False) if _linear(axes) else None
 
 
+def without_rounding(axes: Axes, sizes: Floats, rounding: float, scale: float) -> None:
+    """Show what is rounding throughout as a line at 0."""
+    if np.max(np.abs(sizes), initial=0.0, where=np.isfinite(sizes)) < rounding:
+        axes.set_ylim(-rounding / scale, rounding / scale)
+
+
 def _linear(axes: Axes) -> bool:
     return axes.get_xscale() == axes.get_yscale() == "linear"
 
@@ -180,8 +186,14 @@ def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150, width: float
     return target
 
 
-def resize(figure: Figure, width: float | str) -> None:
-    """Give a figure another width (m, or text with a unit), in proportion; its texts shrink with it to a limit."""
+def check_width(width: float | str) -> float:
+    """Return the width of a picture (m, or text with a unit such as ``"85 mm"``) in inches.
+
+    Raises
+    ------
+    ParameterError
+        For a width that is no length, or not between 3 cm and 1 m.
+    """
     try:
         inches = units.parse(width, "m") / INCH
     except UnitError as error:
@@ -189,6 +201,12 @@ def resize(figure: Figure, width: float | str) -> None:
     if not LEAST_WIDTH <= inches * INCH <= LARGEST_WIDTH:
         low, high = units.show(LEAST_WIDTH, "m"), units.show(LARGEST_WIDTH, "m")
         raise ParameterError(f"the width {units.show(inches * INCH, 'm', 4)} is not between {low} and {high}")
+    return inches
+
+
+def resize(figure: Figure, width: float | str) -> None:
+    """Give a figure another width (m, or text with a unit), in proportion; its texts shrink with it to a limit."""
+    inches = check_width(width)
     before, height = figure.get_size_inches()
     figure.set_size_inches(inches, height * inches / before)
     factor = max(inches / before, SMALLEST_TEXT)

@@ -26,8 +26,10 @@ from dforce.plot._style import (
     new_figure,
     take,
     tidy,
+    without_rounding,
 )
 from dforce.results import COLUMN_DIMS, Status, reader_unit
+from dforce.series import rounding
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
 CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance
@@ -117,6 +119,8 @@ def curves(host: Axes, variables: Sequence[xr.DataArray], dataset: xr.Dataset) -
             _lines(one, part, dataset, color=colors.get(label), scale=scale)
         text = axis_text(group[0], "1") if len(group) == 1 else _common(group)
         one.set_ylabel(f"{text} ({unit})" if unit != "1" else text)
+        sizes = np.concatenate([np.ravel(variable.values) for variable in group])
+        without_rounding(one, sizes, max(rounding(dataset, str(variable.name)) for variable in group), scale)
         if len(units) > 1:  # the axis has the color of its line, or of none where it has several
             color = colors[lines[0][1]] if len(lines) == 1 else "black"
             one.yaxis.label.set_color(color)

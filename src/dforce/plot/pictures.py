@@ -12,14 +12,14 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
 from dforce.errors import ParameterError
-from dforce.plot._style import COLORS, GRAY, axis_text, colored_axes, head, new_figure, tidy
+from dforce.plot._style import COLORS, GRAY, axis_text, colored_axes, head, new_figure, tidy, without_rounding
 from dforce.plot.branches import MARKS, UNSTABLE, branches, resonance
 from dforce.plot.distances import amplitude_phase
 from dforce.plot.forces import force_distance
 from dforce.plot.motion import phase_portrait, spectrum
 from dforce.plot.overview import overview
 from dforce.results import reader_unit
-from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of
+from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding
 
 BACK = (0, (4, 1.5))  # dashes of the way back
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
@@ -121,6 +121,9 @@ class _Drawing:
     def _scale(self, names: Sequence[str]) -> tuple[float, str]:
         return max(reader_unit(result[name]) for result in self.layers.values() for name in names)
 
+    def _rounding(self, names: Sequence[str]) -> float:
+        return max(rounding(result, name) for result in self.layers.values() for name in names)
+
     def _frame(self, axes: Axes, names: Sequence[str]) -> None:
         (across, x_unit), (scale, unit) = self._scale([self.picture.x]), self._scale(names)
         for number, result in enumerate(self.layers.values()):
@@ -133,6 +136,8 @@ class _Drawing:
         if self.picture.logarithmic:
             axes.set_yscale("log")
         tidy(axes)
+        sizes = np.concatenate([np.ravel(result[name].values) for result in self.layers.values() for name in names])
+        without_rounding(axes, sizes, self._rounding(names), scale)
 
     def _line(self, axes: Axes, line: Line, across: float, scale: float, look: dict[str, Any]) -> None:
         y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.picture.logarithmic else line.y
