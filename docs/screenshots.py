@@ -46,8 +46,6 @@ def turn(window: Window, theme: str) -> None:
 
 def for_pages(window: Window) -> Iterator[str]:
     """Give the names of the pictures of README and documentation, each when the window shows it."""
-    shown(window, "figure-3-air-jump")
-    window.field("drive.A0").get_by_role("button", name="put on a slider").click()
     click_curve(window, 0.45)
     yield "window"
 

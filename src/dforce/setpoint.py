@@ -53,18 +53,18 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     import xarray as xr
 
     along = goes_along(result)
-    known = drawable(result, along) if along else []
-    if RATIO not in known:
+    row = row_of(result, along) if along else ""
+    if not row or RATIO not in result or row_of(result, RATIO) != row:
         raise ParameterError("this result is no curve of amplitudes, so no set point lies on it")
     if not set_point > 0.0:
         raise ParameterError(f"set_point = {set_point} is not above 0")
-    wanted = dict.fromkeys([along, "virial", *(known if names is None else names)])
+    wanted = dict.fromkeys([along, "virial", *(drawable(result, along) if names is None else names)])
     for name in wanted:
-        if name not in known:
-            raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
+        if name not in result.variables or row_of(result, name) != row:
+            raise ParameterError(f"this curve has no '{name}'{nearest(name, drawable(result, along))}")
     ways = [str(way) for way in result["direction"].values] if "direction" in result[RATIO].dims else [""]
     found = [_Crossings.of(result, along, number, way, set_point) for number, way in enumerate(ways)]
-    variables = {name: _between(result.variables[name], row_of(result, along), found) for name in wanted}
+    variables = {name: _between(result.variables[name], row, found) for name in wanted}
     words = [_word(virial) for virial in variables["virial"][1][:, 0]]
     coords: dict[str, Any] = {along: variables.pop(along), "regime": ("crossing", np.array(words, dtype=np.str_))}
     if ways != [""]:
@@ -114,12 +114,17 @@ class _Crossings:
         if "branch" in result:
             crossed &= np.diff(result["branch"].values) == 0
         elif crossed.any():
-            seen = result[[name for name in FOR_JUMPS if name in result]].isel(chosen, missing_dims="ignore")
-            for jump in jumps(seen, way):
+            names = [name for name in FOR_JUMPS if name in result]
+            for jump in jumps(result[names].isel(chosen, missing_dims="ignore"), way) if _may_jump(result) else ():
                 step = np.searchsorted(x[order], jump.at, side="left" if way in ("retract", "up") else "right") - 1
                 crossed[max(int(step), 0)] = False
         first = np.flatnonzero(crossed)
         return cls(chosen, order[first], order[first + 1], above[first] / (above[first] - above[first + 1]))
+
+
+def _may_jump(result: xr.Dataset) -> bool:
+    """Return whether a curve may have jumps; where orbits were followed, jumps are noted in the result."""
+    return "jump_zc" in result or "corrections" not in result
 
 
 def _between(

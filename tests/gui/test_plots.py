@@ -11,6 +11,7 @@ from simulated import element, send, until, window
 import dforce as df
 from dforce.gui.kept import Strip, Table
 from dforce.gui.motion import Drawing
+from dforce.gui.numbers import Sheet
 from dforce.gui.plots import Picker
 from dforce.gui.session import Session
 
@@ -75,6 +76,24 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
     asyncio.run(flow())
 
 
+@pytest.mark.parametrize("state", [1, 2])
+def test_a_click_on_the_map_of_basins_shows_the_state_that_is_reached_from_there(tmp_path, state):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            result = df.run(df.example("figure-3-basins"))
+            show(page, result)
+            row, column = map(int, np.argwhere(result["reached"].values == state)[0])
+            send(page.view.main, "point", {"curve": 0, "index": [row, column]})
+            drawing = element(user, Drawing)
+            await until(lambda: drawing.props.get("motion"))
+            assert f"state {state}" in [part["text"] for part in drawing.props["places"]]
+            deflection = next(trace for trace in drawing.props["motion"]["traces"] if trace["name"] == "deflection")
+            wanted = 1e9 * float(result["max_deflection"].sel(state=state))
+            assert deflection["high"] == pytest.approx(wanted, rel=1e-3)
+
+    asyncio.run(flow())
+
+
 def test_the_motion_of_an_unstable_state_says_that_no_experiment_shows_it(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
@@ -134,5 +153,42 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
             again = Session(store, tmp_path)
             assert (again.document.results, again.document.plots) == kept
             assert again.shelf.take(kept[0][0].id).sizes["zc"] == 23
+
+    asyncio.run(flow())
+
+
+def test_the_numbers_behind_the_curves_stand_in_a_table_when_asked_for(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            result = df.run(CASE)
+            show(page, result)
+            sheet = element(user, Sheet)
+            assert not sheet.visible
+            page.plots.numbers._toggle()
+            show(page, result)
+            assert sheet.visible
+            heads = ["curve", "average tip–surface distance (nm)", "amplitude (nm)", "phase lag (°)"]
+            assert sheet.props["heads"] == heads
+            assert len(sheet.props["rows"]) == 2 * 23
+            for place, way in ((5, "approach"), (23 + 5, "retract")):
+                point = result.isel(zc=5, tone=0).sel(direction=way)
+                wanted = [1e9 * float(point["zc"]), 1e9 * float(point["amplitude"]), float(point["phase"])]
+                row = sheet.props["rows"][place]
+                assert row[0] == way
+                assert [float(cell) for cell in row[1:]] == pytest.approx(wanted, rel=1e-5)
+
+    asyncio.run(flow())
+
+
+def test_the_table_of_states_has_the_stable_and_the_unstable_apart(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.plots.numbers._toggle()
+            result = df.run(df.example("figure-3-branches"))
+            show(page, result)
+            words = [row[0] for row in element(user, Sheet).props["rows"]]
+            assert list(dict.fromkeys(words)) == ["stable", "unstable"]
+            # each piece reaches the next point of the curve
+            assert result.sizes["point"] <= len(words) <= result.sizes["point"] + 6
 
     asyncio.run(flow())

@@ -6,6 +6,7 @@ import asyncio
 import dataclasses
 import functools
 
+import numpy as np
 import pytest
 from simulated import element, send, window
 
@@ -46,8 +47,11 @@ def test_the_force_at_the_set_point_stands_beside_the_curves(tmp_path):
             assert (row["state"], row["ways"]) == ("repulsive", "approach and retract")
             assert float(row["peak force (pN)"]) == pytest.approx(1e12 * float(wanted["peak_force"]), rel=1e-3)
             assert float(row["average tip–surface distance (nm)"]) == pytest.approx(1e9 * float(wanted["zc"]), rel=1e-3)
-            rings = [trace for trace in figure["data"] if trace["mode"] == "markers"]
-            assert [trace["name"] for trace in rings] == ["set point 80 %"] * 2
+            rings = figure["layout"]["shapes"]  # of both directions, in both frames
+            assert [ring["yanchor"] for ring in rings] == pytest.approx(
+                [8.0, 8.0, *np.repeat(wanted["phase"].values, 2)]
+            )
+            assert [ring["xanchor"] for ring in rings] == pytest.approx([1e9 * float(wanted["zc"])] * 4)
 
     asyncio.run(flow())
 

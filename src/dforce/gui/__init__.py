@@ -19,6 +19,7 @@ compare    names and colors of results, and the parameters in which they differ
 files      the menu File: open and save (saving asks how, save.js), and files dropped (drop.js)
 uploads    what a file from outside is, looked through (inspection) in a process of its own
 project    a document with all its results in one file
+numbers    the numbers behind the curves, as a table (numbers.js)
 motion     the motion at a point: the tip above the sample, and traces (motion.js)
 chart      the chart element (chart.js): typed arrays, zoom kept, acknowledged
 entry      the element of one field (entry.js) and of one slider (slider.js)

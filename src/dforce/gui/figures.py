@@ -26,9 +26,6 @@ SIDE = 0.1  # of the width, for each further axis on a side
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
-NOISE = (
-    1e-6  # of the largest quantity of the same unit in a picture: smaller ones are rounding, and are drawn as nothing
-)
 FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
 DASHES = {"retract": "dash", "down": "dash"}
 SHADES = {"retract": 1, "down": 1}
@@ -41,6 +38,7 @@ SIGNS = {
     "grazing": "line-ns-open",
     "end": "x-thin-open",
 }
+RING = 5  # px, radius
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
 
 
@@ -91,6 +89,7 @@ class _Maker:
         self.traces: list[tuple[Layer, df.Line] | None] = []
         self.named: set[str] = set()
         layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": _legend(), "showlegend": True}
+        layout["shapes"] = []
         layout["uirevision"] = f"{wanted.x} {wanted.y} {wanted.together} {wanted.logarithmic}"
         self.layout = layout
 
@@ -124,7 +123,7 @@ class _Maker:
         """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
         first = self.layers[0].result
         scale, unit = self._scale(names)
-        noise = NOISE * self._largest([name for name in self.wanted.y if _unit(first[name]) == _unit(first[names[0]])])
+        noise = max(df.rounding(layer.result, name) for layer in self.layers for name in names)
         if self._largest(names) < noise:
             scale, unit = df.reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
@@ -193,9 +192,9 @@ class _Maker:
                 })  # fmt: skip
                 for mark in _marks(line, self.x_scale, scale, look["line"]["color"]):
                     self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **mark})
-            if layer.states is not None and layer.states.sizes["crossing"] and name in layer.states:
+            if layer.states is not None and name in layer.states:
                 rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
-                self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **rings})
+                self.layout["shapes"] += [{"xref": x_axis, "yref": y_axis, **ring} for ring in rings]
 
     def _add(self, what: tuple[Layer, df.Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
@@ -245,15 +244,15 @@ def _marks(line: df.Line, x_scale: float, scale: float, color: int) -> Iterator[
         }  # fmt: skip
 
 
-def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Figure:
-    """Return the trace that marks the states at the set point."""
-    values = states[y].values.reshape(states.sizes["crossing"], -1)
-    at = np.broadcast_to(states[x].values.reshape(len(values), -1)[:, :1], values.shape)
-    return {
-        "x": packed(at.ravel() / x_scale), "y": packed(values.ravel() / scale), "type": "scatter", "mode": "markers",
-        "name": f"set point {100.0 * states.attrs['set_point']:.4g} %", "hoverinfo": "skip",
-        "marker": {"symbol": "circle-open", "size": 11, "color": "ink", "line": {"width": 2}},
-    }  # fmt: skip
+def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Iterator[Figure]:
+    """Give a ring for each state at the set point; as shapes, which are drawn in half the time of a trace of marks."""
+    for across, values in zip(states[x].values, states[y].values, strict=True):
+        for up in np.ravel(values) / scale:
+            yield {
+                "type": "circle", "xsizemode": "pixel", "ysizemode": "pixel", "xanchor": float(np.ravel(across)[0] / x_scale),
+                "yanchor": float(up),
+                "x0": -RING, "x1": RING, "y0": -RING, "y1": RING, "line": {"color": "ink", "width": 2},
+            }  # fmt: skip
 
 
 def basins(result: xr.Dataset) -> Drawn:

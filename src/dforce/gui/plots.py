@@ -14,6 +14,7 @@ from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
 from dforce.gui.kept import KeptResults
 from dforce.gui.motion import MotionPanel
+from dforce.gui.numbers import Numbers
 from dforce.gui.setpoint import SetPoint
 from dforce.gui.view import View
 
@@ -38,12 +39,14 @@ class Plots:
             self.picker = Picker()
             self.picker.on("picture", self._picture)
             self.picker.on("own", self._own)
+            self.numbers = Numbers(view)
             self.kept = KeptResults(view)
         with ui.element("div").classes("df-shown"):
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked)
             self.motion = MotionPanel()
         self.set_point = SetPoint(view)
+        self.numbers.table()
         self.kept.table()
         view.compose = self.compose
         view.on_anew.append(self.redraw)
@@ -66,6 +69,7 @@ class Plots:
             self.drawn = figures.picture(layers, wanted)
         self.picker.set_visibility(first is not None and "reached" not in first)
         self.set_point.show(layers, self.shown)
+        self.numbers.show(self.drawn, self.shown)
         self.motion.follow(result)
         return self.drawn.figure
 
@@ -136,14 +140,29 @@ class Plots:
 
     def _clicked(self, event: dict[str, Any]) -> None:
         """Show the motion at the point of a curve that was clicked."""
+        if isinstance(event["index"], list):
+            self._start_clicked(*map(int, event["index"]))
+            return
         curve, place = int(event["curve"]), int(event["index"])
         trace = self.drawn.traces[curve] if curve < len(self.drawn.traces) else None
         if trace is None or not 0 <= place < len(trace[1].places):
             return
         layer, line = trace
         if line.places[place] >= 0:
-            follows = layer.result is self.view.result and self.view.session.kept_as(layer.result) is None
-            self.motion.open(layer, {line.row: int(line.places[place]), **line.chosen}, follows)
+            self._open_motion(layer, {line.row: int(line.places[place]), **line.chosen})
+
+    def _start_clicked(self, row: int, column: int) -> None:
+        """Show the motion of the state that is reached from a start on the map of basins."""
+        layers = self.kept.layers(self.view.result)
+        if not layers or "reached" not in layers[-1].result:
+            return
+        reached = layers[-1].result["reached"].values
+        if 0 <= row < reached.shape[0] and 0 <= column < reached.shape[1] and reached[row, column] > 0:
+            self._open_motion(layers[-1], {"state": int(reached[row, column]) - 1})
+
+    def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
+        follows = layer.result is self.view.result and self.view.session.kept_as(layer.result) is None
+        self.motion.open(layer, places, follows)
 
 
 def _words(result: xr.Dataset, name: str) -> dict[str, str]:

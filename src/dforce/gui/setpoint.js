@@ -2,7 +2,7 @@
 export default {
   template: `
     <section class="df-setpoint" aria-label="at the set point">
-      <div class="df-setpoint-field"><label>At the set point <span class="df-symbol"><i>A</i>/<i>A</i><sub>0</sub></span> =
+      <div class="df-setpoint-field"><label><svg class="df-ring" viewBox="0 0 14 14" aria-hidden="true"><circle cx="7" cy="7" r="5" /></svg> At the set point <span class="df-symbol"><i>A</i>/<i>A</i><sub>0</sub></span> =
         <input class="df-box number" type="number" :min="low" :max="high" step="1" :value="percent"
                aria-label="set point in percent of the free amplitude" @input="typed($event.target)" /> %</label>
         <span v-if="text" class="df-text" role="status">{{ text }}</span></div>

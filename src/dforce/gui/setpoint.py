@@ -64,10 +64,11 @@ class SetPoint:
         return TOO_NEAR if most < self.view.document.set_point else NONE
 
     def _states(self, result: xr.Dataset, wanted: df.Picture) -> xr.Dataset | None:
-        known = set(df.drawable(result, df.goes_along(result)))
+        row = df.row_of(result, df.goes_along(result))
         names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
+        known = [name for name in names if name in result.variables and df.row_of(result, name) == row]
         try:
-            return df.at_set_point(result, self.view.document.set_point, [name for name in names if name in known])
+            return df.at_set_point(result, self.view.document.set_point, known)
         except df.ParameterError:  # it is no curve
             return None
 

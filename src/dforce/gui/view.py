@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
-FORCE_EVERY = 0.25  # s between two pictures of the force while something is dragged
+FORCE_EVERY = 0.5  # s between two pictures of the force while something is dragged
 DIM_AFTER, SAY_AFTER = 0.3, 1.0  # s after which a plot that does not follow is dimmed, and a word says why
 COMPUTING = "Computing ..."
 TOO_LONG = "This takes longer than a live curve may; press Run."
