@@ -339,13 +339,16 @@ def _cell(value: Any) -> Any:
 def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the numbers without rows, and a table for each set of dimensions that belong together.
 
-    An approach is one table over direction and zc; traces and spectrum of a dwell are two, side by side.
+    An approach is one table over direction and zc; traces and spectrum of a dwell are two, side by side. The jumps of a
+    single curve are a table of their own, those of each curve of a sweep are columns.
     """
     import xarray as xr
 
+    of_sweep = any("jump" in variable.dims and variable.ndim > 1 for variable in dataset.variables.values())
+    across = (*COLUMN_DIMS, "jump") if of_sweep else COLUMN_DIMS
     groups: list[list[str]] = []
     for variable in dataset.variables.values():
-        group = [str(dim) for dim in variable.dims if dim not in COLUMN_DIMS]
+        group = [str(dim) for dim in variable.dims if dim not in across]
         apart = [other for other in groups if not set(other) & set(group)]
         joined = [dim for other in groups if other not in apart for dim in other]
         groups = [*apart, list(dict.fromkeys([*joined, *group]))] if group else groups
@@ -353,7 +356,7 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
     tables: list[dict[str, Any]] = [{} for _ in groups]
     order = [*(str(name) for name in dataset.coords), *(str(name) for name in dataset.data_vars)]
     for name in (name for name in order if name not in COLUMN_DIMS):
-        for column, values in _unstack(name, dataset[name]):
+        for column, values in _unstack(name, dataset[name], across):
             index = next((i for i, group in enumerate(groups) if set(values.dims) & set(group)), None)
             if index is None:
                 scalars[column] = values.values.ravel()
@@ -365,13 +368,14 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
     return scalars, tables
 
 
-def _unstack(name: str, variable: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
+def _unstack(name: str, variable: xr.DataArray, across: Sequence[str]) -> Iterator[tuple[str, xr.DataArray]]:
     """Give a column for each tone, mode and so on of a variable: amplitude_tone1, partial_force_dmt."""
-    for dim in COLUMN_DIMS:
+    for dim in across:
         if dim in variable.dims:
-            for index, label in enumerate(variable[dim].values):
+            labels = variable[dim].values if dim in variable.coords else range(1, variable.sizes[dim] + 1)
+            for index, label in enumerate(labels):
                 column = f"{name}_{'' if dim == 'model' else dim}{label}"
-                yield from _unstack(column, variable.isel({dim: index}, drop=True))
+                yield from _unstack(column, variable.isel({dim: index}, drop=True), across)
             return
     if "flag_meanings" in variable.attrs:
         flags = np.atleast_1d(variable.attrs["flag_values"]).tolist()

@@ -166,3 +166,26 @@ def test_coarse_steps_kick_motions_side_by_side_as_they_do_alone():
     assert (together.phase > 90.0).any() and (together.phase < 90.0).any()
     for i, one in enumerate(alone):
         assert together.amplitude[i].values == pytest.approx(one.amplitude.values, abs=1e-6 * 10 * NM)
+
+
+@pytest.mark.parametrize("name", ["figure-3-air", "figure-3-air-jump"])  # in lanes; one by one, as the force jumps
+def test_jumps_of_a_sweep_are_those_of_its_single_runs(name):
+    case = df.example(name).replace(
+        experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}, "direction": "retract",
+                    "start": {"amplitude": "9.1 nm", "phase": "70 deg"}}
+    )  # fmt: skip
+    moduli = [0.2e9, 1e9, 2.5e9]
+    together = df.sweep(case, over={"sample.youngs_modulus": moduli})
+    assert together.jump_zc.dims == ("youngs_modulus", "jump")
+    assert np.isfinite(together.jump_zc[1]).any()
+    for i, E in enumerate(moduli):
+        alone, of_sweep = df.run(case.replace("sample.youngs_modulus", E)), together.isel(youngs_modulus=i)
+        jumps = [np.array(one.get("jump_zc", [])) for one in (alone, of_sweep)]
+        count = len(jumps[0])
+        # two searches for the end of the branch, each to 1/512 of the step
+        assert jumps[1][:count] == pytest.approx(jumps[0], abs=0.1 * NM / 512)
+        assert np.isnan(jumps[1][count:]).all()
+        for which in ("jump_before", "jump_after") if count else ():
+            assert of_sweep[which].values[:count] == pytest.approx(alone[which].values, abs=1e-3 * NM)
+        told = [[found.text for found in df.summary(one) if found.name == "jumps"] for one in (alone, of_sweep)]
+        assert told[0] == told[1]

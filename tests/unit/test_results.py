@@ -102,6 +102,15 @@ def test_table_without_traces_is_one_row(tmp_path):
     assert len(table) == 1 and table["zc (m)"][0] == 4e-9
 
 
+def test_jumps_of_a_sweep_are_columns_of_its_table(tmp_path):
+    sweep = xr.concat([synthetic.approach().isel(direction=0, drop=True)] * 2, xr.Variable("Q", [100.0, 200.0]))
+    sweep["jump_zc"] = ("Q", "jump"), np.array([[4e-9, 3e-9], [5e-9, np.nan]]), {"units": "m"}
+    table = pandas.read_csv(write(sweep, tmp_path / "out.csv"), comment="#")
+    assert len(table) == sweep.sizes["Q"] * sweep.sizes["zc"]
+    of_second = table[table["Q"] == 200.0]
+    assert (of_second["jump_zc_jump1 (m)"] == 5e-9).all() and of_second["jump_zc_jump2 (m)"].isna().all()
+
+
 def test_table_is_as_in_rfc_4180(tmp_path):
     dataset = synthetic.approach()
     dataset["note"] = ("zc", np.array(['a "word", and more'] * dataset.sizes["zc"]))

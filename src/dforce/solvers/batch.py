@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
+from dforce.observables import measure
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.find import make_finder
-from dforce.solvers.integrator import RK4, Motion
+from dforce.solvers.find import Transient
+from dforce.solvers.integrator import RK4, Integrator, Motion
 from dforce.solvers.lot import Indices, Lot
-from dforce.solvers.orbit import AT_ONCE, ROUGH, SAME_STATE, one_way, stays
+from dforce.solvers.orbit import AT_ONCE, ROUGH, SAME_STATE, Follower, Jump, one_way, stays
 from dforce.solvers.shooting import HARD
 from dforce.solvers.side_by_side import SideBySide, Stretch
 from dforce.solvers.transient import Steady, Watch, steady
@@ -94,7 +95,15 @@ def multipliers(tangents: Array) -> tuple[Array, Array]:
 
 
 class Block:
-    """A block of problems that walk through their distances side by side."""
+    """A block of problems that walk through their distances side by side.
+
+    Attributes
+    ----------
+    points
+        What was found.
+    jumps
+        The jumps of each problem, in the order in which it came to them.
+    """
 
     def __init__(
         self, lot: Lot, problem: Callable[[int], Problem], settings: SolverSettings, harmonics: int, points: int,
@@ -105,6 +114,9 @@ class Block:
         self.lanes = SideBySide(lot, settings, harmonics, points, watch)
         self.periodic = settings.method == "periodic"
         self.points = Points.empty(0, 0, 0, 0)
+        self.jumps: list[list[Jump]] = [[] for _ in range(len(lot))]
+        # of each problem: the place of its last orbit, if no settled motion came after it, and that orbit
+        self._origins, self._orbits = np.full(len(lot), -1), np.empty((len(lot), self.lanes.size))
         self._alone: RK4 | None = None
 
     def walk(
@@ -125,7 +137,11 @@ class Block:
             if not len(todo):
                 return
             before = int(at.sum())
+            if carry and self.periodic:
+                ended = todo[(at[todo] > 0) & points.orbit[todo, at[todo] - 1]]
+                self._origins[ended], self._orbits[ended] = at[ended] - 1, y[ended]
             on_orbit = self._settle(points, todo, at, y, zc, doubt)
+            self._note_jumps(points, todo[self._origins[todo] >= 0], at, y, zc)
             doubt[:] = False
             lost = ~np.isfinite(y).all(axis=1)
             y[lost] = starts[lost]
@@ -167,6 +183,29 @@ class Block:
                 self._alone_at(points, int(todo[rest[place]]), at, y, rough.motions[place], float(here[rest[place], 0]))
         return todo[~left]
 
+    def _note_jumps(self, points: Points, cases: Indices, at: Indices, y: Array, zc: Array) -> None:
+        """Note the jumps of problems that were on an orbit before they settled where they are now."""
+        for case in cases.tolist():
+            origin, now = int(self._origins[case]), int(at[case]) - 1
+            alone = points.others.get((case, now))
+            if alone is None or alone.settled:
+                first = alone or self._as_steady(case, y[case], points.rows[case, now])
+                last = self._as_steady(case, self._orbits[case], points.rows[case, origin])
+                self._note_jump(case, last, first, zc[case, origin : now + 1])
+            if alone is None or alone.settled or not alone.motion.is_finite:
+                self._origins[case] = -1
+
+    def _note_jump(self, case: int, last: Steady, first: Steady, zc: Array) -> None:
+        """Note a jump between two steady motions, if it is one, as the problem's own run would."""
+        follower = Follower(self._integrator(case))
+        follower.note_jump(last, first, zc)
+        self.jumps[case] += follower.jumps
+
+    def _as_steady(self, case: int, y: Array, row: Array) -> Steady:
+        """Return an orbit found side by side as the single run's kind, with its amplitude alone."""
+        real, imag = row[measure.FIRST + self.lanes.size :][:2]  # behind the amplitudes of the modes
+        return Steady({"amplitude": [np.hypot(real, imag) * self.lot.length[case]]}, as_motion(y), True, True)
+
     def _take(
         self, points: Points, found: Stretch, which: Indices, cases: Indices, at: Indices, y: Array,
         periods: Any = 0.0,
@@ -183,7 +222,7 @@ class Block:
         """Settle one problem by itself from a motion, as its own run would."""
         integrator = self._integrator(case)
         integrator.place(zc)
-        motion = Motion(tuple(rough.tolist()), np.zeros(0), np.zeros(0), 0)
+        motion = as_motion(rough)
         found = steady(integrator, motion, self.watch)
         points.others[case, int(at[case])] = found
         y[case] = found.motion.y
@@ -218,6 +257,8 @@ class Block:
                 if not self._stays(case, found.orbits[place, i - 1], orbit, tangent, ways[place, i]):
                     last = int(i)
                     break
+                here, there = (self._as_steady(case, found.orbits[place, k], found.rows[place, k]) for k in (i - 1, i))
+                self._note_jump(case, here, there, ways[place, i - 1 : i + 1])
             doubt[case] = last < done
             count = last - first
             if count > 0:
@@ -239,7 +280,7 @@ class Block:
         """Say whether a motion, put to another distance, comes near the orbit there that continues its state."""
         integrator = self._integrator(case)
         integrator.place(zc)
-        motion = Motion(tuple(y.tolist()), np.zeros(0), np.zeros(0), 0)
+        motion = as_motion(y)
         return stays(integrator, motion, orbit.tolist(), tangent, 1)
 
     def _bridge(
@@ -265,15 +306,19 @@ class Block:
         return np.array(reached, dtype=np.int64)
 
 
+def as_motion(y: Array) -> Motion:
+    """Return a scaled motion as the single run's kind."""
+    return Motion(tuple(y.tolist()), np.zeros(0), np.zeros(0), 0)
+
+
 def walk_alone(
-    problem: Problem, start: Callable[[Any], Motion], zc: Array, carry: bool, settings: SolverSettings, harmonics: int,
-    watch: Watch, put: Callable[[int, Steady], None],
+    finder: Transient | Follower, start: Callable[[Integrator], Motion], zc: Array, carry: bool, watch: Watch,
+    put: Callable[[int, Steady], None],
 ) -> None:  # fmt: skip
     """Find the steady motions of a problem that cannot be solved side by side, as its own run would.
 
     `start` gives the motion to start from, and `put` takes the steady motion at each of the distances `zc`.
     """
-    finder = make_finder(problem, settings, harmonics)
     motion, done = start(finder.integrator), 0
     while done < len(zc):
         watch()

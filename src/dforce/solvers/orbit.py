@@ -102,7 +102,7 @@ class Follower:
                 self.integrator.place(float(zc[done]))
                 first = self._settled(motion, watch, doubt)
                 if origin is not None and first.settled:
-                    self._note_jump(origin[0], first, zc[origin[1] : done + 1])
+                    self.note_jump(origin[0], first, zc[origin[1] : done + 1])
                     origin = None
                 yield first
                 motion, last, done = first.motion, first, done + 1
@@ -221,7 +221,7 @@ class Follower:
             motion, at = last.motion, at + step
         return last
 
-    def _note_jump(self, last: PeriodicOrbit, first: Steady, zc: Array) -> None:
+    def note_jump(self, last: Steady, first: Steady, zc: Array) -> None:
         """Note a jump from the first to the last of some distances, located by following the old orbit in finer steps."""
         low, high = float(zc[0]), float(zc[-1])
         if len(np.unique(np.sign(np.diff(zc)))) != 1 or low == high:

@@ -16,7 +16,7 @@ from dforce.case._paths import changed
 from dforce.errors import ParameterError, nearest
 from dforce.experiments import Approach, Dwell, InitialMotion
 from dforce.experiments._experiment import Progress, initial_motion
-from dforce.quantities import OBSERVABLES
+from dforce.quantities import JUMPS, OBSERVABLES
 from dforce.runs import watched
 from dforce.solvers.crew import Crew, Stopped
 from dforce.sweeps._advice import advice_on_sweep
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from dforce.kernel import Array
     from dforce.solvers.lot import Lot
+    from dforce.solvers.orbit import Jump
     from dforce.sweeps._grid import Grid
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
@@ -43,10 +44,10 @@ def sweep(
 ) -> xr.Dataset:
     """Return the result of a case's experiment for all combinations of parameter values, many cases at once.
 
-    Cases with one tone and forces without memory or branches are solved side by side in vector lanes, all others one by
-    one; threads share the cases. Amplitudes, forces and distances equal those of single runs to 1e-6 of the free amplitude
-    and largest force (both are orbits that miss their start by at most 1e-9 of it, and the motion's Q times that may lie
-    between them), multipliers to 1e-3. Which state is reached is decided by the same rules; within the accuracy of the
+    Cases with one tone and forces without memory, branches or jumps are solved side by side in vector lanes, all others
+    one by one; threads share the cases. Amplitudes, forces and distances equal those of single runs to 1e-6 of the free
+    amplitude and largest force (both are orbits that miss their start by at most 1e-9 of it, and the motion's Q times that may
+    lie between them), multipliers to 1e-3. Which state is reached is decided by the same rules; within the accuracy of the
     settling, a jump may come one distance earlier or later.
 
     Parameters
@@ -69,7 +70,8 @@ def sweep(
     -------
     xarray.Dataset
         The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), then `zc` and `direction` of an approach. Jumps are not listed. A status for each point.
+        that is ambiguous), then `zc` and `direction` of an approach. A status for each point. The jumps of the curves lie
+        along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others.
 
     Raises
     ------
@@ -103,9 +105,10 @@ def sweep(
 
 
 def _kept(given: Iterable[str] | None) -> frozenset[str]:
-    names = frozenset(OBSERVABLES if given is None else given)
-    for name in sorted(names - OBSERVABLES.keys()):
-        raise ParameterError(f"there is no quantity '{name}'{nearest(name, OBSERVABLES)}")
+    known = OBSERVABLES | JUMPS
+    names = frozenset(known if given is None else given)
+    for name in sorted(names - known.keys()):
+        raise ParameterError(f"there is no quantity '{name}'{nearest(name, known)}")
     return names
 
 
@@ -127,6 +130,7 @@ class Part:
         self.zc = self._distances(axes, place, size)
         self.status = np.full(self.zc.shape, Status.NOT_COMPUTED, dtype=np.int8)
         self.arrays: dict[str, Array] = {}
+        self.jumps: list[list[Jump]] = [[] for _ in range(size)]
         self._lock = threading.Lock()
 
     def _distances(self, axes: list[Axis], place: Any, size: int) -> Array:
@@ -159,14 +163,20 @@ class Part:
 
     def _jobs(self) -> Iterable[Callable[[], None]]:
         from dforce.solvers.lot import fits
+        from dforce.sweeps._grid import NOWHERE
 
         if not fits(self.grid.example, self.case.solver):
-            for start in range(len(self.numbers)):
-                yield functools.partial(self._alone, start)
+            for number in range(len(self.numbers)):
+                yield functools.partial(self._alone, number)
             return
         lot = self.grid.lot(self.numbers)
+        # where the force jumps, orbits are lost so often that lanes gain nothing
+        alone = (lot.jumps != NOWHERE).any(axis=1)
+        for number in np.flatnonzero(alone).tolist():
+            yield functools.partial(self._alone, number)
         samples, phase = lot.samples(self.case.solver), lot.tones[:, 0, 1]
         order = np.lexsort((phase, samples))
+        order = order[~alone[order]]
         same = (np.diff(samples[order]) == 0) & (np.diff(phase[order]) == 0.0)
         size = min(BLOCK, max(LEAST_BLOCK, -(-len(order) // self.crew.workers)))
         for group in np.split(order, np.flatnonzero(~same) + 1):
@@ -187,6 +197,8 @@ class Part:
         carry = isinstance(self.experiment, Approach) and self.experiment.carry_state
         with contextlib.suppress(Stopped):  # what is done is kept
             block.walk(self._starts(lot), self.zc[which], self.crew.add, carry)
+        for number, found_on_the_way in zip(which, block.jumps, strict=True):
+            self.jumps[number] = found_on_the_way
         points = block.points
         for name, values in points.values(lot, self.experiment.harmonics).items():
             if name in self.kept:
@@ -199,6 +211,7 @@ class Part:
     def _alone(self, number: int) -> None:
         """Compute one case by itself."""
         from dforce.solvers.batch import walk_alone
+        from dforce.solvers.find import make_finder
 
         approach = self.experiment if isinstance(self.experiment, Approach) else None
 
@@ -209,11 +222,13 @@ class Part:
             self.status[number, at] = self._outcome(found)
             self.crew.add(1)
 
+        finder = make_finder(
+            self.grid.problem(int(self.numbers[number])), self.case.solver, self.experiment.harmonics
+        )  # fmt: skip
+        self.jumps[number] = finder.jumps  # grows on the way
         walk_alone(
-            self.grid.problem(int(self.numbers[number])),
-            lambda integrator: initial_motion(integrator, self.experiment.start), self.zc[number],
-            approach is not None and approach.carry_state, self.case.solver, self.experiment.harmonics, self.crew.watch,
-            put,
+            finder, lambda integrator: initial_motion(integrator, self.experiment.start), self.zc[number],
+            approach is not None and approach.carry_state, self.crew.watch, put,
         )  # fmt: skip
 
     @staticmethod
@@ -254,6 +269,11 @@ def _dataset(
     order = [axes.index(axis) for axis in (*choices, *numbers)]
     places = tuple(np.array(visits, dtype=int).reshape(len(visits), -1).T)
 
+    def over_axes(table: Any) -> Any:
+        """Return an array with a row for each part and each of its cases as one over the axes."""
+        split = [len(axis.values) for axis in (*choices, *numbers)]
+        return np.moveaxis(table.reshape(*split, *table.shape[2:]), range(len(order)), order)
+
     def whole(filled: list[Any], fill: Any) -> Any:
         """Return one array over the axes, the inner dimensions, and what is behind."""
         behind = next((array.shape[2:] for array in filled if array is not None), ())
@@ -263,9 +283,7 @@ def _dataset(
                 row[(slice(None), *places)] = array
             elif array is not None:
                 row[:] = array[:, 0]
-        split = [len(axis.values) for axis in (*choices, *numbers)]
-        out = out.reshape(*split, *out.shape[2:])
-        return np.moveaxis(out, range(len(order)), order)
+        return over_axes(out)
 
     dims = (*(axis.dim for axis in axes), *inner)
     names = {name for part in parts for name in part.arrays}
@@ -275,10 +293,12 @@ def _dataset(
         if name in names
     }
     variables["status"] = dims, whole([part.status for part in parts], np.int8(Status.NOT_COMPUTED))
+    for name, table in _jumps([part.jumps for part in parts]).items():
+        if name in parts[0].kept:
+            variables[name] = (*(axis.dim for axis in axes), "jump"), over_axes(table)
     counted = {
         dim: np.arange(1, variables[name][1].shape[len(dims)] + 1)
-        for name in variables
-        if name != "status"
+        for name in variables.keys() & OBSERVABLES
         for dim in OBSERVABLES[name].dims
     }
     data = describe(xr.Dataset(variables, coords=inner | counted))
@@ -288,3 +308,17 @@ def _dataset(
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
     data.attrs |= attributes(advice_on_sweep(case, axes, data))
     return data.assign_attrs(interrupted=1) if interrupted else data
+
+
+def _jumps(found: list[list[list[Jump]]]) -> dict[str, Any]:
+    """Return the jumps of all cases as tables (parts, cases, jumps), filled up to the most that a case has; none: nothing."""
+    most = max(len(jumps) for cases in found for jumps in cases)
+    tables: dict[str, Any] = {}
+    for name in JUMPS if most else ():
+        empty = "" if name == "jump_direction" else np.nan
+        rows = [
+            [getattr(jump, name.removeprefix("jump_")) for jump in jumps] + [empty] * (most - len(jumps))
+            for cases in found for jumps in cases
+        ]  # fmt: skip
+        tables[name] = np.array(rows).reshape(len(found), -1, most)
+    return tables

@@ -62,7 +62,8 @@ def _ways_that_differ(seen: Evidence) -> str | None:
 
 def _jumps(seen: Evidence) -> str | None:
     at = seen.array("jump_zc")
-    if at is None or not at.size:
+    at = np.empty(0) if at is None else at[np.isfinite(at)]  # curves of a sweep are filled up to the same number
+    if not at.size:
         return None
     return f"The motion jumped to another state at {shown(float(at[0]), 'm')}, and near there both exist"
 
