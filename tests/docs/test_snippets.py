@@ -30,6 +30,7 @@ def named(path):
     return path.relative_to(ROOT).as_posix()
 
 
+@pytest.mark.site
 @pytest.mark.parametrize("path", PAGES, ids=named)
 def test_every_block_of_a_page_runs(path):
     with Page() as page:
@@ -67,6 +68,7 @@ def test_every_make_target_of_the_readme_exists(target):
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
 
 
+@pytest.mark.site
 @pytest.mark.parametrize("path", SCRIPTS, ids=named)
 def test_every_script_runs(path, monkeypatch):
     monkeypatch.chdir(path.parent)  # where the files are that it uses

@@ -18,6 +18,7 @@ from dforce.testing import INSTRUMENT, compile_function
 
 A0, R, E_EFF = INSTRUMENT["contact.a0"], INSTRUMENT["tip.radius"], INSTRUMENT["contact.E_eff"]
 AS_DMT = "where(d > a0, -H*R/(6*d**2), 4/3*E_eff*sqrt(R)*indentation**1.5 - H*R/(6*a0**2))"
+SPRING = f"{AS_DMT} - P1*k/Q*z"  # and beside it a spring P1/Q times as stiff as the cantilever
 DISTANCES = (-2e-9, 0.0, 0.1e-9, A0, 0.2e-9, 1e-9, 3e-8)
 
 
@@ -295,7 +296,7 @@ def test_several_custom_forces_add_up():
 
 def test_a_law_of_the_deflection_is_a_spring_beside_the_cantilever():
     # driven at f0 the deflection is F0 / (dk + i k/Q): with dk = k/Q smaller by the square root of 2
-    settled = df.dwell(case(Custom(law="-k/Q*z")), zc=100e-9)
+    settled = df.dwell(case(Custom(law=SPRING, hamaker=0.0, P1=1.0)), zc=100e-9)
     assert float(settled.amplitude[0]) == pytest.approx(10e-9 / math.sqrt(2.0), rel=1e-5)
 
 
@@ -310,9 +311,8 @@ def test_where_the_law_has_no_value_the_point_says_so_and_the_run_goes_on(settin
 
 def test_a_run_with_a_custom_force_equals_one_with_the_built_in():
     settings = {"settle": "fixed", "periods": 60}
-    runs = [
-        df.dwell(case(force, **settings), zc=8e-9) for force in (DMT(hamaker=2e-20), Custom(law=AS_DMT, hamaker=2e-20))
-    ]
+    forces = DMT(hamaker=2e-20), Custom(law=SPRING, hamaker=2e-20, P1=0.0)
+    runs = [df.dwell(case(force, **settings), zc=8e-9) for force in forces]
     for name in ("amplitude", "phase", "peak_force"):
         # 60 periods of roundings in another order
         np.testing.assert_allclose(runs[1][name], runs[0][name], rtol=1e-9)

@@ -94,7 +94,7 @@ def test_a_case_with_a_plugin_can_be_changed_from_anywhere_and_written_back(fold
 
 
 def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder, tmp_path_factory):
-    result = df.run(df.load_case(folder / "case.toml"))
+    result = df.force_curve(df.load_case(folder / "case.toml"))
     df.write(result, folder / "out.nc")
     assert df.load_case(folder / "out.nc") == df.load_case(folder / "case.toml")
     elsewhere = tmp_path_factory.mktemp("elsewhere")

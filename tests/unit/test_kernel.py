@@ -28,15 +28,19 @@ from dforce.problem import Problem
 def probe(y, p):
     return force(distance(y, p), rate_of(y, p), 0.0, y, y, p)
 
+def twice(y, p):
+    return 2.0 * force(distance(y, p), rate_of(y, p), 0.0, y, y, p)
+
 if __name__ == "__main__":
     problem = Problem.build(
         df.Cantilever(f0=5e4, k=0.9, Q=10), df.Drive(A0=1e-8), df.Tip(radius=2e-9), df.Sample(youngs_modulus=1e9),
         forces=[df.forces.Hertz()],
     )
-    loaded = kernel.load(problem, {"probe": probe})
-    entry = loaded.entry("probe")
-    value = entry((-0.5, 0.0), kernel.parameters(problem, 4.5e-9))
-    print(value, sum(entry.stats.cache_hits.values()), sum(entry.stats.cache_misses.values()), loaded.module.__file__)
+    called, counted = sys.argv[1:]
+    loaded = kernel.load(problem, {"probe": probe, "twice": twice})
+    value = loaded.entry(called)((-0.5, 0.0), kernel.parameters(problem, 4.5e-9))
+    stats = getattr(loaded.module, counted).stats
+    print(value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values()), loaded.module.__file__)
 """
 
 
@@ -209,21 +213,21 @@ def test_only_the_oldest_kernels_are_forgotten_and_nothing_else_is_touched(folde
 # --- other processes -------------------------------------------------------------------------------------------------
 
 
-def start(tmp_path, cache):
+def start(tmp_path, cache, called="probe", counted="probe"):
     script = tmp_path / "probe.py"
     script.write_text(PROBE, encoding="utf-8")
     environment = {**os.environ, "DFORCE_CACHE_DIR": str(cache), "PYTHONPATH": str(Path(df.__file__).parent.parent)}
     return subprocess.Popen(
-        [sys.executable, str(script)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, str(script), called, counted], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
 
-def finish(process):
+def finish(process, times=1.0):
     out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     value, hits, misses, path = out.split(maxsplit=3)
     depth = 0.165e-9 + 0.5e-9
-    assert float(value) == pytest.approx(4 / 3 * (1e9 / 0.91) * math.sqrt(2e-9) * depth**1.5, rel=1e-12)
+    assert float(value) / times == pytest.approx(4 / 3 * (1e9 / 0.91) * math.sqrt(2e-9) * depth**1.5, rel=1e-12)
     return int(hits), int(misses), Path(path.strip()), err
 
 
@@ -239,6 +243,14 @@ def test_a_second_process_starts_without_compiling_and_only_the_first_says_so(tm
     assert (hits, misses) == (1, 0)
     assert path == first[2]
     assert err == ""
+
+
+def test_a_process_that_needs_another_entry_compiles_only_what_is_new_to_it(tmp_path):
+    cache = tmp_path / "cache"
+    finish(start(tmp_path, cache, "probe", "force"))
+    hits, misses, _, err = finish(start(tmp_path, cache, "twice", "force"), times=2.0)
+    assert (hits, misses) == (1, 0)
+    assert "Compiling" in err  # the new entry itself
 
 
 def test_without_a_folder_for_kernels_everything_still_works(tmp_path):

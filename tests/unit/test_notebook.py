@@ -91,7 +91,8 @@ def test_a_report_shows_a_title_as_text():
 
 
 def test_a_sweep_is_reported_one_case_at_a_time():
-    result = df.sweep(df.example("table-1-am"), over={"sample.youngs_modulus": [1e9, 2e9]})
+    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="8 nm"))
+    result = df.sweep(case, over={"sample.youngs_modulus": [1e9, 2e9]})
     with pytest.raises(
         df.ParameterError, match=r"sweep over sample\.youngs_modulus; choose one of its cases with \.isel"
     ):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import matplotlib as mpl
@@ -23,7 +24,13 @@ class Order:
 
 
 def start_afresh(gallery_conf: dict[str, Any], name: str) -> None:
-    """Begin every page with plain pictures and the shipped models, whatever the page before it has done."""
+    """Begin every page with plain pictures and the shipped models, whatever the page before it has done.
+
+    A warning in a script ends the build.
+    """
+    for category in (RuntimeWarning, UserWarning):
+        warnings.filterwarnings("error", category=category)
+    warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")  # of plt.show
     forget_own_models()
     mpl.rcdefaults()
     mpl.use("agg")

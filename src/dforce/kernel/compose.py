@@ -13,14 +13,15 @@ import math
 import numpy as np
 from numba import njit
 
+# cache: of functions that others call too, so that a process that needs another entry compiles only what is new to it;
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
-OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}})
+OPTIONS = dict(cache=True, nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}})
 # functions that Python never calls need no wrapper for it: that saves a third of the compile time
 INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
 compiled = njit(**INNER)
 inlined = njit(forceinline=True, **INNER)
 reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}})))
-entry = njit(cache=True, **OPTIONS)
+entry = njit(**OPTIONS)
 '''
 
 # Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.

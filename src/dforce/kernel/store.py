@@ -23,7 +23,7 @@ from pathlib import Path
 from types import ModuleType
 
 STAMP = 1_500_000_000  # numba trusts its code while the source's time is unchanged: so every writer gives the same time
-MOST_KERNELS = 200  # folders kept; the least recently used go first
+MOST_KERNELS = 100  # folders kept, of some 5 MB each; the least recently used go first
 _IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
 
 
@@ -110,4 +110,4 @@ def is_compiled(module: ModuleType, function: str) -> bool:
     if getattr(module, function).signatures:
         return True
     folder = Path(str(module.__file__)).parent / "__pycache__"
-    return any(folder.glob(f"*{function}-*.nbi"))
+    return any(folder.glob(f"{module.__name__}.{function}-*.nbi"))
