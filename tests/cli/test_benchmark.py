@@ -23,6 +23,17 @@ def test_a_quick_benchmark_gives_ratios_spread_and_machine():
             assert row["ratio"] == row["seconds"] / rows[row["to"]]["seconds"]
 
 
+def test_a_table_in_a_pipe_has_a_line_for_each_row(monkeypatch):
+    names = [f"{'a long name of what is timed, ' * 3}number {i}" for i in range(3)]
+    row = {"seconds": 1e-6, "spread": 1.5, "ratio": 2.0, "to": names[0], "limit": 3.0}
+    table = {"rows": [row | {"name": name} for name in names], "machine": {"cores": "2"}, "note": "a note " * 40}
+    monkeypatch.setattr(df, "benchmark", lambda quick, progress: table)
+    head, *lines = CliRunner().invoke(app, ["benchmark"], env={"COLUMNS": "80"}).stdout.splitlines()
+    assert head.split() == "what time ratio to meant to be below slowest/best".split()
+    assert [line[: len(name)] for line, name in zip(lines, names, strict=False)] == names
+    assert len(lines) == len(names) + 2
+
+
 def test_accuracy_has_a_price_and_the_exact_values_of_table_1_are_met():
     done = CliRunner().invoke(app, ["benchmark", "--accuracy", "--quick", "--json"])
     assert done.exit_code == 0, done.output

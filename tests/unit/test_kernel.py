@@ -217,9 +217,8 @@ def start(tmp_path, cache, called="probe", counted="probe"):
     script = tmp_path / "probe.py"
     script.write_text(PROBE, encoding="utf-8")
     environment = {**os.environ, "DFORCE_CACHE_DIR": str(cache), "PYTHONPATH": str(Path(df.__file__).parent.parent)}
-    return subprocess.Popen(
-        [sys.executable, str(script), called, counted], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, str(script), called, counted]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def finish(process, times=1.0):

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, Json, Traceback, print_json, say
+from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, say
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+WIDE = 1000  # columns: more than any row takes
 
 
 def benchmark(
@@ -28,32 +34,37 @@ def benchmark(
 
 
 def _print_accuracy(result: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    table = Table("case", "method", "samples or tolerance", "time", "amplitude error", "phase error", box=None)
+    table = Table("case", "method", "samples or tolerance", "time", "amplitude error", "phase error", box=None, pad_edge=False)
     for row in result["rows"]:
         table.add_row(
             row["case"], row["method"], f"{row['setting']:g}", df.show(row["seconds"], "s", 3),
             f"{1e9 * row['amplitude_error']:.1e} nm", f"{row['phase_error']:.1e}°",
         )  # fmt: skip
-    console = Console()
-    console.print(table)
+    out = _printed(table)
     for case, row in result["cheapest"].items():
         found = f"{row['method']} at {row['setting']:g}, {df.show(row['seconds'], 's', 3)}" if row else "none of these"
-        console.print(f"{case}, amplitude to 1e-6 nm and phase to 1e-4°: {found}")
+        out.print(f"{case}, amplitude to 1e-6 nm and phase to 1e-4°: {found}")
 
 
 def _print(result: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    table = Table("what", "time", "ratio", "to", "meant to be below", "slowest/best", box=None)
+    table = Table("what", "time", "ratio", "to", "meant to be below", "slowest/best", box=None, pad_edge=False)
     for row in result["rows"]:
         ratio = "" if row["ratio"] is None else f"{row['ratio']:.3g}"
         limit = "" if row["limit"] is None else f"{row['limit']:.3g}{'' if ratio else ' s'}"
         table.add_row(row["name"], df.show(row["seconds"], "s", 3), ratio, row["to"], limit, f"{row['spread']:.2f}")
-    console = Console()
-    console.print(table)
-    console.print(", ".join(f"{key} {value}" for key, value in result["machine"].items()), style="dim")
-    console.print(result["note"], style="dim")
+    out = _printed(table)
+    out.print(", ".join(f"{key} {value}" for key, value in result["machine"].items()), style="dim")
+    out.print(result["note"], style="dim")
+
+
+def _printed(table: Table) -> Console:
+    """Print a table, in a file or a pipe with one line for each row, and return the console for what follows."""
+    out = console()
+    if not out.is_terminal:
+        out.width = WIDE
+    out.print(table)
+    return out
