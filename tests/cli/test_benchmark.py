@@ -29,7 +29,7 @@ def test_a_table_in_a_pipe_has_a_line_for_each_row(monkeypatch):
     table = {"rows": [row | {"name": name} for name in names], "machine": {"cores": "2"}, "note": "a note " * 40}
     monkeypatch.setattr(df, "benchmark", lambda quick, progress: table)
     head, *lines = CliRunner().invoke(app, ["benchmark"], env={"COLUMNS": "80"}).stdout.splitlines()
-    assert head.split() == "what time ratio to meant to be below slowest/best".split()
+    assert head.split() == ["what", "time", "ratio", "to", "meant", "to", "be", "below", "slowest/best"]
     assert [line[: len(name)] for line, name in zip(lines, names, strict=False)] == names
     assert len(lines) == len(names) + 2
 

@@ -36,7 +36,9 @@ def benchmark(
 def _print_accuracy(result: dict[str, Any]) -> None:
     from rich.table import Table
 
-    table = Table("case", "method", "samples or tolerance", "time", "amplitude error", "phase error", box=None, pad_edge=False)
+    table = Table(
+        "case", "method", "samples or tolerance", "time", "amplitude error", "phase error", box=None, pad_edge=False
+    )
     for row in result["rows"]:
         table.add_row(
             row["case"], row["method"], f"{row['setting']:g}", df.show(row["seconds"], "s", 3),

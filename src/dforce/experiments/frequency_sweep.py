@@ -18,6 +18,7 @@ from dforce.experiments._experiment import (
     initial_motion,
     tapping_distance,
 )
+from dforce.experiments._restart import restore, stop
 from dforce.parameters import Parameters, param
 
 if TYPE_CHECKING:
@@ -99,6 +100,7 @@ class FrequencySweep(Experiment):
     ) -> xr.Dataset:  # fmt: skip
         """Return the resonance curve; see :class:`Experiment`."""
         from dforce.experiments._table import Table
+        from dforce.results import Status, describe
         from dforce.solvers.integrator import INTEGRATORS
         from dforce.solvers.response import Response
 
@@ -123,13 +125,17 @@ class FrequencySweep(Experiment):
             progress(done, len(visits), f"frequency = {note}")
 
         response = Response(integrator, place, float(frequencies.min()), float(frequencies.max()))
-        motion = None
+        motion = initial_motion(integrator, self.start)
+        if earlier is not None:
+            done, motion = restore(table, earlier, visits, motion)
+            if done:
+                response.go(float(frequencies[visits[done - 1][0]]))
+                response.take_up(motion)
         try:
-            for visit in visits:
+            for visit in visits[done:]:
                 watch()
-                frequency = float(frequencies[visit[0]])
-                response.go(frequency)
-                if motion is None or not self.carry_state or not motion.is_finite:
+                response.go(float(frequencies[visit[0]]))
+                if not done or not self.carry_state or not motion.is_finite:
                     found = response.settled(initial_motion(integrator, self.start), watch)
                 else:
                     found = response.carried(watch)
@@ -138,13 +144,13 @@ class FrequencySweep(Experiment):
             progress(done, len(visits), "")
         except KeyboardInterrupt:
             pass
-        data = table.dataset().assign_coords(zc=self.zc)
+        for place_of in visits[done:]:
+            table.status[place_of] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
+        data = describe(table.dataset().assign_coords(zc=self.zc))
         data.attrs["samples_per_period"] = integrator.points
         if done < len(visits):
-            data.attrs["interrupted"] = 1
-        from dforce.results import describe
-
-        return describe(data)
+            stop(data, motion)
+        return data
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at the frequency of a point; see :class:`Experiment`."""

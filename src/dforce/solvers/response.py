@@ -56,6 +56,13 @@ class Response:
             y[1::2] *= before / self.integrator.scales.speed
             self._motion = replace(self._motion, y=tuple(map(float, y)))
 
+    def take_up(self, motion: Motion) -> None:
+        """Go on from a motion that was found at this value before."""
+        self._motion = motion if motion.is_finite else None
+        near = None if self._map is None else self._orbit(self._map, motion, AT_ONCE)
+        if self._map is not None and near is not None:
+            self._kept(self._map, near)
+
     def carried(self, watch: Watch) -> Steady:
         """Return the steady motion that follows from the one at the value before."""
         watch()
