@@ -235,6 +235,7 @@ def test_a_second_process_starts_without_compiling_and_only_the_first_says_so(tm
     cache = tmp_path / "cache"
     together = [start(tmp_path, cache), start(tmp_path, cache)]
     first, other = finish(together[0]), finish(together[1])
+    assert first[:2] != other[:2], "one of them waits, and finds it compiled"
     assert first[2] == other[2]
     assert first[2].is_relative_to(cache)
     assert "Compiling the tip equation for hertz" in first[3] + other[3]

@@ -80,11 +80,27 @@ class Kernel:
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; the first compilation of a kernel announces itself."""
         if name not in self._entries:
-            if not self._announced and not store.is_compiled(self.module, name):
-                notices.announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
-                self._announced = True
-            self._entries[name] = getattr(self.module, name)
+            function = getattr(self.module, name)
+            if not store.is_compiled(self.module, name):
+                return self._compiling(name, function)
+            self._entries[name] = function
         return self._entries[name]
+
+    def _compiling(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function whose first call compiles, while other processes that want the same wait for it."""
+        if not self._announced:
+            notices.announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
+            self._announced = True
+
+        def first(*arguments: Any) -> Any:
+            if name in self._entries:
+                return function(*arguments)
+            with store.one_at_a_time(self.module):
+                result = function(*arguments)
+            self._entries[name] = function
+            return result
+
+        return first
 
 
 def signature(force: Force) -> tuple[Any, ...]:

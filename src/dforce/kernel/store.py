@@ -19,10 +19,12 @@ import shutil
 import sys
 import tempfile
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 STAMP = 1_500_000_000  # numba trusts its code while the source's time is unchanged: so every writer gives the same time
+LONGEST = 120.0  # s that a process waits for another one's compilation
 MOST_KERNELS = 100  # folders kept, of some 5 MB each; the least recently used go first
 _IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
 
@@ -103,6 +105,20 @@ def load(text: str) -> ModuleType:
             del sys.modules[name]
             raise
         return module
+
+
+@contextlib.contextmanager
+def one_at_a_time(module: ModuleType) -> Iterator[None]:
+    """Keep other processes from compiling the same module at the same time; they wait, and find it on disk."""
+    import filelock
+
+    lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(".lock"), timeout=LONGEST)
+    with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
+        lock.acquire()
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:
