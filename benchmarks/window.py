@@ -28,6 +28,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from served import Server, Window, chromium, served
 
+CASE = "figure-3-air"
 FIELD = "drive.A0"
 NEAR = 2e-3  # nm; what the surface takes of the amplitude far away
 ONE_BY_ONE = """async ([low, high, count]) => {
@@ -232,9 +233,9 @@ def main() -> None:
         else f"{os.cpu_count()} cores"
     )
     with tempfile.TemporaryDirectory() as folder:
-        with served(Path(folder) / "alone") as server:
+        with served(Path(folder) / "alone", CASE) as server:
             slider(server)
-        with served(Path(folder) / "class", "--host", "0.0.0.0") as server:
+        with served(Path(folder) / "class", CASE, "--host", "0.0.0.0") as server:
             asyncio.run(people(server, options.people, options.seconds))
 
 

@@ -126,3 +126,12 @@ def test_nothing_is_wider_than_the_window(window, width):
             window.page.wait_for_function("(width) => document.documentElement.scrollWidth <= width", arg=width)
     finally:
         window.page.set_viewport_size({"width": 1366, "height": 768})
+
+
+def test_the_forms_have_one_scroll_bar(window):
+    window.tab("Microscope")
+    window.page.get_by_role("tab", name="Microscope", selected=True).wait_for()
+    scrolling = """() => [...document.querySelectorAll(".df-left *")].filter((one) =>
+        ["auto", "scroll"].includes(getComputedStyle(one).overflowY) && one.scrollHeight > one.clientHeight + 1
+    ).map((one) => one.className)"""
+    assert len(window.page.evaluate(scrolling)) == 1

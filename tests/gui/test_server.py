@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import socket
 
 import pytest
@@ -36,9 +37,30 @@ def test_an_address_of_another_computer_is_refused():
 def test_an_application_window_is_a_browser_without_bars(monkeypatch, tmp_path):
     started = []
     monkeypatch.setattr(server.shutil, "which", lambda name: f"/usr/bin/{name}" if name == "chromium" else None)
-    monkeypatch.setattr(server.subprocess, "Popen", lambda command, **streams: started.append(command))
+
+    class Running:
+        def __init__(self, command, **streams):
+            started.append(command)
+
+        def wait(self, timeout):
+            raise server.subprocess.TimeoutExpired(started[0], timeout)
+
+    monkeypatch.setattr(server.subprocess, "Popen", Running)
     assert server.open_window("http://127.0.0.1:8571/?key=x", tmp_path)
     assert started[0][:2] == ["/usr/bin/chromium", "--app=http://127.0.0.1:8571/?key=x"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a program of one line is a shell script")
+@pytest.mark.parametrize(("code", "opened"), [(1, False), (0, True)])
+def test_a_browser_that_cannot_start_is_said_and_one_that_hands_over_is_not(
+    monkeypatch, tmp_path, capsys, code, opened
+):
+    program = tmp_path / "chromium"
+    program.write_text(f"#!/bin/sh\nexit {code}\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(server, "find_browser", lambda: str(program))
+    assert server.open_window("http://127.0.0.1:8571/?key=x", tmp_path) is opened
+    assert ("could not be started" in capsys.readouterr().err) is not opened
 
 
 def test_without_such_a_browser_the_window_says_so(monkeypatch, tmp_path, capsys):

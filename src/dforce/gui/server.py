@@ -21,6 +21,7 @@ from dforce.gui.security import KEY, Guard, kept_secret
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
 OWN = "127.0.0.1"
 RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
+STARTS_WITHIN = 2.0  # s in which a browser that cannot start, for want of a screen say, gives up
 SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
 BROWSERS = (
     "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "msedge", "chrome",
@@ -152,13 +153,19 @@ def find_browser() -> str | None:
 
 
 def open_window(address: str, profile: Path) -> bool:
-    """Open an application window, a browser without bars and with a profile of its own; False where none is found."""
+    """Open an application window, a browser without bars and with a profile of its own; False where none starts."""
     found = find_browser()
     if found is None:
         print("No Chromium, Chrome or Edge was found, so the window opens in the browser.", file=sys.stderr)
         return False
-    subprocess.Popen(
+    started = subprocess.Popen(
         [found, f"--app={address}", f"--user-data-dir={profile}", "--window-size=1366,800", "--no-first-run"],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
-    return True
+    try:
+        failed = started.wait(timeout=STARTS_WITHIN) != 0  # one that hands over to a running one ends with 0
+    except subprocess.TimeoutExpired:
+        return True
+    if failed:
+        print(f"{Path(found).name} could not be started, so the window opens in the browser.", file=sys.stderr)
+    return not failed
