@@ -95,7 +95,8 @@ def serve(options: Options) -> None:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     # read by NiceGUI when it is imported, which is why that waits until here
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / "sessions")
-    (folder / "sessions").mkdir(mode=0o700, exist_ok=True)
+    for name in ("sessions", "results"):
+        (folder / name).mkdir(mode=0o700, exist_ok=True)
     from nicegui import app, ui
 
     from dforce.gui import pages
