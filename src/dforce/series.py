@@ -146,7 +146,7 @@ def pictures_of(dataset: xr.Dataset) -> list[Picture]:
         ]
     else:
         named = [Picture(along, names, title=title) for title, names in OF_CURVES.items()]
-        named.append(Picture("amplitude_ratio", AT_SET_POINT, title="force and indentation against A/A0"))
+        named.append(Picture("amplitude_ratio", AT_SET_POINT, title="force against A/A0"))
     known = set(drawable(dataset))
     return [picture for picture in named if {picture.x, *picture.y} <= known]
 

@@ -64,7 +64,8 @@ class SetPoint:
         return TOO_NEAR if most < self.view.document.set_point else NONE
 
     def _states(self, result: xr.Dataset, wanted: df.Picture) -> xr.Dataset | None:
-        row = df.row_of(result, df.goes_along(result))
+        along = df.goes_along(result)
+        row = df.row_of(result, along) if along else ""
         names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
         known = [name for name in names if name in result.variables and df.row_of(result, name) == row]
         try:
@@ -124,7 +125,9 @@ def _rows(layer: Layer, columns: Sequence[Column], several: bool) -> list[dict[s
         unstable = "stable" in states and not bool(states["stable"][n])
         state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
         cells = tuple(
-            f"{states[column.name].values[(n, *column.index)] / column.scale:.4g}" if column.name in states else "–"
+            f"{states.variables[column.name].values[(n, *column.index)] / column.scale:.4g}"
+            if column.name in states
+            else "–"
             for column in columns
         )
         ways = merged.setdefault((state, *cells), [])
