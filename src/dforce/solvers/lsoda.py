@@ -58,8 +58,10 @@ def make_integrator(
     """Return a SciPy integrator that starts from a state at the scaled time tau."""
     from scipy.integrate import ode
 
-    solver = ode(entry).set_integrator("lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most)
-    solver.set_f_params(*arguments)
+    def rates(tau: float, state: Any) -> Any:  # older versions of SciPy cannot call a compiled function
+        return entry(tau, state, *arguments)
+
+    solver = ode(rates).set_integrator("lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most)
     solver.set_initial_value(state.copy(), tau)  # SciPy works in place
     return solver
 
