@@ -141,11 +141,11 @@ def test_progress_is_asked_for_by_true(monkeypatch):
             seen.append((self.title, done, total))
 
     monkeypatch.setattr("dforce.runs.ProgressBar", Bar)
-    case = df.example("figure-4-hard").replace(title="hard", experiment=df.Approach(zc=np.linspace(9e-9, 8e-9, 3)))
+    case = df.example("figure-3-air").replace(title="curve", experiment=df.Approach(zc=np.linspace(9e-9, 8e-9, 3)))
     df.run(case, progress=True)
-    assert seen[-1] == ("hard", 3, 3)
+    assert seen[-1] == ("curve", 3, 3)
     df.sweep(case, over={"sample.youngs_modulus": [1e9, 2e9]}, progress=True)
-    assert seen[-1] == ("hard", 6, 6)
+    assert seen[-1] == ("curve", 6, 6)
     count = len(seen)
     df.run(case, progress=False)
     assert len(seen) == count
