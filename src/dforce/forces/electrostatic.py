@@ -106,16 +106,17 @@ class Electrostatic(Force):
         omega: float,
         a0: float,
     ) -> float:
-        near = d if d > a0 else a0
-        far = near + offset
-        force = strength / (near * far)
-        if cone > 0.0:
-            bracket = log(cone_height / far) - 1.0 + join / far
-            force += cone * bracket if bracket > 0.0 else 0.0
         voltage = steady
         if ac_bias != 0.0:
             voltage += ac_bias * cos(omega * t)
-        return -force * voltage * voltage
+        square = voltage * voltage
+        near = d if d > a0 else a0
+        far = near + offset
+        force = strength * square / (near * far)
+        if cone > 0.0:
+            bracket = log(cone_height / far) - 1.0 + join / far
+            force += cone * square * bracket if bracket > 0.0 else 0.0
+        return -force
 
     def kinks(self) -> tuple[float, ...]:
         if self.geometry == "sphere":

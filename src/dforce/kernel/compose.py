@@ -88,6 +88,9 @@ def _kinematics(modes: int) -> list[str]:
         f"def distance(y, p):\n    return p[{ZC}] + p[{LENGTH}] * ({x})",
         f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
         f"def motion(u, f, y, p):\n    return {_tuple(slopes)}",
+        "def drive_between(u0, u1, u2, s):\n"
+        "    w0, w1, w2 = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)\n"
+        f"    return {_tuple([f'w0 * u0[{i}] + w1 * u1[{i}] + w2 * u2[{i}]' for i in n])}",
         f"def row(table, i):\n    return {_tuple([f'table[i, {k}]' for k in n])}",
         f"def drive_at(tones, bases, tau):\n{sums}\n    for j in range(tones.shape[0]):\n"
         f"        c = math.cos(tones[j, 0] * tau + bases[j])\n{adds}\n    return {_tuple([f'u{i}' for i in n])}",

@@ -123,6 +123,11 @@ def drive_at(tones: Any, bases: Any, tau: float) -> Any:
     raise NotImplementedError
 
 
+def drive_between(u0: Any, u1: Any, u2: Any, s: float) -> Any:
+    """Return the drive at the share s of a step, by the parabola through its values at both ends and in the middle."""
+    raise NotImplementedError
+
+
 def error_norm(
     h: float,
     weights: Any,

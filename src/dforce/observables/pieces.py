@@ -37,7 +37,7 @@ def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float)
         s = s - miss / slope if slope != 0.0 else 0.5 * (low + high)
         if not low < s < high:
             s = 0.5 * (low + high)
-        if abs(miss) < 1e-14 * abs(d1 - d0):
+        if abs(miss) < 1e-9 * abs(d1 - d0):
             break
     return s
 

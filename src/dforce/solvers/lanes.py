@@ -24,12 +24,8 @@ from dforce.kernel.slots import (
     rate_of,
     row,
 )
-from dforce.observables.measure import turned
-from dforce.observables.pieces import crossing
-from dforce.solvers._loops import TAU, held, interval, margin, passed, seconds
-from dforce.solvers.rk4 import NEAR, cut_step, step
-
-TRIES = 4  # to land behind a kink
+from dforce.solvers._loops import TAU, passed, phases, seconds, tabulate
+from dforce.solvers.rk4 import cut_at_kink
 
 
 @inlined
@@ -73,15 +69,28 @@ def advance_copies(
                     here = at_distance(p, zc[j])
                     y, end = column(before, j), column(after, j)
                     if passed(y, end, t + dt, latched, kinks, here) >= 0:
-                        end = cut_step(
-                            y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, here
-                        )
+                        f = force(distance(y, here), rate_of(y, here), t, memory, latched, here)
+                        end = cut_at_kink(
+                            y, end, f, u0, u1, u2, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, here,
+                        )  # fmt: skip
                         put_column(after, j, end)
                 break
         before, after = after, before
     if points % 2:
         for j in range(lanes.shape[1]):
             put_column(lanes, j, column(before, j))
+
+
+def lanes_over_common_period(
+    lanes: Any, other: Any, zc: Any, first: int, common: int, points: int, memory: Any, latched: Any, tones: Any,
+    bases: Any, table: Any, kinks: Any, stage: Any, work: Any, p: Any,
+) -> None:  # fmt: skip
+    """Advance motions like `advance_copies`, by one common period of all tones."""
+    for k in range(common):
+        if common > 1:
+            phases(tones, first + k, bases)
+            tabulate(tones, bases, points, table)
+        advance_copies(lanes, other, zc, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p)
 
 
 @reordered
@@ -156,10 +165,12 @@ def advance_samples(
             for j in range(size):
                 if crossed[j]:
                     p = parameters_of(parameters, j)
-                    put_column(there, j, cut_lane(
-                        column(here, j), column(there, j), here[place, j], i, drive, j, kinks[:, j], tones[case_of[j]],
-                        bases, points, cosine, nothing, work, p,
-                    ))  # fmt: skip
+                    end = cut_at_kink(
+                        column(here, j), column(there, j), here[place, j], lane_drive(drive, j, c0),
+                        lane_drive(drive, j, c1), lane_drive(drive, j, c2), i * h, h, 0, nothing, nothing,
+                        tones[case_of[j]], bases, kinks[:, j], work[0], work, p,
+                    )  # fmt: skip
+                    put_column(there, j, end)
     end_row = points % rows
     last = block[end_row]
     for j in range(size):
@@ -167,47 +178,6 @@ def advance_samples(
         y = column(last, j)
         last[place, j] = force(distance(y, p), rate_of(y, p), 0.0, None, None, p)
     return end_row
-
-
-def cut_lane(
-    y: Any, end: Any, f: float, i: int, drive: Any, j: int, kinks: Any, tones: Any, bases: Any, points: int, cosine: Any,
-    nothing: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
-    """Return the motion after step i of one lane, cut at a kink as in ``rk4.cut_step``.
-
-    Newton's method finds the kink, and the drive comes from the table by rotation. A step with more than one event is left
-    to ``cut_step``.
-    """
-    h = TAU / points
-    dt = seconds(h, p)
-    c0, s0 = cosine[0, 2 * i], cosine[1, 2 * i]
-    which = passed(y, end, 0.0, nothing, kinks, p)
-    limits = interval(y, kinks, p)
-    first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
-    first += 0.5 * NEAR * h
-    for _ in range(TRIES):
-        if not 0.0 < first < h:
-            break
-        cm, _ = turned(c0, s0, 0.5 * first)
-        ch, sh = turned(c0, s0, first)
-        um, uh = lane_drive(drive, j, cm), lane_drive(drive, j, ch)
-        landed = step(y, f, lane_drive(drive, j, c0), um, uh, first, 0.0, nothing, nothing, limits, nothing, work, p)
-        past = margin(which, y, landed, 0.0, nothing, kinks, p)
-        wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
-        if not 0.0 < past < wanted:
-            first -= (past - 0.5 * wanted) / wanted * NEAR * h
-            continue
-        if passed(y, landed, 0.0, nothing, kinks, p) != which:
-            break
-        limits = interval(landed, kinks, p)
-        cm, _ = turned(ch, sh, 0.5 * (h - first))
-        f = force(held(distance(landed, p), limits), rate_of(landed, p), 0.0, None, None, p)
-        um, ue = lane_drive(drive, j, cm), lane_drive(drive, j, cosine[0, 2 * i + 2])
-        behind = step(landed, f, uh, um, ue, h - first, 0.0, nothing, nothing, limits, nothing, work, p)
-        if passed(landed, behind, 0.0, nothing, kinks, p) >= 0:
-            break
-        return behind
-    return cut_step(y, end, i * h, h, 0, nothing, nothing, tones, bases, kinks, work[0], work, p)
 
 
 def mark_crossed(here: Any, there: Any, parameters: Any, kinks: Any, crossed: Any) -> int:

@@ -14,9 +14,11 @@ from dforce.kernel.link import inlined
 from dforce.kernel.slots import (
     distance,
     drive_at,
+    drive_between,
     evolve,
     force,
     keep,
+    latch_count,
     memory_size,
     motion,
     moved,
@@ -31,6 +33,8 @@ from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed
 
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
+TRIES = 4  # to land behind a kink
+EVEN = 0.01  # share of the way from a kink to `NEAR` by which landings differ: what is off evenly is no roughness
 LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
 
 
@@ -72,6 +76,48 @@ def step(
         for i in range(size):
             stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
     return moved4(y, h, k1, k2, k3, k4)
+
+
+def cut_at_kink(
+    y: Any, end: Any, f: float, u0: Any, u1: Any, u2: Any, tau: float, h: float, period: int, memory: Any, latched: Any,
+    tones: Any, bases: Any, kinks: Any, stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
+
+    `f` is the force at the start, `u0`, `u1` and `u2` are the drive there, in the middle and at the end; `end` is where the
+    uncut step would lead. Without memory and branches Newton's method finds the kink, under a drive interpolated between
+    the three, to an error below that of the step. What this cannot do, as more than one kink in a step, is left to
+    `cut_step`.
+    """
+    if memory_size() == 0 and latch_count() == 0:
+        t, dt = seconds(period * TAU + tau, p), seconds(h, p)
+        which = passed(y, end, t, latched, kinks, p)
+        limits = interval(y, kinks, p)
+        first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
+        first += 0.5 * NEAR * h
+        for _ in range(TRIES):
+            if not 0.0 < first < h:
+                break
+            um, uh = drive_between(u0, u1, u2, 0.5 * first / h), drive_between(u0, u1, u2, first / h)
+            landed = part_step(y, f, u0, um, uh, first, t, memory, latched, limits, stage, work, p)
+            past = margin(which, y, landed, t, latched, kinks, p)
+            wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
+            off = (past - 0.5 * wanted) / wanted
+            if not abs(off) < EVEN:
+                first -= off * NEAR * h
+                continue
+            if passed(y, landed, t, latched, kinks, p) != which:
+                break
+            left, between = h - first, t + seconds(first, p)
+            limits = interval(landed, kinks, p)
+            behind = force(held(distance(landed, p), limits), rate_of(landed, p), between, memory, latched, p)
+            um = drive_between(u0, u1, u2, 0.5 + 0.5 * first / h)
+            end = part_step(landed, behind, uh, um, u2, left, between, memory, latched, limits, stage, work, p)
+            if passed(landed, end, t + dt, latched, kinks, p) >= 0:
+                break
+            return end
+        end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+    return cut_step(y, end, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
 
 
 def cut_step(
@@ -164,6 +210,14 @@ def driven_step(
     u0 = drive_at(tones, bases, tau)
     u1 = drive_at(tones, bases, tau + 0.5 * h)
     u2 = drive_at(tones, bases, tau + h)
+    return part_step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+
+
+def part_step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
+    work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion after a part of a step: `step`, not inlined, so that it is compiled once."""
     return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
 
 
@@ -183,7 +237,9 @@ def advance(
         u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         end = step(y, f, u0, u1, u2, h, t, memory, latched, None, stage, work, p)
         if passed(y, end, t + dt, latched, kinks, p) >= 0:
-            end = cut_step(y, end, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+            end = cut_at_kink(
+                y, end, f, u0, u1, u2, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p
+            )
         else:
             for k in range(memory_size()):
                 memory[k] = stage[k]
@@ -191,6 +247,19 @@ def advance(
     f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
     keep(block, points, y)
     keep_rest(block, points, memory, latched, f)
+    return y
+
+
+def over_common_period(
+    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any, bases: Any, table: Any,
+    kinks: Any, stage: Any, work: Any, block: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one common period later."""
+    for k in range(common):
+        if common > 1:
+            phases(tones, first + k, bases)
+            tabulate(tones, bases, points, table)
+        y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, p)
     return y
 
 
