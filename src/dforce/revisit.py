@@ -169,7 +169,7 @@ def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Da
     from dforce.observables.window import common_period
 
     table = Table((), {}, integrator)
-    table.put((), found)
+    table.put([()], found)
     data = table.dataset().assign_coords(zc=float(point["zc"]))
     common = common_period([tone.frequency for tone in integrator.problem.tones])
     count = common if common is not None and PERIODS < common <= MOST_PERIODS else PERIODS

@@ -35,6 +35,19 @@ def test_coarse_steps_of_the_distance_kick_the_motion_as_they_do_in_a_transient(
     assert float(apart.max()) < SAME * case.problem.tones[0].A0
 
 
+# most periods are leapt over on the way; the starts lead to either of the two states at 8.5 and 9.2 nm
+@pytest.mark.parametrize("zc", [8.5, 9.2, 12.0])
+@pytest.mark.parametrize(("amplitude", "phase"), [(5.5, 50.0), (7.0, 75.0), (8.4, 120.0), (8.4, 65.0)])
+def test_a_start_far_from_every_state_ends_where_the_transient_does_at_a_high_quality_factor(zc, amplitude, phase):
+    start = {"amplitude": amplitude * NM, "phase": np.radians(phase)}
+    case = df.example("figure-3-air").replace("cantilever.Q", 3000.0)
+    case = case.replace(experiment={"kind": "approach", "zc": [zc * NM], "start": start})
+    found, transient = df.run(case), df.run(case.replace("solver.method", "transient"))
+    assert found.status.item() == transient.status.item() == df.Status.OK
+    assert found.settling_periods.item() < 0.5 * transient.settling_periods.item()
+    assert found.amplitude.item() == pytest.approx(transient.amplitude.item(), abs=SAME * 10.0 * NM)
+
+
 def test_table_1_has_its_multipliers_amplitude_and_phase():
     result = df.run(df.example("table-1-am").replace("solver.points_per_period", 2048))
     assert result.amplitude.item() == pytest.approx(4.0553735 * NM, abs=1e-6 * NM)

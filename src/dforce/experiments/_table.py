@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+import functools
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dforce.quantities import OBSERVABLES
 from dforce.results import Status, describe
-from dforce.solvers.transient import Row
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.solvers.integrator import Integrator
+    from dforce.solvers.orbit import Orbits
     from dforce.solvers.transient import Steady
+
+
+def statuses(found: Steady | Orbits) -> np.ndarray[Any, np.dtype[np.int8]]:
+    """Return what became of each point of those that were found together."""
+    became = (Status.OK if found.repeats else Status.NOT_REPEATING) if found.settled else Status.NOT_SETTLED
+    finite = np.isfinite(found.columns["amplitude"]).all(axis=1) & found.motion.is_finite
+    return np.where(finite, became, Status.FAILED).astype(np.int8)
 
 
 def status_of(found: Steady) -> Status:
     """Return what became of a point."""
-    if not found.motion.is_finite or not all(map(math.isfinite, found.values["amplitude"])):
-        return Status.FAILED
-    if not found.settled:
-        return Status.NOT_SETTLED
-    return Status.OK if found.repeats else Status.NOT_REPEATING
+    return tuple(Status)[int(statuses(found)[0])]
 
 
 class Table:
@@ -36,7 +39,6 @@ class Table:
         self.shape = tuple(len(coords[dim]) for dim in dims)
         self.status = np.full(self.shape, Status.NOT_COMPUTED, dtype=np.int8)
         self.arrays: dict[str, np.ndarray[Any, Any]] = {}
-        self.founds: list[tuple[tuple[int, ...], Mapping[str, Any]]] = []
         modes, tones = len(integrator.problem.modes), len(integrator.problem.tones)
         self.inner = {
             "tone": tones,
@@ -45,42 +47,35 @@ class Table:
             "multiplier": 2 * modes,
         }
 
-    def put(self, place: tuple[int, ...], found: Steady) -> Status:
-        """Take one point; what is not finite becomes NaN."""
-        status = status_of(found)
-        self.founds.append((place, found.values))
-        self.status[place] = status  # last, so that Ctrl-C in between leaves the point not computed
-        return status
+    def put(self, places: Sequence[tuple[int, ...]], found: Steady | Orbits) -> None:
+        """Take the points found, one for each place; what is not finite becomes NaN."""
+        became = statuses(found)
+        failed = became == Status.FAILED
+        where = tuple(np.array(places, dtype=int).reshape(len(places), len(self.dims)).T)
+        for name, column in found.columns.items():
+            if failed.any():
+                column = column.astype(float)
+                column[failed] = np.nan
+            if name not in self.arrays:
+                self.arrays[name] = np.full(self.shape + column.shape[1:], np.nan)
+            self.arrays[name][where] = column if self.dims else column[0]
+        self.status[where] = became if self.dims else became[0]  # last: Ctrl-C in between leaves them not computed
 
-    def _fill(self) -> None:
-        """Write the points taken into the arrays, those of one stretch together."""
-        stretches: dict[int, tuple[dict[str, Any], list[tuple[int, ...]], list[int]]] = {}
-        for place, values in self.founds:
-            if isinstance(values, Row):
-                stretch, index = values.stretch, values.index
-            else:
-                stretch, index = {name: np.asarray(value)[None] for name, value in values.items()}, 0
-            _, places, indices = stretches.setdefault(id(stretch), (stretch, [], []))
-            places.append(place)
-            indices.append(index)
-        for stretch, places, indices in stretches.values():
-            where = tuple(np.array(places, dtype=int).reshape(len(places), len(self.dims)).T)
-            for name, column in stretch.items():
-                array = self.arrays.setdefault(name, np.full(self.shape + column.shape[1:], np.nan))
-                array[where] = column[indices] if self.dims else column[indices][0]
-        failed = self.status == Status.FAILED
-        if failed.any():
-            for array in self.arrays.values():
-                array[failed] = np.nan
-        self.founds.clear()
-
-    def dataset(self) -> xr.Dataset:
-        """Return the Dataset, with units and words."""
+    def dataset(self, others: Mapping[str, Any] | None = None) -> xr.Dataset:
+        """Return the Dataset, with units and words; `others` are variables that go with it."""
         import xarray as xr
 
-        self._fill()
         variables = {name: (self.dims + OBSERVABLES[name].dims, array) for name, array in self.arrays.items()}
         used = {dim for name in self.arrays for dim in OBSERVABLES[name].dims}
-        counted = {dim: np.arange(1, size + 1) for dim, size in self.inner.items() if size and dim in used}
-        data = xr.Dataset(variables | {"status": (self.dims, self.status)}, coords=self.coords | counted)
+        counted = tuple((dim, size) for dim, size in self.inner.items() if size and dim in used)
+        coords = _counted(counted).merge(xr.Coordinates(self.coords)).coords
+        data = xr.Dataset(variables | {"status": (self.dims, self.status)} | dict(others or {}), coords=coords)
         return describe(data)
+
+
+@functools.lru_cache(maxsize=64)  # making indexes takes longer than solving ten points
+def _counted(sizes: tuple[tuple[str, int], ...]) -> xr.Coordinates:
+    """Return coordinates that count from 1."""
+    import xarray as xr
+
+    return xr.Coordinates({dim: np.arange(1, size + 1) for dim, size in sizes})

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import pydantic
 
-from dforce import units
 from dforce.experiments._experiment import (
     CaseLike,
     Distances,
@@ -70,7 +69,7 @@ class Approach(Experiment):
     ) -> xr.Dataset:  # fmt: skip
         """Return the curve; see :class:`Experiment`."""
         from dforce.experiments._table import Table
-        from dforce.results import Status, describe
+        from dforce.results import Status
         from dforce.solvers.find import make_finder
 
         finder = make_finder(problem, settings, self.harmonics)
@@ -89,15 +88,15 @@ class Approach(Experiment):
                 before = float(zc[visits[done - 1][0]])
 
         def watch() -> None:
-            progress(done, len(visits), f"zc = {units.show(float(zc[visits[done][0]]), 'm', 4)}")
+            progress(done, len(visits), f"zc = {1e9 * zc[visits[done][0]]:.4g} nm")
 
         try:
             while done < len(visits):
                 watch()
                 to_come = [place[0] for place in visits[done:]]
-                for found in finder.along(motion, zc[to_come if self.carry_state else to_come[:1]], watch, before):
-                    table.put(visits[done], found)
-                    motion, done = found.motion, done + 1
+                for found in finder.stretches(motion, zc[to_come if self.carry_state else to_come[:1]], watch, before):
+                    table.put(visits[done : done + len(found)], found)
+                    motion, done = found.motion, done + len(found)
                 before = None
                 # a motion that is no number cannot be carried on
                 if not self.carry_state or not motion.is_finite:
@@ -107,12 +106,12 @@ class Approach(Experiment):
             pass
         for place in visits[done:]:
             table.status[place] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
-        data = table.dataset()
+        jumps = {
+            name: ("jump", [getattr(jump, name.removeprefix("jump_")) for jump in finder.jumps])
+            for name in (JUMPS if finder.jumps else ())
+        }
+        data = table.dataset(jumps)
         data.attrs["samples_per_period"] = integrator.points
-        if finder.jumps:
-            for name in JUMPS:
-                data[name] = ("jump", [getattr(jump, name.removeprefix("jump_")) for jump in finder.jumps])
-            describe(data)
         if done < len(visits):
             data.attrs["interrupted"] = 1
             data[RESTART] = ("state", [motion.period, *motion.y, *motion.memory, *motion.latched])

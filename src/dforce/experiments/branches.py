@@ -173,7 +173,7 @@ class Branches(Experiment):
         orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
         table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator)
         for i, (_, orbit) in enumerate(orbits):
-            table.put((i,), as_steady(period_map, orbit))
+            table.put([(i,)], as_steady(period_map, orbit))
         data = table.dataset()
         name = self._name()
         data.coords[name] = ("point", np.array([orbit.u[-1] for _, orbit in orbits], dtype=float) * period_map.span)

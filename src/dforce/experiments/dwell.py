@@ -64,10 +64,10 @@ class Dwell(Experiment):
             data = table.dataset().assign_coords(zc=self.zc)
             data.attrs["interrupted"] = 1
             return data
-        status = table.put((), found)
+        table.put([()], found)
         data = table.dataset().assign_coords(zc=self.zc)
         data.attrs["samples_per_period"] = integrator.points
-        if status is not Status.FAILED:
+        if table.status[()] != Status.FAILED:
             settling = int(found.values["settling_periods"])
             motion, count = found.motion, self.recorded_periods
             if self.record == "all":

@@ -139,7 +139,7 @@ class FrequencySweep(Experiment):
                     found = response.settled(initial_motion(integrator, self.start), watch)
                 else:
                     found = response.carried(watch)
-                table.put(visit, found)
+                table.put([visit], found)
                 motion, done = found.motion, done + 1
             progress(done, len(visits), "")
         except KeyboardInterrupt:

@@ -20,9 +20,10 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.find import Transient
 from dforce.solvers.integrator import RK4, Integrator, Motion
+from dforce.solvers.kicks import HARD
 from dforce.solvers.lot import Indices, Lot
-from dforce.solvers.orbit import AT_ONCE, ROUGH, SAME_STATE, Follower, Jump, one_way, stays
-from dforce.solvers.shooting import HARD
+from dforce.solvers.orbit import ROUGH, SAME_STATE, Follower, Jump, one_way
+from dforce.solvers.shooting import AT_ONCE
 from dforce.solvers.side_by_side import SideBySide, Stretch
 from dforce.solvers.transient import Steady, Watch, steady
 
@@ -190,15 +191,14 @@ class Block:
             alone = points.others.get((case, now))
             if alone is None or alone.settled:
                 first = alone or self._as_steady(case, y[case], points.rows[case, now])
-                last = self._as_steady(case, self._orbits[case], points.rows[case, origin])
-                self._note_jump(case, last, first, zc[case, origin : now + 1])
+                self._note_jump(case, self._orbits[case], first, zc[case, origin : now + 1])
             if alone is None or alone.settled or not alone.motion.is_finite:
                 self._origins[case] = -1
 
-    def _note_jump(self, case: int, last: Steady, first: Steady, zc: Array) -> None:
-        """Note a jump between two steady motions, if it is one, as the problem's own run would."""
+    def _note_jump(self, case: int, last: Array, first: Steady, zc: Array) -> None:
+        """Note a jump from an orbit to a steady motion, if it is one, as the problem's own run would."""
         follower = Follower(self._integrator(case))
-        follower.note_jump(last, first, zc)
+        follower.note_jump(as_motion(last), first, zc)
         self.jumps[case] += follower.jumps
 
     def _as_steady(self, case: int, y: Array, row: Array) -> Steady:
@@ -253,12 +253,11 @@ class Block:
             done, first = int(found.done[place]), int(lead[place])
             last = max(done, first)
             for i in first + np.flatnonzero(found.infos[place, first:done, 4] >= HARD):
-                orbit, tangent = found.orbits[place, i], found.tangents[place, i]
-                if not self._stays(case, found.orbits[place, i - 1], orbit, tangent, ways[place, i]):
+                if not self._stays(case, found.orbits[place, i - 1], found.orbits[place, i], ways[place, i]):
                     last = int(i)
                     break
-                here, there = (self._as_steady(case, found.orbits[place, k], found.rows[place, k]) for k in (i - 1, i))
-                self._note_jump(case, here, there, ways[place, i - 1 : i + 1])
+                there = self._as_steady(case, found.orbits[place, i], found.rows[place, i])
+                self._note_jump(case, found.orbits[place, i - 1], there, ways[place, i - 1 : i + 1])
             doubt[case] = last < done
             count = last - first
             if count > 0:
@@ -276,12 +275,11 @@ class Block:
         bridged = self._bridge(points, stopped, at, y, zc, doubt)
         return np.concatenate([np.array(going, dtype=np.int64), bridged])
 
-    def _stays(self, case: int, y: Array, orbit: Array, tangent: Array, zc: float) -> bool:
-        """Say whether a motion, put to another distance, comes near the orbit there that continues its state."""
+    def _stays(self, case: int, y: Array, orbit: Array, zc: float) -> bool:
+        """Say whether a motion, put to another distance, settles on the orbit there that continues its state."""
         integrator = self._integrator(case)
         integrator.place(zc)
-        motion = as_motion(y)
-        return stays(integrator, motion, orbit.tolist(), tangent, 1)
+        return Follower(integrator).home(as_motion(y), as_motion(orbit)) is not None
 
     def _bridge(
         self, points: Points, cases: Indices, at: Indices, y: Array, zc: Array, doubt: np.ndarray[Any, Any]
@@ -297,7 +295,7 @@ class Block:
             for place in np.flatnonzero(found.done == parts + 1):
                 case = int(cases[place])
                 end = found.last()
-                if self._stays(case, y[case], end.orbits[place, 0], end.tangents[place, 0], zc[case, at[case]]):
+                if self._stays(case, y[case], end.orbits[place, 0], zc[case, at[case]]):
                     self._take(points, end, np.array([place]), np.array([case]), at, y)
                     reached.append(case)
                 else:

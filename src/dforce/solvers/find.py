@@ -19,11 +19,8 @@ class Transient:
         self.integrator = integrator
         self.jumps: list[Jump] = []
 
-    def along(self, motion: Motion, zc: Array, watch: Watch, before: float | None = None) -> Iterator[Steady]:
-        """Give the steady motion at each distance (m), each started from the one before; end where it is lost.
-
-        `before`, the distance at which the motion was found, makes no difference to a transient.
-        """
+    def along(self, motion: Motion, zc: Array, watch: Watch) -> Iterator[Steady]:
+        """Give the steady motion at each distance (m), each started from the one before; end where it is lost."""
         for distance in zc:
             self.integrator.place(float(distance))
             found = steady(self.integrator, motion, watch)
@@ -31,6 +28,10 @@ class Transient:
             motion = found.motion
             if not motion.is_finite:
                 return
+
+    def stretches(self, motion: Motion, zc: Array, watch: Watch, before: float | None = None) -> Iterator[Steady]:
+        """Give the same; `before`, the distance at which the motion was found, makes no difference to a transient."""
+        return self.along(motion, zc, watch)
 
 
 def make_finder(problem: Problem, settings: SolverSettings, harmonics: int) -> Transient | Follower:

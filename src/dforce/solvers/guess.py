@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.solvers._loops import phases, tabulate
-from dforce.solvers.lanes import advance_copies
+from dforce.solvers.lanes import lanes_over_common_period
 
 NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
 
@@ -93,13 +92,9 @@ def look_ahead(
             for k in range(size):
                 lanes[k, w * width + j] = guesses[w, k]
             lanes[j // 2, w * width + j] += NUDGE if j % 2 == 0 else -NUDGE
-    for k in range(common):
-        if common > 1:
-            phases(tones, first + k, bases)
-            tabulate(tones, bases, points, table)
-        advance_copies(
-            lanes, other, here, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p
-        )
+    lanes_over_common_period(
+        lanes, other, here, first, common, points, memory, latched, tones, bases, table, kinks, stage, work, p
+    )
     for w in range(count):
         for k in range(size):
             total = 0.0

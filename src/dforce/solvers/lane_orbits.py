@@ -13,6 +13,7 @@ import numpy as np
 from dforce.kernel.slots import at_distance, parameters_of
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers.guess import best_order, correction, predict
+from dforce.solvers.kicks import MEMO, is_suspect, kick, remember, suspicion
 from dforce.solvers.lanes import advance_samples
 from dforce.solvers.shooting import (
     CONTRACTS,
@@ -22,8 +23,6 @@ from dforce.solvers.shooting import (
     SHORTEST,
     UNSTABLE,
     is_stable,
-    is_suspect,
-    kick,
 )
 
 NUDGE = 2e-7  # of the free amplitude: distance of the neighbors; one side is enough this near
@@ -133,18 +132,20 @@ def take_slopes(
 def take_kicks(
     which: Any, count: int, i: int, orbits: Any, tangents: Any, rows: Any, zc: Any, done: Any, here: Any, parameters: Any,
     kinks: Any, drive: Any, tones: Any, bases: Any, points: int, cosine: Any, nothing: Any, work: Any, infos: Any,
+    patience: int, memos: Any,
 ) -> None:  # fmt: skip
     """Write how hard the step to distance i kicks the motion of each case that was done there, see ``shooting.kick``."""
     size, asked = orbits.shape[2], 0
-    suspect, nearest = np.empty(count, np.int64), np.empty(2)
+    suspect, shares, nearest = np.empty(count, np.int64), np.empty(count), np.empty(2)
     bent, away, matrix = np.empty(size), np.empty(size), np.empty((size, size))
     for j in range(count):
         case = which[j]
         if done[case] != i + 1:
             continue
         nearest[0], nearest[1] = rows[case, i - 1, D_MIN], rows[case, i, D_MIN]
-        if is_suspect(orbits[case], tangents[case], nearest, zc[case], i, kinks[:, case], bent, matrix, away):
-            suspect[asked] = case
+        share = suspicion(orbits[case], tangents[case], nearest, zc[case], i, kinks[:, case], bent, matrix, away)
+        if is_suspect(share, patience, memos[case]):
+            suspect[asked], shares[asked] = case, share
             asked += 1
     if asked == 0:
         return
@@ -158,12 +159,13 @@ def take_kicks(
         infos[case, i, 4] = kick(
             orbits[case, i - 1], block[end, :size, j], orbits[case, i], tangents[case, i], bent, matrix, away
         )
+        remember(shares[j], infos[case, i, 4], memos[case])
 
 
 def follow_cases(
     starts: Any, zc: Any, counts: Any, parameters: Any, kinks: Any, drive: Any, tones: Any, bases: Any, points: int,
-    cosine: Any, work: Any, tolerance: float, most: int, order: int, harmonics: int, orbits: Any, jacobians: Any,
-    infos: Any, rows: Any, done: Any,
+    cosine: Any, work: Any, tolerance: float, most: int, order: int, patience: int, harmonics: int, orbits: Any,
+    jacobians: Any, infos: Any, rows: Any, done: Any,
 ) -> None:  # fmt: skip
     """Follow a stable orbit of each case through its distances `zc`, and measure it at each.
 
@@ -186,7 +188,8 @@ def follow_cases(
     active, marching, wanting = np.empty(cases, np.int64), np.empty(cases, np.int64), np.empty(cases, np.int64)
     nothing = np.empty(0)
     done[:] = 0
-    slopes = np.zeros((cases, size))
+    slopes, memos = np.zeros((cases, size)), np.full((cases, MEMO), np.inf)
+    memos[:, 0] = 0.0
     # room for the samples, taken once: fresh memory costs more than what is done with it
     room, record = np.empty((points + 1) * (size + 1) * padded(cases)), np.empty((points + 1, size + 1))
     for i in range(zc.shape[1]):
@@ -282,7 +285,7 @@ def follow_cases(
         if i > 0:
             take_kicks(
                 active, count, i, orbits, jacobians, rows, zc, done, here, parameters, kinks, drive, tones, bases, points,
-                cosine, nothing, work, infos,
+                cosine, nothing, work, infos, patience, memos,
             )  # fmt: skip
         if i == 0 and zc.shape[1] > 1:
             take_slopes(

@@ -6,9 +6,11 @@ ceases to exist or to be stable, the transient from the last stable state decide
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,23 +18,21 @@ from dforce.kernel import Array
 from dforce.observables.finish import finish_all
 from dforce.observables.window import common_period, weights
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.shooting import HARD, LARGE, SMALL
-from dforce.solvers.transient import Row, Steady, Watch, decay_periods, march, settle, steady
+from dforce.solvers.kicks import patience
+from dforce.solvers.shooting import AT_ONCE, DOUBTED
+from dforce.solvers.transient import Steady, Watch, decay_periods, march, settle, steady
 
 MISS = 1e-9  # of the free amplitude: how far from its start an orbit may end
 MOST_CORRECTIONS = 20
 ORDER = 4  # of the extrapolation that predicts the next orbit from those before it, at most
 EARLY = 3  # decay times after which an orbit near the motion is looked for, before the motion has settled
 CHUNK, LEAST_CHUNK = 65_536, 16  # steps of the map between looks at the watch; distances at least
-JUMPY = 8  # times fewer distances where the force jumps: each costs more, and kicks that change the state are frequent
 ROUGH = 1e-3  # settling tolerance before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
-AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
-LOOKS, REST = 32, 7  # looks at a motion after a kick before it is left to settle, and common periods between them
-NEAR = 0.1  # share of the way to other states (``shooting.kick``) from which on a motion stays
-CALMED = 0.5  # share of the kick that is left then at most
-BRIDGES = 2  # rounds of eight parts in which an orbit that was not found in one step is looked for
-HALVINGS = 3  # rounds of eight parts in which a jump is located: to 1/512 of the step
+SAME_ORBIT = 1e-5  # of the free amplitude: orbits so near to one another are one
+PARTS = 8  # into which a step is cut where the orbit is lost on the way
+BRIDGES = 2  # rounds of such parts in which an orbit that was not found in one step is looked for
+FINEST = PARTS**-2.9  # of the step: so exactly a jump is located at least
 
 
 @dataclass(frozen=True)
@@ -46,19 +46,76 @@ class Jump:
 
 
 @dataclass(frozen=True)
-class PeriodicOrbit(Steady):
-    """A steady motion found as a periodic orbit.
+class Orbits:
+    """Steady motions found as periodic orbits, at one distance after another.
 
     Attributes
     ----------
-    tangent
-        Derivative of the motion one common period later by the motion.
-    kick
-        How hard the step from the orbit before is, see ``shooting.kick``.
+    zc
+        Distances (m), shape (n,).
+    y, memory, latched
+        Motion, memory and branches at the start of a common period, each with the distances first.
+    tangents
+        Derivatives of the motion one common period later by the motion, (n, size, size).
+    rows
+        What was measured over each period, (n, periods, columns).
+    infos
+        What the search says about each, see ``shooting.follow``.
+    period
+        At which period they start.
+    settling
+        Periods that were integrated before the first one.
     """
 
-    tangent: Array
-    kick: float
+    follower: Follower
+    zc: Array
+    y: Array
+    memory: Array
+    latched: Array
+    tangents: Array
+    rows: Array
+    infos: Array
+    period: int
+    settling: float = 0.0
+
+    settled = repeats = True
+
+    def __len__(self) -> int:
+        return len(self.zc)
+
+    def __getitem__(self, part: slice) -> Orbits:
+        arrays: dict[str, Any] = {name: getattr(self, name)[part] for name in _ARRAYS}
+        return replace(self, settling=0.0, **arrays)
+
+    def motion_at(self, i: int) -> Motion:
+        """Return the state at one of the distances."""
+        return Motion(tuple(self.y[i].tolist()), self.memory[i].copy(), self.latched[i].copy(), self.period)
+
+    @property
+    def motion(self) -> Motion:
+        """The state to go on from."""
+        return self.motion_at(-1)
+
+    @functools.cached_property
+    def columns(self) -> dict[str, Array]:
+        """Observables in SI units by name, with the distances first."""
+        return self.follower.finish(self)
+
+    def points(self) -> Iterator[Steady]:
+        """Give each of them by itself."""
+        for i in range(len(self)):
+            yield Steady({name: column[i] for name, column in self.columns.items()}, self.motion_at(i), True, True)
+
+
+_ARRAYS = ("zc", "y", "memory", "latched", "tangents", "rows", "infos")
+
+
+def joined(first: Orbits | None, then: Orbits) -> Orbits:
+    """Return two stretches as one."""
+    if first is None:
+        return then
+    both: dict[str, Any] = {name: np.concatenate([getattr(first, name), getattr(then, name)]) for name in _ARRAYS}
+    return replace(first, **both)
 
 
 class Follower:
@@ -75,189 +132,208 @@ class Follower:
         problem = integrator.problem
         self.frequencies = [tone.frequency for tone in problem.tones]
         self.common = common_period(self.frequencies)
-        self.force_jumps = [jump for force in problem.forces for jump in force.jumps()]
-        slow = JUMPY if self.force_jumps else 1
-        self.chunk = max(LEAST_CHUNK, CHUNK // (integrator.points * (self.common or 1) * slow))
+        self.chunk = max(LEAST_CHUNK, CHUNK // (integrator.points * (self.common or 1)))
+        self.patience = patience(sum(len(force.jumps()) for force in problem.forces))
+        self.decay = math.ceil(decay_periods(problem) / (self.common or 1))
         self.jumps: list[Jump] = []
 
-    def at(self, motion: Motion, zc: float, watch: Watch) -> Steady:
-        """Return the steady motion that settles at one distance (m) from a given motion."""
-        return next(iter(self.along(motion, np.array([zc]), watch)))
+    def along(self, motion: Motion, zc: Array, watch: Watch) -> Iterator[Steady]:
+        """Give the steady motion at each distance (m), each started from the one before; end where it is lost."""
+        for found in self.stretches(motion, zc, watch):
+            yield from found.points()
 
-    def along(self, motion: Motion, zc: Array, watch: Watch, before: float | None = None) -> Iterator[Steady]:
-        """Give the steady motion at each distance (m), each started from the one before; end where it is lost.
+    def stretches(
+        self, motion: Motion, zc: Array, watch: Watch, before: float | None = None
+    ) -> Iterator[Steady | Orbits]:
+        """Give the same, those distances together that were solved together.
 
         `before` is the distance at which the motion was found, where the distances continue others.
         """
-        done, lost, doubt = 0, True, False
-        last: Steady | None = None
-        # the last orbit, and where it was: points close to the end of its branch that did not settle may lie between
-        origin: tuple[PeriodicOrbit, int] | None = None
+        done, doubt = 0, False
+        last: Orbits | None = None  # the last orbits, on the way to the next distance
+        fresh: Orbits | None = None  # one not given yet
+        # the last orbit before a state was lost, and the first distance without: some there may not settle
+        origin: tuple[Orbits, int] | None = None
         if before is not None:
             zc, done = np.append(before, zc), 1
-            last = next(iter(self._follow(motion, zc[:1])), None)
-            lost = last is None
+            found, _ = self._follow(zc[:1], motion)
+            last = found if len(found) else None
         while done < len(zc):
-            if lost:
+            if fresh is None:
+                watch()
+            if last is None:
                 self.integrator.place(float(zc[done]))
                 first = self._settled(motion, watch, doubt)
                 if origin is not None and first.settled:
-                    self.note_jump(origin[0], first, zc[origin[1] : done + 1])
+                    end, gone = origin
+                    way = np.append(end.zc, zc[gone : done + 1])
+                    self._note_jump(end, first, way, abs(float(zc[gone] - zc[gone - 1])))
                     origin = None
-                yield first
-                motion, last, done = first.motion, first, done + 1
+                if isinstance(first, Orbits):
+                    fresh = last = first  # given together with those that follow
+                else:
+                    yield first
+                motion, done, doubt = first.motion, done + 1, True
                 if not motion.is_finite:
                     return
-            lost, doubt = True, False
-            while isinstance(last, PeriodicOrbit) and done < len(zc):
-                part = one_way(zc, done, self.chunk)
-                watch()
-                found = self._follow(motion, part)
-                # the point before came along, where the direction is kept: it is what the extrapolation starts from
-                for point in found[int(part[0] != zc[done]) :]:
-                    doubt = point.kick >= HARD and not self._stays(motion, point, float(zc[done]))
-                    if doubt:
-                        break
-                    yield point
-                    motion, last, done = point.motion, point, done + 1
-                origin = last, done - 1
-                if doubt:
-                    break
-                if len(found) < len(part):
-                    bridged = self._bridge(last.motion, float(zc[done - 1]), float(zc[done]), BRIDGES)
-                    if bridged is None or not self._stays(motion, bridged, float(zc[done])):
-                        break
-                    yield bridged
-                    motion, last, done = bridged.motion, bridged, done + 1
+                continue
+            part = one_way(zc, done, self.chunk)
+            part = part[1:] if part[0] != zc[done] else part[:1]
+            if len(last) > 1 and (last.zc[-1] - last.zc[-2]) * (part[0] - last.zc[-1]) <= 0.0:
+                last = last[-1:]
+            found, lost = self._follow(part, last.motion, last)
+            done += len(found)
+            if len(found) or fresh is not None:
+                yield joined(fresh, found)
+                fresh, last = None, joined(last, found)[-ORDER - 1 :]
+                motion = last.motion
+            if len(found) == len(part):
+                continue
+            end, doubt = last[-1:], True
+            if not lost:
+                end, bridged = self._bridge(end, float(zc[done]), BRIDGES)
+                self.integrator.place(float(zc[done]))
+                home = None if bridged is None else self.home(motion, bridged.motion)
+                if home is not None:
+                    yield home
+                    done, last, motion = done + 1, home, home.motion
+                    continue
+            origin, last = (end, done), None
+        if fresh is not None:
+            yield fresh
 
-    def _stays(self, motion: Motion, point: PeriodicOrbit, zc: float) -> bool:
-        """Say whether a motion, put to another distance (m), comes near the orbit there that continues its state."""
-        self.integrator.place(zc)
-        return stays(self.integrator, motion, point.motion.y, point.tangent, self.common or 1)
-
-    def _settled(self, motion: Motion, watch: Watch, doubt: bool = False) -> Steady:
+    def _settled(self, motion: Motion, watch: Watch, doubt: bool) -> Steady | Orbits:
         """Return the steady motion at the integrator's distance: at once by Newton, else after a rough settling."""
         if self.common is None:
             return steady(self.integrator, motion, watch)
-        here = np.array([self.integrator.p[0]])
-        near = None if doubt else self._home(motion, here)
+        near = None if doubt else self.home(motion)
         if near is not None:
             return near
         begun, decay = motion.period, max(4, decay_periods(self.integrator.problem))
         span, most = self.common * math.ceil(decay / self.common), self.integrator.settings.max_periods
         for _ in range(EARLY if most is None else min(EARLY, most // span)):
             motion, _ = march(self.integrator, motion, span, watch)
-            near = self._home(motion, here) if motion.is_finite else None
+            near = self.home(motion) if motion.is_finite else None
             if near is not None:
-                return replace(near, values=dict(near.values) | {"settling_periods": float(motion.period - begun)})
+                return replace(near, settling=float(motion.period - begun))
         rough, settled, drift = settle(self.integrator, motion, watch, ROUGH)
         if settled:
-            periods = rough.period - begun
-            polished = self._follow(rough, here)
-            if polished and _distance(polished[0].motion, rough) < SAME_STATE * max(drift, MISS):
-                values = dict(polished[0].values) | {"settling_periods": float(periods)}
-                return replace(polished[0], values=values)
-        if not rough.is_finite:
-            return steady(self.integrator, motion, watch)
-        return steady(self.integrator, rough, watch)
+            polished, _ = self._follow(self._here, rough)
+            if len(polished) and _distance(polished.motion, rough) < SAME_STATE * max(drift, MISS):
+                return replace(polished, settling=float(rough.period - begun))
+        return steady(self.integrator, rough if rough.is_finite else motion, watch)
 
-    def _home(self, motion: Motion, here: Array) -> PeriodicOrbit | None:
-        """Return the orbit that a motion is so near to that it settles there, or None."""
-        near = self._follow(motion, here)
-        apart = _distance(near[0].motion, motion) if near else math.inf
-        if apart < AT_ONCE or (apart < LARGE and self._stays(motion, near[0], float(here[0]))):
-            return near[0]
+    @property
+    def _here(self) -> Array:
+        """The integrator's distance."""
+        return np.array([self.integrator.p[0]])
+
+    def home(self, motion: Motion, goal: Motion | None = None) -> Orbits | None:
+        """Return the orbit near a motion on which it is sure to settle, or None; `goal` is one that was found already."""
+        near, _ = self._follow(self._here, goal or motion, start=motion)
+        if len(near) and (goal is None or _distance(near.motion, goal) < SAME_ORBIT):
+            return near
         return None
 
-    def _follow(self, motion: Motion, zc: Array) -> list[PeriodicOrbit]:
-        """Follow a stable orbit from near a motion through the distances; return what was found before it ends."""
-        integrator, common = self.integrator, self.common
-        if common is None:
-            return []
-        count, size = len(zc), len(motion.y)
-        orbits, jacobians = np.empty((count, size)), np.empty((count, size, size))
-        infos, rows = np.empty((count, 5)), np.empty((count, common, integrator.columns))
-        memory, latched = motion.memory.copy(), motion.latched.copy()
+    def _follow(
+        self, zc: Array, guess: Motion, known: Orbits | None = None, start: Motion | None = None, wary: bool = True
+    ) -> tuple[Orbits, bool]:
+        """Follow a stable orbit through the distances, from a guess or from those known before them.
+
+        Returns
+        -------
+        The orbits before it ends or is not surely the one that the motion of the distance before settles on, and whether
+        it was the latter; that is asked only where it is `wary`. From `start`, a motion, the first one has to be settled on.
+        """
+        integrator = self.integrator
+        common, count, size, past = self.common or 1, len(zc), len(guess.y), 0 if known is None else len(known)
+        shapes: dict[str, tuple[int, ...]] = {
+            "zc": (), "y": (size,), "memory": (len(guess.memory),), "latched": (len(guess.latched),),
+            "tangents": (size, size), "rows": (common, integrator.columns), "infos": (5,),
+        }  # fmt: skip
+        arrays: dict[str, Any] = {name: np.empty((past + count, *shape)) for name, shape in shapes.items()}
+        if known is not None:
+            for name, array in arrays.items():
+                array[:past] = getattr(known, name)
+        arrays["zc"][past:] = zc
         done = integrator.kernel.entry("follow")(
-            motion.y, memory, latched, not self.force_jumps, zc, motion.period, common, integrator.points, integrator.tones,
-            integrator.kinks, integrator.work, integrator.block, integrator.p, integrator.sizes, MISS, MOST_CORRECTIONS,
-            ORDER, integrator.harmonics, orbits, jacobians, infos, rows,
+            guess.y, guess.memory.copy(), guess.latched.copy(), np.array(start.y if start else ()), arrays["zc"], past,
+            wary, self.patience, self.decay, guess.period, common, integrator.points, integrator.tones, integrator.kinks,
+            integrator.work, integrator.block, integrator.p, integrator.sizes, MISS, MOST_CORRECTIONS, ORDER,
+            integrator.harmonics, arrays["y"], arrays["tangents"], arrays["memory"], arrays["latched"], arrays["infos"],
+            arrays["rows"],
         )  # fmt: skip
+        lost = done < past + count and arrays["infos"][done, 2] == DOUBTED
         # where a law has no value on a part of the orbit, the orbits end
-        done = int(np.argmin(np.append(np.isfinite(jacobians[:done]).all(axis=(1, 2)), False)))
-        if not done:
-            return []
-        infos = infos[:done]
-        stretch = finish_all(
-            integrator.problem, integrator.scales, integrator.harmonics, rows[:done], weights(self.frequencies, common)
-        )
-        found = np.linalg.eigvals(jacobians[:done])
+        finite = np.isfinite(arrays["tangents"][past:done]).all(axis=(1, 2))
+        if not finite.all():
+            done, lost = past + int(np.argmin(finite)), False
+        return Orbits(self, **{name: array[past:done] for name, array in arrays.items()}, period=guess.period), lost
+
+    def finish(self, orbits: Orbits) -> dict[str, Array]:
+        """Return the observables of orbits, see :mod:`dforce.quantities`."""
+        integrator = self.integrator
+        columns = finish_all(
+            integrator.problem, integrator.scales, integrator.harmonics, orbits.rows,
+            weights(self.frequencies, self.common or 1),
+        )  # fmt: skip
+        found = np.linalg.eigvals(orbits.tangents)
         multipliers = np.take_along_axis(found, np.argsort(-np.abs(found), axis=1, kind="stable"), 1)
-        stretch |= {
-            "settling_periods": np.zeros(done),
-            "drift": infos[:, 0],
-            "corrections": infos[:, 1],
+        settling = np.zeros(len(orbits))
+        settling[0] = orbits.settling
+        return columns | {
+            "settling_periods": settling,
+            "drift": orbits.infos[:, 0],
+            "corrections": orbits.infos[:, 1],
             "multiplier_modulus": np.abs(multipliers),
             "multiplier_angle": np.degrees(np.angle(multipliers)),
         }
-        motions = [Motion(tuple(y), memory, latched, motion.period) for y in orbits[:done].tolist()]
-        return [
-            PeriodicOrbit(Row(stretch, i), there, True, True, jacobians[i], kick)
-            for i, (there, kick) in enumerate(zip(motions, infos[:, 4].tolist(), strict=True))
-        ]
 
-    def _bridge(self, motion: Motion, low: float, high: float, finer: int) -> PeriodicOrbit | None:
-        """Return the orbit at `high` that continues the one at `low`, reached in finer and finer steps, or None."""
-        at, step = low, (high - low) / 8.0
-        for _ in range(8):
-            found = self._follow(motion, np.array([at, at + step]))
-            if len(found) == 2:
-                last = found[1]
-            else:
-                finer_still = self._bridge(motion, at, at + step, finer - 1) if finer > 1 else None
-                if finer_still is None:
-                    return None
-                last = finer_still
-            motion, at = last.motion, at + step
-        return last
+    def _bridge(self, last: Orbits, high: float, rounds: int) -> tuple[Orbits, Orbits | None]:
+        """Look in finer and finer steps for the orbit at `high` that continues another one.
 
-    def note_jump(self, last: Steady, first: Steady, zc: Array) -> None:
+        Returns the last orbit before the continuation is lost, and the one at `high` or None.
+        """
+        at = float(last.zc[-1])
+        steps = np.linspace(at, high, PARTS + 1)[1:]
+        done = 0
+        while done < PARTS:
+            found, _ = self._follow(steps[done:], last.motion, last, wary=False)
+            done += len(found)
+            last = joined(last, found) if len(found) else last
+            if done < PARTS and rounds > 1:
+                last, finer = self._bridge(last[-1:], float(steps[done]), rounds - 1)
+                if finer is None:
+                    return last, None
+                last, done = finer, done + 1
+            elif done < PARTS:
+                return last[-1:], None
+        return last[-1:], last[-1:]
+
+    def note_jump(self, motion: Motion, first: Steady, zc: Array) -> None:
+        """Note a jump from the orbit of a motion at the first of some distances to the steady motion at the last."""
+        last, _ = self._follow(zc[:1], motion)
+        if len(last):
+            self._note_jump(last, first, zc, abs(float(zc[1] - zc[0])))
+
+    def _note_jump(self, last: Orbits, first: Steady | Orbits, zc: Array, step: float) -> None:
         """Note a jump from the first to the last of some distances, located by following the old orbit in finer steps."""
         low, high = float(zc[0]), float(zc[-1])
         if len(np.unique(np.sign(np.diff(zc)))) != 1 or low == high:
             return  # the tip turned around between
-        before, motion = float(last.values["amplitude"][0]), last.motion
-        for _ in range(HALVINGS):
-            steps = np.linspace(low, high, 9)
-            found = self._follow(motion, steps)
-            if len(found) == len(steps) and _distance(found[-1].motion, first.motion) < AT_ONCE:
-                return  # a kick or a guess too far off, but the same state
-            if not found or len(found) == len(steps):
+        while abs(high - low) > FINEST * step:
+            steps = np.linspace(low, high, PARTS + 1)[1:]
+            found, _ = self._follow(steps, last.motion, last, wary=False)
+            if len(found) == PARTS:
+                if _distance(found.motion, first.motion) < AT_ONCE:
+                    return  # a kick or a guess too far off, but the same state
                 break
-            low, high, motion = float(steps[len(found) - 1]), float(steps[len(found)]), found[-1].motion
-            before = float(found[-1].values["amplitude"][0])
+            high = float(steps[len(found)])
+            if len(found):
+                last, low = found[-1:], float(found.zc[-1])
         way = "approach" if zc[-1] < zc[0] else "retract"
-        self.jumps.append(Jump(0.5 * (low + high), before, float(first.values["amplitude"][0]), way))
-
-
-def stays(integrator: Integrator, motion: Motion, orbit: Sequence[float], tangent: Array, common: int) -> bool:
-    """Say whether a motion at the integrator's distance comes near an orbit.
-
-    No is also said where that is not clear before the motion has settled.
-    """
-    there, flat = np.array(orbit), np.linalg.inv(np.eye(len(orbit)) - tangent)
-    enough = max(SMALL, CALMED * float(np.abs(np.array(motion.y) - there).max()))
-    for _ in range(LOOKS):
-        after, _ = integrator.lock_in(motion, common)
-        if not after.is_finite:
-            return False
-        left = np.array(motion.y) - there
-        size = float(np.abs(left).max())
-        away = np.abs(flat @ (np.array(after.y) - there - tangent @ left)).max()
-        if size < enough and away < NEAR * max(size, SMALL):
-            return True
-        motion, _ = integrator.lock_in(after, REST * common)
-    return False
+        before, after = (float(each.columns["amplitude"][-1, 0]) for each in (last, first))
+        self.jumps.append(Jump(0.5 * (low + high), before, after, way))
 
 
 def _distance(a: Motion, b: Motion) -> float:

@@ -14,7 +14,8 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.solvers.fixed_point import Orbit, PeriodMap, along_parameter, as_steady, correct, orbit_from
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.orbit import AT_ONCE, MISS, ROUGH, SAME_STATE
+from dforce.solvers.orbit import MISS, ROUGH, SAME_STATE
+from dforce.solvers.shooting import AT_ONCE
 from dforce.solvers.transient import Steady, Watch, settle, steady
 
 ORDER = 2  # of the extrapolation that predicts the next orbit

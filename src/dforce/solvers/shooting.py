@@ -1,7 +1,7 @@
 """Periodic orbits by shooting: Newton's method on the map over one common period of all tones.
 
 The map is that of ``rk4``, cut at kinks. Its tangent comes from neighboring motions: side by side in lanes where the
-force is a continuous function of the motion, one after the other where it has memory, branches or jumps. (R. Seydel, Practical
+force is a function of the motion, one after the other where it has memory or branches. (R. Seydel, Practical
 Bifurcation and Stability Analysis, Springer (2010), chapter 7.)
 """
 
@@ -11,29 +11,23 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.link import inlined
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
 from dforce.solvers.guess import NUDGE, best_order, correction, look_ahead, predict
-from dforce.solvers.lanes import advance_copies
-from dforce.solvers.rk4 import advance
+from dforce.solvers.kicks import HARD, LANES, MEMO, are_lanes_enough, is_suspect, kick, remember, stay, suspicion
+from dforce.solvers.lanes import lanes_over_common_period
+from dforce.solvers.rk4 import advance, over_common_period
 
 FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
 CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by this at least
 SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
-LANES = 4  # neighbors are filled up to a multiple of this: the width of a vector register
 AHEAD = 4  # orbits that are guessed side by side
 ASTRAY = 0.01  # of the free amplitude: a guess that needed a longer correction is not used
-CONVERGED, LOST, UNSTABLE = 0, 1, 2  # what became of an orbit
-
-# A step of the distance kicks the motion: it stands off the orbit that continues its state.
-SMALL = 1e-4  # of the free amplitude: a smaller kick is none
-LARGE = 0.2  # of the free amplitude: after a larger kick the first period does not show yet where the motion goes
-SUSPECT = 0.05  # share of the way to other states, as estimated from two tangents, from which on the map is asked
-HARD = 0.8  # share from which on it is open where the motion ends
-OVERSHOOT = 1.5  # times a step in distance: how much nearer the tip may come before it has settled
+AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
+DOUBTS = 16  # steps at most from one that kicks hard until it is looked into, all together
+CONVERGED, LOST, UNSTABLE, DOUBTED = 0, 1, 2, 3  # what became of an orbit
 
 
 def refill(target: Any, source: Any) -> None:
@@ -42,44 +36,21 @@ def refill(target: Any, source: Any) -> None:
         target[k] = source[k]
 
 
-def over_common_period(
-    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any, bases: Any, table: Any,
-    kinks: Any, stage: Any, work: Any, block: Any, p: Any,
-) -> Any:  # fmt: skip
-    """Return the motion one common period later."""
-    for k in range(common):
-        if common > 1:
-            phases(tones, first + k, bases)
-            tabulate(tones, bases, points, table)
-        y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, p)
-    return y
-
-
-@inlined
-def are_lanes_enough(smooth: bool) -> bool:
-    """Say whether neighbors can be marched side by side: the force is a continuous function of the motion."""
-    return smooth and memory_size() == 0 and latch_count() == 0
-
-
 def tangent(
-    y: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any,
+    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any,
     bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any, jacobian: Any,
 ) -> None:  # fmt: skip
     """Write the derivative of the map at y into `jacobian`, by central differences; memory and branches start as given."""
     size = 2 * mode_count()
-    if are_lanes_enough(smooth):
+    if are_lanes_enough():
         width = LANES * ((2 * size + LANES - 1) // LANES)
         lanes, other, zc = np.empty((size, width)), np.empty((size, width)), np.full(width, p[0])
         for i in range(size):
             for j in range(width):
                 lanes[i, j] = y[i] + (NUDGE if j == 2 * i else 0.0) - (NUDGE if j == 2 * i + 1 else 0.0)
-        for k in range(common):
-            if common > 1:
-                phases(tones, first + k, bases)
-                tabulate(tones, bases, points, table)
-            advance_copies(
-                lanes, other, zc, points, table, first + k, memory, latched, tones, bases, kinks, stage, work, p
-            )
+        lanes_over_common_period(
+            lanes, other, zc, first, common, points, memory, latched, tones, bases, table, kinks, stage, work, p
+        )
         for i in range(size):
             for j in range(size):
                 jacobian[i, j] = (lanes[i, 2 * j] - lanes[i, 2 * j + 1]) / (2.0 * NUDGE)
@@ -130,7 +101,7 @@ def is_stable(jacobian: Any) -> bool:
 
 
 def shoot(
-    y: Any, memory: Any, latched: Any, smooth: bool, first: int, common: int, points: int, tones: Any, bases: Any,
+    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any, bases: Any,
     table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any, sizes: Any, tolerance: float, most: int,
     jacobian: Any, known: bool, info: Any,
 ) -> Any:  # fmt: skip
@@ -171,7 +142,7 @@ def shoot(
         else:
             if not known or worst > CONTRACTS * before:
                 tangent(
-                    y, memory_before, latched_before, smooth, first, common, points, tones, bases, table, kinks, stage,
+                    y, memory_before, latched_before, first, common, points, tones, bases, table, kinks, stage,
                     work, block, p, jacobian,
                 )  # fmt: skip
                 known = True
@@ -192,84 +163,52 @@ def shoot(
     return y
 
 
-def is_suspect(
-    orbits: Any, tangents: Any, nearest: Any, zc: Any, i: int, kinks: Any, bent: Any, matrix: Any, away: Any
-) -> bool:
-    """Say whether the step to orbit i may be a hard kick: as tangents change, or as it takes the tip past a kink.
-
-    `nearest` holds the least distances on the orbits before it and on it. `bent`, `matrix` and `away` are scratch.
-    """
-    size, largest = bent.shape[0], 0.0
-    for a in range(size):
-        bent[a] = 0.0
-        for b in range(size):
-            bent[a] += 0.5 * (tangents[i - 1, a, b] - tangents[i, a, b]) * (orbits[i - 1, b] - orbits[i, b])
-        largest = max(largest, abs(orbits[i - 1, a] - orbits[i, a]))
-    if largest < SMALL:
-        return False
-    correction(tangents[i], bent, matrix, away)
-    found = False
-    for a in range(size):
-        found = found or abs(away[a]) > SUSPECT * largest
-    reached = nearest[0] + OVERSHOOT * (zc[i] - zc[i - 1])
-    for kink in kinks:
-        found = found or (nearest[0] > kink) == (nearest[1] > kink) != (reached > kink)
-    return found
-
-
-def kick(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: Any, away: Any) -> float:
-    r"""Return how hard a motion is kicked, as a share of the way to other states; infinite where a period cannot tell.
-
-    The motion :math:`x` stands off the orbit :math:`x_*` by :math:`e = x - x_*`, and the map takes it to
-    :math:`P(x) = x_* + J e + D` (`end`), with :math:`D` what the tangent :math:`J` leaves out. Where :math:`D` is quadratic,
-    the next orbit, beyond which motions go elsewhere, stands where :math:`(1 - J) e = D`: the share is
-    :math:`|(1 - J)^{-1} D| / |e|`. `bent`, `matrix` and `away` are scratch.
-    """
-    size, largest, farthest = bent.shape[0], 0.0, 0.0
-    for a in range(size):
-        bent[a] = end[a] - orbit[a]
-        for b in range(size):
-            bent[a] -= tangent[a, b] * (before[b] - orbit[b])
-        largest = max(largest, abs(before[a] - orbit[a]))
-    if largest > LARGE:
-        return np.inf
-    correction(tangent, bent, matrix, away)
-    for a in range(size):
-        farthest = max(farthest, abs(away[a]))
-    return farthest / largest
-
-
 def follow(
-    y: Any, memory: Any, latched: Any, smooth: bool, zc: Any, first: int, common: int, points: int, tones: Any, kinks: Any,
-    work: Any, block: Any, p: Any, sizes: Any, tolerance: float, most: int, order: int, harmonics: int,
-    orbits: Any, jacobians: Any, infos: Any, rows: Any,
+    guess: Any, memory: Any, latched: Any, start: Any, zc: Any, known: int, wary: bool, patience: int, decay: int,
+    first: int, common: int, points: int, tones: Any, kinks: Any, work: Any, block: Any, p: Any, sizes: Any,
+    tolerance: float, most: int, order: int, harmonics: int, orbits: Any, jacobians: Any, memories: Any, latches: Any,
+    infos: Any, rows: Any,
 ) -> int:  # fmt: skip
-    """Follow a stable orbit through the distances `zc`, and measure it at each; return how many were done.
+    """Follow a stable orbit through the distances `zc`, and measure it at each; return how many there are in the end.
 
-    It starts from the motion y, and stops before the first distance at which no stable orbit is found. rows[i, k] is what
-    was measured over period k of the orbit at distance i; infos[i] holds what ``shoot`` says, and the :func:`kick` of the
-    step to it.
+    The first `known` of them are given. If there are none, the first orbit is found from a guess; where `start` is a motion,
+    not empty, it has to be the one that this motion settles on. It stops before the first distance at which no stable orbit
+    is found, or, if it is `wary`, at which it is not clear that the motion of the distance before settles on it. `memory`
+    and `latched` are those of the guess, or of the last known orbit; for `patience` and `decay` see ``kicks``. rows[i, k] is
+    what was measured over period k of the orbit at distance i; infos[i] holds what ``shoot`` says, and the :func:`kick` of
+    the step to it.
     """
     bases, stage = np.empty(tones.shape[0]), work[0]
     table = np.empty((2 * points + 1, mode_count()))
     size = 2 * mode_count()
     jacobian, vector = np.empty((size, size)), np.empty(size)
     guesses, tangents, strays, until = np.empty((AHEAD, size)), np.empty((AHEAD, size, size)), np.empty(AHEAD), 0
-    matrix, away, nearest = np.empty_like(jacobian), np.empty_like(vector), np.full(2, np.inf)
+    matrix, away, nearest, memo = (
+        np.empty_like(jacobian),
+        np.empty_like(vector),
+        np.full(2, np.inf),
+        np.full(MEMO, np.inf),
+    )
+    memo[0] = 0.0
+    # steps that kick hard, and what was before them
+    hard, asked = np.empty(DOUBTS, np.int64), 0
+    kicked, kicked_memory = np.empty((DOUBTS, size)), np.empty((DOUBTS, memory_size()))
+    kicked_latched = np.empty((DOUBTS, latch_count()))
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
-    guess = y
-    for i in range(zc.shape[0]):
+    for k in range(common if known > 0 else 0):
+        nearest[1] = min(nearest[1], rows[known - 1, k, D_MIN])
+    for i in range(known, zc.shape[0]):
         here = at_distance(p, zc[i])
-        if are_lanes_enough(smooth) and i == max(until, 3) and i + AHEAD <= zc.shape[0]:
+        if are_lanes_enough() and i >= max(until, 3) and i + AHEAD <= zc.shape[0]:
             until = i + AHEAD
             look_ahead(
                 orbits, zc, i, best_order(orbits, zc, i, order, vector), first, common, points, memory, latched, tones,
                 bases, table, kinks, stage, work, p, guesses, tangents, strays,
             )  # fmt: skip
         w = i - until + AHEAD
-        known = i < until and strays[w] < ASTRAY
-        if known:
+        ahead = i < until and strays[w] < ASTRAY
+        if ahead:
             guess = from_vector(guesses[w])
             for k in range(size):
                 for j in range(size):
@@ -279,30 +218,46 @@ def follow(
             guess = from_vector(vector)
         memory_before, latched_before = memory.copy(), latched.copy()
         y = shoot(
-            guess, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
-            sizes, tolerance, most, jacobian, known, infos[i],
+            guess, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here, sizes,
+            tolerance, most, jacobian, ahead, infos[i],
         )  # fmt: skip
-        infos[i, 3] += strays[w] if known else 0.0
+        infos[i, 3] += strays[w] if ahead else 0.0
         if infos[i, 2] == CONVERGED and infos[i, 3] > FRESH:
             # memory and branches are those of the orbit's end, and so of its start
             tangent(
-                y, memory, latched, smooth, first, common, points, tones, bases, table, kinks, stage, work, block, here,
+                y,
+                memory,
+                latched,
+                first,
+                common,
+                points,
+                tones,
+                bases,
+                table,
+                kinks,
+                stage,
+                work,
+                block,
+                here,
                 jacobian,
-            )  # fmt: skip
-            if not are_lanes_enough(smooth):  # then the neighbors have left their samples in the block
+            )
+            if not are_lanes_enough():  # then the neighbors have left their samples in the block
                 over_common_period(
                     y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
                 )
         if infos[i, 2] == CONVERGED and not is_stable(jacobian):
             infos[i, 2] = UNSTABLE
         if infos[i, 2] != CONVERGED:
-            refill(memory, memory_before)
-            refill(latched, latched_before)
-            return i
+            return sure(
+                i, hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first, common,
+                points, tones, bases, table, kinks, stage, work, block, p, infos,
+            )  # fmt: skip
         for k in range(size):
             orbits[i, k] = y[k]
             for j in range(size):
                 jacobians[i, k, j] = jacobian[k, j]
+        refill(memories[i], memory)
+        refill(latches[i], latched)
         if common == 1:
             measure(block, first, points, tones, bases, here, kinks, harmonics, rows[i, 0])
         else:
@@ -314,10 +269,66 @@ def follow(
         nearest[0], nearest[1], infos[i, 4] = nearest[1], np.inf, 0.0
         for k in range(common):
             nearest[1] = min(nearest[1], rows[i, k, D_MIN])
-        if i > 0 and is_suspect(orbits, jacobians, nearest, zc, i, kinks, vector, matrix, away):
-            end = over_common_period(
-                from_vector(orbits[i - 1]), memory.copy(), latched.copy(), first, common, points, tones, bases, table,
-                kinks, stage, work, block, here,
+        if i > 0:
+            refill(kicked[asked], orbits[i - 1])
+            share = suspicion(orbits, jacobians, nearest, zc, i, kinks, vector, matrix, away) if wary else 0.0
+            if is_suspect(share, patience, memo):
+                end = over_common_period(
+                    from_vector(orbits[i - 1]), memory_before.copy(), latched_before.copy(), first, common, points,
+                    tones, bases, table, kinks, stage, work, block, here,
+                )  # fmt: skip
+                infos[i, 4] = kick(orbits[i - 1], end, orbits[i], jacobians[i], vector, matrix, away)
+                remember(share, infos[i, 4], memo)
+        elif start.shape[0] > 0:
+            refill(kicked[asked], start)
+            for k in range(size):
+                infos[0, 4] = max(infos[0, 4], np.inf if abs(start[k] - orbits[0, k]) > AT_ONCE else 0.0)
+        if infos[i, 4] >= HARD:
+            refill(kicked_memory[asked], memory_before)
+            refill(kicked_latched[asked], latched_before)
+            hard[asked] = i
+            asked += 1
+        if asked > 0 and (asked == DOUBTS or i == 0 or i - hard[0] >= DOUBTS):
+            done = sure(
+                i + 1, hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first,
+                common, points, tones, bases, table, kinks, stage, work, block, p, infos,
             )  # fmt: skip
-            infos[i, 4] = kick(orbits[i - 1], end, orbits[i], jacobians[i], vector, matrix, away)
-    return zc.shape[0]
+            if done <= i:
+                return done
+            asked = 0
+    return sure(
+        zc.shape[0], hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first,
+        common, points, tones, bases, table, kinks, stage, work, block, p, infos,
+    )  # fmt: skip
+
+
+def sure(
+    done: int, hard: Any, asked: int, kicked: Any, memories: Any, latches: Any, orbits: Any, jacobians: Any, zc: Any,
+    rows: Any, decay: int, first: int, common: int, points: int, tones: Any, bases: Any, table: Any, kinks: Any,
+    stage: Any, work: Any, block: Any, p: Any, infos: Any,
+) -> int:  # fmt: skip
+    """Return how many of the orbits found the motion settles on, step by step, now that the hard steps are looked into."""
+    size = kicked.shape[1]
+    goals, tangents = np.empty((asked, size)), np.empty((asked, size, size))
+    where, rooms, answers = np.empty(asked), np.full(asked, np.inf), np.zeros(asked, np.int64)
+    for j in range(asked):
+        where[j] = zc[hard[j]]
+        nearest = np.inf
+        for k in range(common):
+            nearest = min(nearest, rows[hard[j], k, D_MIN])
+        for kink in kinks:
+            rooms[j] = min(rooms[j], abs(nearest - kink) / p[1])
+        for k in range(size):
+            goals[j, k] = orbits[hard[j], k]
+            for m in range(size):
+                tangents[j, k, m] = jacobians[hard[j], k, m]
+    if asked > 0:
+        stay(
+            kicked, memories, latches, goals, tangents, where, rooms, decay, asked, first, common, points, tones, bases,
+            table, kinks, stage, work, block, p, answers,
+        )  # fmt: skip
+    for j in range(asked):
+        if answers[j] == 0:
+            infos[hard[j], 2] = DOUBTED
+            return hard[j]
+    return done

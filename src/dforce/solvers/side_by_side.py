@@ -13,6 +13,7 @@ from dforce import kernel
 from dforce.kernel import Array
 from dforce.observables import measure
 from dforce.solvers import SolverSettings, lane_orbits, lanes
+from dforce.solvers.kicks import patience
 from dforce.solvers.lot import Indices, Lot
 from dforce.solvers.orbit import MISS, MOST_CORRECTIONS
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, LEAST_SPANS, Watch
@@ -92,7 +93,8 @@ class SideBySide:
             follow(
                 np.ascontiguousarray(starts[part]), np.ascontiguousarray(zc[part]), counts[part].astype(np.int64),
                 _lanes(lot.numbers), _lanes(lot.kinks), _lanes(lot.tones[:, 0, 2:]), lot.tones, self.bases, self.points,
-                self.cosine, np.zeros((9, 1)), MISS, MOST_CORRECTIONS, ORDER, self.harmonics, found.orbits[part],
+                self.cosine, np.zeros((9, 1)), MISS, MOST_CORRECTIONS, ORDER, patience(lot.jumps.size),
+                self.harmonics, found.orbits[part],
                 found.tangents[part], found.infos[part], found.rows[part], found.done[part],
             )  # fmt: skip
             self.watch()

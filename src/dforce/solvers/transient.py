@@ -26,22 +26,6 @@ REPEATS = 100.0  # times the settling tolerance: more change than this between w
 Watch = Callable[[], None]  # called now and then; stops the run by raising
 
 
-class Row(Mapping[str, Any]):
-    """One point of a stretch of points whose observables were made together: row `index` of the arrays `stretch`."""
-
-    def __init__(self, stretch: dict[str, Array], index: int) -> None:
-        self.stretch, self.index = stretch, index
-
-    def __getitem__(self, name: str) -> Any:
-        return self.stretch[name][self.index]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.stretch)
-
-    def __len__(self) -> int:
-        return len(self.stretch)
-
-
 @dataclass(frozen=True)
 class Steady:
     """The settled motion at one distance.
@@ -49,7 +33,7 @@ class Steady:
     Attributes
     ----------
     values
-        Observables in SI units by name, see :mod:`dforce.quantities`; a dictionary, or a :class:`Row` of a stretch.
+        Observables in SI units by name, see :mod:`dforce.quantities`.
     motion
         The state to go on from.
     settled, repeats
@@ -60,6 +44,18 @@ class Steady:
     motion: Motion
     settled: bool
     repeats: bool
+
+    def __len__(self) -> int:
+        return 1
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """The observables as of many motions, of which this is the only one."""
+        return {name: np.asarray(value)[None] for name, value in self.values.items()}
+
+    def points(self) -> Iterator[Steady]:
+        """Give it."""
+        yield self
 
 
 def decay_periods(problem: Problem) -> int:
