@@ -29,12 +29,12 @@ def curves(table: Table, quick: bool) -> None:
     case = example("figure-3-air").replace("experiment.direction", "approach")
     case = case.replace("experiment.zc", {"start": "12 nm", "stop": "2 nm", "points": DISTANCES})
     table.time(CURVE, lambda: run(case), DISTANCES, U, 10.0)
-    both = example("figure-3-air-jump")
-    points = both.experiment.zc.points * 2  # type: ignore[union-attr]
-    table.time("figure 3, approach and retract with jumps, each distance", lambda: run(both), points, U, 20.0)
+    both = example("figure-3-air-jump").replace("experiment.zc", case.experiment.zc)  # type: ignore[union-attr]
+    jumps = "figure 3, approach and retract with jumps, each distance"
+    table.time(jumps, lambda: run(both), 2 * DISTANCES, U, 20.0)
     calm = "figure 3 at Q = 100, each distance"
-    table.time(calm, lambda: run(case.replace("cantilever.Q", 100.0)), DISTANCES, U)
-    sharp = case.replace("cantilever.Q", 10_000.0)
+    dull, sharp = (case.replace("cantilever.Q", Q) for Q in (100.0, 10_000.0))
+    table.time(calm, lambda: run(dull), DISTANCES, U)
     table.time("figure 3 at Q = 10,000, each distance", lambda: run(sharp), DISTANCES, calm, 2.0)
     _paper(table, case)
     if quick:
