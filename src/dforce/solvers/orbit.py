@@ -191,10 +191,11 @@ class Follower:
                 continue
             end, doubt = last[-1:], True
             if not lost:
-                end, bridged = self._bridge(end, float(zc[done]), BRIDGES)
+                reached = self._bridge(end, float(zc[done]), BRIDGES)
                 self.integrator.place(float(zc[done]))
-                home = None if bridged is None else self.home(motion, bridged.motion)
-                if home is not None:
+                if reached.zc[0] != zc[done]:
+                    end = reached
+                elif (home := self.home(motion, reached.motion)) is not None:
                     yield home
                     done, last, motion = done + 1, home, home.motion
                     continue
@@ -289,26 +290,19 @@ class Follower:
             "multiplier_angle": np.degrees(np.angle(multipliers)),
         }
 
-    def _bridge(self, last: Orbits, high: float, rounds: int) -> tuple[Orbits, Orbits | None]:
-        """Look in finer and finer steps for the orbit at `high` that continues another one.
-
-        Returns the last orbit before the continuation is lost, and the one at `high` or None.
-        """
-        at = float(last.zc[-1])
-        steps = np.linspace(at, high, PARTS + 1)[1:]
+    def _bridge(self, last: Orbits, high: float, rounds: int) -> Orbits:
+        """Return the last orbit on the way to the distance `high` that continues another one, in finer and finer steps."""
+        steps = np.linspace(float(last.zc[-1]), high, PARTS + 1)[1:]
         done = 0
         while done < PARTS:
             found, _ = self._follow(steps[done:], last.motion, last, wary=False)
-            done += len(found)
-            last = joined(last, found) if len(found) else last
-            if done < PARTS and rounds > 1:
-                last, finer = self._bridge(last[-1:], float(steps[done]), rounds - 1)
-                if finer is None:
-                    return last, None
-                last, done = finer, done + 1
-            elif done < PARTS:
-                return last[-1:], None
-        return last[-1:], last[-1:]
+            done, last = done + len(found), joined(last, found)
+            if done < PARTS:
+                last = self._bridge(last[-1:], float(steps[done]), rounds - 1) if rounds > 1 else last[-1:]
+                if last.zc[0] != steps[done]:
+                    break
+                done += 1
+        return last[-1:]
 
     def note_jump(self, motion: Motion, first: Steady, zc: Array) -> None:
         """Note a jump from the orbit of a motion at the first of some distances to the steady motion at the last."""
