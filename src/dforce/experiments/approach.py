@@ -17,18 +17,16 @@ from dforce.experiments._experiment import (
     initial_motion,
     whole_range,
 )
+from dforce.experiments._restart import restore, stop
 from dforce.parameters import param
-from dforce.quantities import JUMPS, OBSERVABLES
+from dforce.quantities import JUMPS
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.integrator import Motion
     from dforce.solvers.orbit import Jump
-
-RESTART = "restart"  # variable that holds the state after the last point of an interrupted run
 
 
 class Approach(Experiment):
@@ -82,7 +80,7 @@ class Approach(Experiment):
         motion = initial_motion(integrator, self.start)
         done, before = 0, None
         if earlier is not None:
-            done, motion = self._restore(table, earlier, visits, motion)
+            done, motion = restore(table, earlier, visits, motion)
             finder.jumps += jumps_of(earlier)
             if done and self.carry_state:
                 before = float(zc[visits[done - 1][0]])
@@ -113,26 +111,8 @@ class Approach(Experiment):
         data = table.dataset(jumps)
         data.attrs["samples_per_period"] = integrator.points
         if done < len(visits):
-            data.attrs["interrupted"] = 1
-            data[RESTART] = ("state", [motion.period, *motion.y, *motion.memory, *motion.latched])
+            stop(data, motion)
         return data
-
-    def _restore(
-        self, table: Any, earlier: xr.Dataset, visits: list[tuple[int, ...]], fresh: Motion
-    ) -> tuple[int, Motion]:
-        """Take over the points of an interrupted result; return how many there are and the state after the last."""
-        from dforce.results import Status
-        from dforce.solvers.integrator import Motion
-
-        table.status[...] = earlier["status"].values
-        for name in earlier.data_vars:
-            if name in OBSERVABLES:
-                table.arrays[str(name)] = np.array(earlier[name].values)
-        done = sum(table.status[place] != Status.NOT_COMPUTED for place in visits)
-        state = [float(value) for value in earlier[RESTART].values]
-        y_end, memory_end = 1 + len(fresh.y), 1 + len(fresh.y) + len(fresh.memory)
-        memory, latched = np.array(state[y_end:memory_end]), np.array(state[memory_end:])
-        return done, Motion(tuple(state[1:y_end]), memory, latched, int(state[0]))
 
 
 def jumps_of(data: xr.Dataset) -> list[Jump]:
