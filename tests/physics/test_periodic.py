@@ -64,6 +64,13 @@ def test_an_orbit_ends_where_it_started():
     assert (curve.multiplier_modulus < 1.0).all()
 
 
+def test_a_jump_within_a_coarse_step_is_listed_though_newton_s_method_lands_behind_it():
+    case = df.example("figure-3-air").replace("sample.youngs_modulus", 1.26e9)
+    curve = df.approach(case, zc=np.linspace(12 * NM, 2 * NM, 15), direction="both")
+    assert list(curve.jump_direction.values) == ["approach", "retract"]
+    assert (abs(curve.jump_after - curve.jump_before) > 0.2 * NM).all()
+
+
 def test_a_jump_is_located_to_better_than_the_step():
     case = df.example("figure-3-air").replace("experiment.start", {"amplitude": "9.1 nm", "phase": "70 deg"})
     coarse = df.approach(case, zc=np.linspace(9.0 * NM, 10.6 * NM, 17), direction="retract")

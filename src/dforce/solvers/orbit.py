@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.observables.finish import finish_all
+from dforce.observables.finish import finish_all, multipliers
 from dforce.observables.window import common_period, weights
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.kicks import patience
+from dforce.solvers.kicks import HARD, patience
 from dforce.solvers.shooting import AT_ONCE, DOUBTED
 from dforce.solvers.transient import Steady, Watch, decay_periods, march, settle, steady
 
@@ -30,6 +30,7 @@ CHUNK, LEAST_CHUNK = 65_536, 16  # steps of the map between looks at the watch; 
 ROUGH = 1e-3  # settling tolerance before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
 SAME_ORBIT = 1e-5  # of the free amplitude: orbits so near to one another are one
+WIDE = 0.1  # of the free amplitude: a step that moves the orbit farther, and kicks hard, may lead to another state
 PARTS = 8  # into which a step is cut where the orbit is lost on the way
 BRIDGES = 2  # rounds of such parts in which an orbit that was not found in one step is looked for
 FINEST = PARTS**-2.9  # of the step: so exactly a jump is located at least
@@ -181,7 +182,8 @@ class Follower:
             part = part[1:] if part[0] != zc[done] else part[:1]
             if len(last) > 1 and (last.zc[-1] - last.zc[-2]) * (part[0] - last.zc[-1]) <= 0.0:
                 last = last[-1:]
-            found, lost = self._follow(part, last.motion, last)
+            found, doubted = self._follow(part, last.motion, last)
+            self._note_wide_steps(joined(last[-1:], found))
             done += len(found)
             if len(found) or fresh is not None:
                 yield joined(fresh, found)
@@ -190,7 +192,7 @@ class Follower:
             if len(found) == len(part):
                 continue
             end, doubt = last[-1:], True
-            if not lost:
+            if not doubted:
                 reached = self._bridge(end, float(zc[done]), BRIDGES)
                 self.integrator.place(float(zc[done]))
                 if reached.zc[0] != zc[done]:
@@ -264,12 +266,12 @@ class Follower:
             integrator.harmonics, arrays["y"], arrays["tangents"], arrays["memory"], arrays["latched"], arrays["infos"],
             arrays["rows"],
         )  # fmt: skip
-        lost = done < past + count and arrays["infos"][done, 2] == DOUBTED
+        doubted = done < past + count and arrays["infos"][done, 2] == DOUBTED
         # where a law has no value on a part of the orbit, the orbits end
         finite = np.isfinite(arrays["tangents"][past:done]).all(axis=(1, 2))
         if not finite.all():
-            done, lost = past + int(np.argmin(finite)), False
-        return Orbits(self, **{name: array[past:done] for name, array in arrays.items()}, period=guess.period), lost
+            done, doubted = past + int(np.argmin(finite)), False
+        return Orbits(self, **{name: array[past:done] for name, array in arrays.items()}, period=guess.period), doubted
 
     def finish(self, orbits: Orbits) -> dict[str, Array]:
         """Return the observables of orbits, see :mod:`dforce.quantities`."""
@@ -278,16 +280,15 @@ class Follower:
             integrator.problem, integrator.scales, integrator.harmonics, orbits.rows,
             weights(self.frequencies, self.common or 1),
         )  # fmt: skip
-        found = np.linalg.eigvals(orbits.tangents)
-        multipliers = np.take_along_axis(found, np.argsort(-np.abs(found), axis=1, kind="stable"), 1)
+        modulus, angle = multipliers(orbits.tangents)
         settling = np.zeros(len(orbits))
         settling[0] = orbits.settling
         return columns | {
             "settling_periods": settling,
             "drift": orbits.infos[:, 0],
             "corrections": orbits.infos[:, 1],
-            "multiplier_modulus": np.abs(multipliers),
-            "multiplier_angle": np.degrees(np.angle(multipliers)),
+            "multiplier_modulus": modulus,
+            "multiplier_angle": angle,
         }
 
     def _bridge(self, last: Orbits, high: float, rounds: int) -> Orbits:
@@ -303,6 +304,13 @@ class Follower:
                     break
                 done += 1
         return last[-1:]
+
+    def _note_wide_steps(self, orbits: Orbits) -> None:
+        """Note the jumps among orbits one step apart: Newton's method may land on another state, and the motion as well."""
+        moved = np.abs(np.diff(orbits.y, axis=0)).max(axis=1)
+        for i in 1 + np.flatnonzero((orbits.infos[1:, 4] >= HARD) & (moved > WIDE)):
+            before, after = orbits[i - 1 : i], orbits[i : i + 1]
+            self._note_jump(before, after, orbits.zc[i - 1 : i + 1], abs(float(orbits.zc[i] - orbits.zc[i - 1])))
 
     def note_jump(self, motion: Motion, first: Steady, zc: Array) -> None:
         """Note a jump from the orbit of a motion at the first of some distances to the steady motion at the last."""
