@@ -186,6 +186,7 @@ def usual_unit(unit: str) -> str:
     return SUGGESTED.get(unit, unit)
 
 
+@functools.lru_cache(maxsize=4096, typed=True)  # most numbers of a case are those of the case before
 def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
 

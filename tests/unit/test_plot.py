@@ -206,9 +206,13 @@ def test_a_given_figure_is_drawn_on():
 
 
 def test_drawing_opens_no_window_and_keeps_no_figure():
+    def open_figures():
+        pyplot = sys.modules.get("matplotlib.pyplot")
+        return pyplot.get_fignums() if pyplot else []
+
+    before = open_figures()  # other tests' own
     plot.overview(synthetic.dwell())
-    pyplot = sys.modules.get("matplotlib.pyplot")
-    assert pyplot is None or pyplot.get_fignums() == []
+    assert open_figures() == before
 
 
 @pytest.mark.parametrize(
