@@ -191,13 +191,15 @@ def follow(
     )
     memo[0] = 0.0
     # steps that kick hard, and what was before them
-    hard, asked = np.empty(DOUBTS, np.int64), 0
+    # (0 by itself is a type of its own to numba, which would compile what it is passed to twice)
+    hard, asked = np.empty(DOUBTS, np.int64), 0 * known
     kicked, kicked_memory = np.empty((DOUBTS, size)), np.empty((DOUBTS, memory_size()))
     kicked_latched = np.empty((DOUBTS, latch_count()))
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
     for k in range(common if known > 0 else 0):
         nearest[1] = min(nearest[1], rows[known - 1, k, D_MIN])
+    end = zc.shape[0]
     for i in range(known, zc.shape[0]):
         here = at_distance(p, zc[i])
         if are_lanes_enough() and i >= max(until, 3) and i + AHEAD <= zc.shape[0]:
@@ -248,10 +250,8 @@ def follow(
         if infos[i, 2] == CONVERGED and not is_stable(jacobian):
             infos[i, 2] = UNSTABLE
         if infos[i, 2] != CONVERGED:
-            return sure(
-                i, hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first, common,
-                points, tones, bases, table, kinks, stage, work, block, p, infos,
-            )  # fmt: skip
+            end = i
+            break
         for k in range(size):
             orbits[i, k] = y[k]
             for j in range(size):
@@ -273,11 +273,11 @@ def follow(
             refill(kicked[asked], orbits[i - 1])
             share = suspicion(orbits, jacobians, nearest, zc, i, kinks, vector, matrix, away) if wary else 0.0
             if is_suspect(share, patience, memo):
-                end = over_common_period(
+                after = over_common_period(
                     from_vector(orbits[i - 1]), memory_before.copy(), latched_before.copy(), first, common, points,
                     tones, bases, table, kinks, stage, work, block, here,
                 )  # fmt: skip
-                infos[i, 4] = kick(orbits[i - 1], end, orbits[i], jacobians[i], vector, matrix, away)
+                infos[i, 4] = kick(orbits[i - 1], after, orbits[i], jacobians[i], vector, matrix, away)
                 remember(share, infos[i, 4], memo)
         elif start.shape[0] > 0:
             refill(kicked[asked], start)
@@ -295,9 +295,9 @@ def follow(
             )  # fmt: skip
             if done <= i:
                 return done
-            asked = 0
+            asked = 0 * known
     return sure(
-        zc.shape[0], hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first,
+        end, hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first,
         common, points, tones, bases, table, kinks, stage, work, block, p, infos,
     )  # fmt: skip
 
