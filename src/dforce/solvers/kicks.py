@@ -26,6 +26,7 @@ OVERSHOOT = 1.5  # times a step in distance: how much nearer the tip may come be
 LOOKS, REST = 32, 7  # looks at a motion after a kick before it is left to settle, and common periods between them
 NEAR = 0.1  # share of the way to other states from which on a motion stays
 SPANS = 3  # decay times over which looks are spread at least
+GONE = 10.0  # times the kick: a motion so far off goes elsewhere
 CALMED = 0.5  # share of the kick that is left then at most
 CLEAR = 0.01  # share of the way to other states at which a motion away from kinks stays whatever is left of the kick
 EXCURSION = 2.0  # times the kick: how much nearer the tip comes at most
@@ -200,10 +201,16 @@ def stay(
         )
         left = 0
         for j in range(count):
+            if answers[j] == 1:
+                continue
             largest, farthest = apart(before[:, j], lanes[:, j], orbits[j], tangents[j], bent, matrix, away)
-            if answers[j] == 0 and has_stayed(largest, farthest, kicked[j], rooms[j]):
+            if has_stayed(largest, farthest, kicked[j], rooms[j]):
                 answers[j] = 1
-            left += 1 - answers[j]
+            elif largest > GONE * max(kicked[j], SMALL):
+                count = j  # whatever becomes of those after it
+                break
+            else:
+                left += 1
         if left == 0:
             return
         for _ in range(REST):

@@ -26,7 +26,7 @@ LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 AHEAD = 4  # orbits that are guessed side by side
 ASTRAY = 0.01  # of the free amplitude: a guess that needed a longer correction is not used
 AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
-DOUBTS = 16  # steps at most from one that kicks hard until it is looked into, all together
+DOUBTS = 8  # steps at most from one that kicks hard until it is looked into, all together
 CONVERGED, LOST, UNSTABLE, DOUBTED = 0, 1, 2, 3  # what became of an orbit
 
 
