@@ -183,22 +183,9 @@ def stay(
             for j in range(width):
                 before[k, j] = lanes[k, j]
         lanes_over_common_period(
-            lanes,
-            other,
-            here,
-            first,
-            common,
-            points,
-            memories[0],
-            latches[0],
-            tones,
-            bases,
-            table,
-            kinks,
-            stage,
-            work,
+            lanes, other, here, first, common, points, memories[0], latches[0], tones, bases, table, kinks, stage, work,
             p,
-        )
+        )  # fmt: skip
         left = 0
         for j in range(count):
             if answers[j] == 1:

@@ -227,22 +227,9 @@ def follow(
         if infos[i, 2] == CONVERGED and infos[i, 3] > FRESH:
             # memory and branches are those of the orbit's end, and so of its start
             tangent(
-                y,
-                memory,
-                latched,
-                first,
-                common,
-                points,
-                tones,
-                bases,
-                table,
-                kinks,
-                stage,
-                work,
-                block,
-                here,
+                y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here,
                 jacobian,
-            )
+            )  # fmt: skip
             if not are_lanes_enough():  # then the neighbors have left their samples in the block
                 over_common_period(
                     y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
