@@ -65,6 +65,22 @@ def test_two_requests_never_overlap():
     assert asyncio.run(flow()) == 1
 
 
+def test_a_rest_ends_when_nothing_is_under_way_or_its_time_is_over():
+    async def flow():
+        gate = asyncio.Event()
+        latest = Latest(lambda thing: gate.wait())
+        await latest.rest(60.0)
+        latest.ask(0)
+        await latest.rest(0.01)
+        assert latest.busy
+        asyncio.get_running_loop().call_later(0.01, gate.set)
+        async with asyncio.timeout(30.0):
+            await latest.rest(60.0)
+        assert not latest.busy
+
+    asyncio.run(flow())
+
+
 def test_a_curve_that_takes_too_long_is_given_up(monkeypatch):
     monkeypatch.setattr(compute, "PATIENCE", 0.2)
     live = live_curve(slow_case(), lambda: False, lambda text: None)

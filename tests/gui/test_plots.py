@@ -21,7 +21,9 @@ CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")
 def show(page, result):
     """Show a result as if it had just been computed."""
     page.view.result = result
-    return page.view.compose(result)
+    figure = page.view.compose(result)
+    page.view.show_beside()
+    return figure
 
 
 def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
@@ -35,7 +37,7 @@ def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
                 picker, "own", {"x": "amplitude", "y": ["peak_force", "phase"], "together": True, "logarithmic": False}
             )
             assert session.document.plots == (df.Picture("amplitude", ("phase", "peak_force"), True),)
-            figure = page.view.compose(page.view.result)
+            figure = show(page, page.view.result)
             assert figure["layout"]["xaxis"]["title"]["text"] == "amplitude <i>A</i> (nm)"
 
     asyncio.run(flow())
@@ -72,6 +74,8 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
             assert shown["z<sub>c</sub>"] == f"{1e9 * float(point['zc']):.4g} nm"
             deflection = next(trace for trace in drawing.props["motion"]["traces"] if trace["name"] == "deflection")
             assert deflection["high"] == pytest.approx(1e9 * float(point["max_deflection"]), rel=1e-3)
+            send(drawing, "close")
+            assert drawing.props["motion"] is None  # what is not seen does not move
 
     asyncio.run(flow())
 
@@ -122,7 +126,7 @@ def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
             assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == [kept.name, "now"]
             send(strip, "rename", {"id": kept.id, "name": "<b>first</b>"})
             send(strip, "compare")
-            page.view.compose(page.view.result)
+            show(page, page.view.result)
             table = element(user, Table)
             assert table.props["names"] == ["<b>first</b>", "now"]
             assert [row["values"] for row in table.props["rows"] if row["path"] == "drive.A0"] == [("10 nm", "5 nm")]

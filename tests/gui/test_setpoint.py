@@ -24,7 +24,9 @@ def states():
 def show(page, result):
     """Show a result as if it had just been computed."""
     page.view.result = result
-    return page.view.compose(result)
+    figure = page.view.compose(result)
+    page.view.show_beside()
+    return figure
 
 
 def rows(user):
@@ -65,7 +67,7 @@ def test_another_set_point_is_read_off_at_once_and_kept(tmp_path):
             show(page, states())
             before = rows(user)
             send(element(user, Readout), "percent", 50)
-            page.view.compose(page.view.result)
+            show(page, page.view.result)
             assert [row["state"] for row in rows(user)] == [row["state"] for row in before]
             assert [row["amplitude (nm)"] for row in rows(user)] == ["5", "5", "5"]
             session.undo()

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import time
 from typing import ClassVar
 
 import pytest
-from simulated import until, window
+from simulated import element, send, until, window
 
 import dforce as df
 from dforce.gui.compute import Job, Live
-from dforce.gui.entry import Entry
+from dforce.gui.entry import Entry, SliderElement
 from dforce.gui.session import Session
+from dforce.gui.view import BESIDE_EVERY
 
 
 def entry(user, path):
@@ -87,6 +89,52 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
         asyncio.run(flow())
     finally:
         del df.forces.REGISTRY["window_test_spring"]
+
+
+def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_and_then(tmp_path, monkeypatch):
+    drawn, beside = [], []
+    result = df.run(df.example("figure-3-air"))
+
+    def live(case, *_):
+        time.sleep(0.1)
+        return Live(result.assign_attrs(asked=case.drive.A0))
+
+    monkeypatch.setattr("dforce.gui.view.live_curve", live)
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            view = page.view
+            await until(lambda: view.result is not None and not view._latest.busy and not view._beside.busy)
+            view.on_beside.append(lambda: beside.append((time.monotonic(), view.result.attrs["asked"])))
+            compose = view.compose
+            view.compose = lambda result: drawn.append(result.attrs["asked"]) or compose(result)
+            for n in range(130):
+                view.edit(view.document.put(("drive", "A0"), f"{n + 1} nm"))
+                await asyncio.sleep(0.01)
+            await until(lambda: beside and beside[-1][1] == pytest.approx(130e-9))
+
+    asyncio.run(flow())
+    times = [moment for moment, _ in beside]
+    assert drawn[-1] == pytest.approx(130e-9)
+    assert 1 < len(beside) < len(drawn)
+    # the last one comes when nothing newer waits
+    assert all(later - before >= 0.98 * BESIDE_EVERY for before, later in itertools.pairwise(times[:-1]))
+
+
+def test_a_slider_hears_what_is_typed_and_not_of_what_it_said_itself(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            send(entry(user, "drive.A0"), "slider")
+            slider, told = element(user, SliderElement), []
+            slider.run_method = lambda name, value: told.append(value)
+            send(slider, "slide", 7.0)
+            assert page.view.document.value(("drive", "A0")) == "7 nm"
+            assert (slider.props["given"], told) == (7.0, [])
+            for text in ("9", "7"):
+                type_into(user, "drive.A0", text, "nm")
+            assert told == [9.0, 7.0]
+
+    asyncio.run(flow())
 
 
 def test_a_run_keeps_its_result(tmp_path):

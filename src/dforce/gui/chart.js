@@ -44,7 +44,9 @@ function themed(figure) {
     delete axis.color;
     layout[key] = {
       gridcolor: c.grid, linecolor: c.line, zerolinecolor: c.line, tickcolor: c.line, showline: true, ticks: "outside",
-      ticklen: 4, automargin: false, zeroline: false, ...axis,
+      ticklen: 4, automargin: false, zeroline: false,
+      ticklabeloverflow: "allow", // the margins have room for labels, and measuring each takes long
+      ...axis,
       tickfont: { color: own ?? c.soft, size: 11 },
       title: { standoff: 8, ...axis.title, font: { size: 12, color: own ?? c.ink } },
     };
@@ -87,6 +89,12 @@ export default {
     });
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     await load(this.library);
+  },
+  watch: {
+    // what stands beside a plot that is dimmed goes by this mark; ":has" would be looked up at every piece that is drawn
+    stale(now) {
+      this.$el.closest(".df-shown")?.toggleAttribute("data-stale", now);
+    },
   },
   beforeUnmount() {
     this.observer.disconnect();

@@ -57,12 +57,16 @@ class Chart(ui.element, component="chart.js"):
 
     async def draw(self, figure: dict[str, Any], label: str = "") -> None:
         """Draw a figure (`data` and `layout` of Plotly) once the browser has drawn the one before."""
-        if self._drawing is not None:
-            await self._drawing
+        await self.drawn()
         if label and self.props.get("label") != label:
             self.props["label"] = label
             self.update()
         self._drawing = asyncio.get_running_loop().create_task(self._send(figure))
+
+    async def drawn(self) -> None:
+        """Wait until the browser has drawn what was sent."""
+        if self._drawing is not None:
+            await self._drawing
 
     async def _send(self, figure: dict[str, Any]) -> None:
         self.revision += 1

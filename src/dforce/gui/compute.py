@@ -79,13 +79,23 @@ class Latest(Generic[T]):
     def ask(self, thing: T) -> None:
         """Ask for a thing; it is begun when what is under way is done."""
         self.wanted = thing
-        if self.task is None or self.task.done():
+        if not self.busy:
             self.task = asyncio.get_running_loop().create_task(self._serve())
 
     @property
     def overtaken(self) -> bool:
         """Whether something newer waits."""
         return self.wanted is not None
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way or waits."""
+        return self.task is not None and not self.task.done()
+
+    async def rest(self, seconds: float) -> None:
+        """Wait until nothing is under way, so long at most."""
+        if self.task is not None and not self.task.done() and seconds > 0.0:
+            await asyncio.wait({self.task}, timeout=seconds)
 
     async def _serve(self) -> None:
         while self.wanted is not None:

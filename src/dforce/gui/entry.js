@@ -6,7 +6,7 @@ export default {
       <label :for="uid" class="df-label">
         <span class="df-name">{{ label }}</span><span v-if="symbol" class="df-symbol" v-html="symbol"></span>
       </label>
-      <div class="df-control">
+      <div class="df-control" :class="{united: units.length > 1 || (units.length && units[0] !== '1')}">
         <input v-if="kind === 'text'" :id="uid" class="df-box" type="text" :value="draft" :placeholder="placeholder"
                autocomplete="off" spellcheck="false" :inputmode="numeric ? 'decimal' : 'text'"
                :class="{number: numeric}" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"

@@ -66,6 +66,7 @@ export default {
     return { now: 0, playing: true, uid: "motion-" + Math.random().toString(36).slice(2) };
   },
   computed: {
+    moving() { return this.playing && this.motion !== null && !this.error; },
     count() { return this.motion.gap.length; },
     rest() { return this.motion.rest; },
     force() { return this.motion.force[this.now]; },
@@ -116,27 +117,33 @@ export default {
     motion(motion) {
       if (motion && this.now >= motion.gap.length) this.now = 0;
     },
+    moving(moving) {
+      if (moving) this.move();
+    },
   },
   mounted() {
     this.playing = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    let last = performance.now(), at = 0;
-    const step = (time) => {
-      this.frame = requestAnimationFrame(step);
-      if (this.playing && this.motion && !this.error) {
-        if (Math.round(at) !== this.now) at = this.now;
-        at = (at + ((time - last) / 1000 / PERIOD) * (this.count / this.motion.periods)) % this.count;
-        this.now = Math.min(this.count - 1, Math.round(at));
-        if (this.now === 0) at = 0;
-      }
-      last = time;
-    };
-    this.frame = requestAnimationFrame(step);
+    if (this.moving) this.move();
   },
   beforeUnmount() {
     cancelAnimationFrame(this.frame);
   },
   methods: {
     digits,
+    move() {
+      if (this.frame) return;
+      let last = performance.now(), at = this.now;
+      const step = (time) => {
+        this.frame = this.moving ? requestAnimationFrame(step) : null;
+        if (!this.frame) return;
+        if (Math.round(at) !== this.now) at = this.now;
+        at = (at + ((time - last) / 1000 / PERIOD) * (this.count / this.motion.periods)) % this.count;
+        this.now = Math.min(this.count - 1, Math.round(at));
+        if (this.now === 0) at = 0;
+        last = time;
+      };
+      this.frame = requestAnimationFrame(step);
+    },
     scrub(now) {
       this.playing = false;
       this.now = now;

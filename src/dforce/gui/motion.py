@@ -56,6 +56,7 @@ class MotionPanel:
     def close(self) -> None:
         """Hide it."""
         self.spot = None
+        self.element.props["motion"] = None  # what is not seen need not move
         self.element.set_visibility(False)
 
     def follow(self, result: xr.Dataset | None) -> None:

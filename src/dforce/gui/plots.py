@@ -35,6 +35,8 @@ class Plots:
         self.shown: df.Picture | None = None  # None: a map, or nothing
         self.usual: list[df.Picture] = []
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
+        self.result: xr.Dataset | None = None
+        self.layers: list[figures.Layer] = []
         with ui.element("div").classes("df-plotbar"):
             self.picker = Picker()
             self.picker.on("picture", self._picture)
@@ -49,29 +51,34 @@ class Plots:
         self.numbers.table()
         self.kept.table()
         view.compose = self.compose
+        view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)
         view.on_status.append(self._waits)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with those kept that are drawn beside it."""
-        layers = self.kept.layers(result)
-        first = layers[-1].result if layers else None
-        self.shown = None
-        self.kept.show(result)
+        self.result, self.shown = result, None
+        self.layers = self.kept.layers(result)
+        first = self.layers[-1].result if self.layers else None
         if first is None:
             self.drawn = figures.Drawn(figures.empty("There is no result yet."))
         elif "reached" in first:
             self.drawn = figures.basins(first)
         else:
-            wanted = self.shown = self.wanted(first)
-            self._offer(first, wanted)
-            layers = self.set_point.marked(layers, wanted)
-            self.drawn = figures.picture(layers, wanted)
-        self.picker.set_visibility(first is not None and "reached" not in first)
-        self.set_point.show(layers, self.shown)
-        self.numbers.show(self.drawn, self.shown)
-        self.motion.follow(result)
+            self.shown = self.wanted(first)
+            self.layers = self.set_point.marked(self.layers, self.shown)
+            self.drawn = figures.picture(self.layers, self.shown)
         return self.drawn.figure
+
+    def beside(self) -> None:
+        """Show what stands beside the figure composed last."""
+        self.kept.show(self.result)
+        if self.shown is not None:
+            self._offer(self.layers[-1].result, self.shown)
+        self.picker.set_visibility(self.shown is not None)
+        self.set_point.show(self.layers, self.shown)
+        self.numbers.show(self.drawn, self.shown)
+        self.motion.follow(self.result)
 
     def wanted(self, result: xr.Dataset) -> df.Picture:
         """Return the picture that was last chosen for such a result, else the one that says most."""
@@ -91,6 +98,7 @@ class Plots:
     async def _redraw(self) -> None:
         await self.view.session.load_shown()
         await self.view.main.draw(self.compose(self.view.result))
+        self.view.show_beside()
 
     def _offer(self, result: xr.Dataset, wanted: df.Picture) -> None:
         """Show in the picker what can be drawn, and what is."""

@@ -118,7 +118,8 @@ def serve(options: Options) -> None:
     ui.run(
         host=options.host, port=port, title="dForce", language="en-US", reload=False, show=False, dark=None,
         reconnect_timeout=RECONNECT, storage_secret=kept_secret(folder / "cookie-secret"), show_welcome_message=False,
-        favicon=str(Path(__file__).parent / "icon.svg"), tailwind=False,
+        # numbers hardly shrink, and packing them takes time and memory for each page
+        ws_per_message_deflate=False, favicon=str(Path(__file__).parent / "icon.svg"), tailwind=False,
         session_middleware_kwargs={"max_age": 10 * 365 * 86400, "same_site": "lax", "session_cookie": f"dforce-session-{port}"},
     )  # fmt: skip
 

@@ -27,6 +27,13 @@ TOO_NEAR = "The amplitude stays below this everywhere; let the curve begin farth
 class Readout(ui.element, component="setpoint.js"):
     """The field and the table."""
 
+    def show(self, changed: dict[str, Any]) -> None:
+        """Show other numbers; nothing is sent where nothing changed."""
+        if any(self.props.get(key) != value for key, value in changed.items()):
+            with self.props.suspend_updates():
+                self.props.update(changed)
+            self.run_method("take", changed)
+
 
 class SetPoint:
     """Reads the quantities at the set point off the curves of one page."""
@@ -54,9 +61,7 @@ class SetPoint:
             "percent": round(100.0 * self.view.document.set_point, 6), "rows": rows[:MOST_ROWS],
             "columns": [column.head for column in columns], "text": "" if rows else self._why(with_states),
         }  # fmt: skip
-        if any(self.element.props.get(key) != value for key, value in changed.items()):
-            self.element.props.update(changed)
-            self.element.update()
+        self.element.show(changed)
 
     def _why(self, layers: Sequence[Layer]) -> str:
         """Say why there is no row."""

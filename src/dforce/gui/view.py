@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import dataclasses
 import logging
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Awaitable, Callable, Iterator
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nicegui import background_tasks
 
@@ -21,10 +22,12 @@ from dforce.gui.session import Session
 if TYPE_CHECKING:
     import xarray as xr
 
+T = TypeVar("T")
+
 log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
-FORCE_EVERY = 0.5  # s between two pictures of the force while something is dragged
+BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
 DIM_AFTER, SAY_AFTER = 0.3, 1.0  # s after which a plot that does not follow is dimmed, and a word says why
 COMPUTING = "Computing ..."
 TOO_LONG = "This takes longer than a live curve may; press Run."
@@ -59,9 +62,9 @@ class View:
         Hooks called when results are drawn in another way: others, or other quantities of them.
     compose
         Makes the figure of the main chart from the result that it shows.
-    on_result
-        Hooks called with the Dataset that the main chart now shows, and whether a run gave it: here further plots, the
-        table of a result and the list of results plug in.
+    on_beside
+        Hooks called when the browser has drawn the main chart: they show what stands beside it, and while something is
+        dragged they wait for a pause, so that the curves come first.
     """
 
     main: Chart
@@ -73,15 +76,16 @@ class View:
         self.on_said: list[Callable[[Said], None]] = []
         self.on_status: list[Callable[[str], None]] = []
         self.on_job: list[Callable[[], None]] = []
-        self.on_result: list[Callable[[xr.Dataset, bool], None]] = []
         self.on_anew: list[Callable[[], None]] = []
+        self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
         self.result: xr.Dataset | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
         self.said, self.status = Said(), ""
         self._opened: Document | None = None  # what was opened last, until its curve is there
-        self._force_drawn = -FORCE_EVERY
-        self._latest = Latest(self._compute)
+        self._latest = Latest(self._safely(self._compute))
+        self._beside = Latest(self._safely(self._show_beside))
+        self._beside_at = -BESIDE_EVERY
 
     @property
     def document(self) -> Document:
@@ -149,19 +153,16 @@ class View:
 
     async def _compute(self, wanted: Document | Shown) -> None:
         """Do what was asked for last: a curve that follows the document, or the result of a run."""
-        try:
-            if isinstance(wanted, Shown):
-                await self._draw(wanted.result, kept=True)
-            else:
-                await self._follow(wanted)
-        except Exception:  # whatever happens, the next edit must find a page that follows it
-            log.exception("the page could not follow")
-            self._status("an error inside dForce, please report it")
+        if isinstance(wanted, Shown):
+            await self._draw(wanted.result)
+            self._status("Stopped: this is what was computed." if wanted.result.attrs.get("interrupted") else "")
+            self.show_beside()
+        else:
+            await self._follow(wanted)
 
     async def _follow(self, document: Document) -> None:
-        """Compute and draw what follows a document: the live curve first, then the force; words once nothing newer waits."""
-        advice: list[df.Advice] = []
-        try:
+        """Compute and draw the live curve of a document, and ask for what stands beside it."""
+        with self._saying_what_is_wrong(document):
             case = self.session.limits.check(document.case())
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
@@ -172,16 +173,49 @@ class View:
                 self._opened = None
                 if result is None:
                     await self._run_opened()
-            if not self._latest.overtaken or time.monotonic() - self._force_drawn > FORCE_EVERY:
-                await self._draw_force(case)
-            advice = df.advice(case) if result is None else df.advice_in(result)
+            self._beside.ask(Followed(document, case, result))
+
+    async def _show_beside(self, followed: Followed) -> None:
+        """Show what stands beside the curves, the force, and at last the advice."""
+        await self.main.drawn()
+        await self._latest.rest(self._beside_at + BESIDE_EVERY - time.monotonic())
+        if self._beside.overtaken:
+            return
+        self._beside_at = time.monotonic()
+        self.show_beside()
+        with self._saying_what_is_wrong(followed.document):
+            await self._draw_force(followed.case)
+            if self._latest.busy or self._beside.overtaken:
+                return
+            advice = df.advice(followed.case) if followed.result is None else df.advice_in(followed.result)
+            self._say(Said(advice=_places(followed.document, advice)))
+
+    def show_beside(self) -> None:
+        """Show what stands beside the curves."""
+        for hook in self.on_beside:
+            hook()
+
+    def _safely(self, work: Callable[[T], Awaitable[None]]) -> Callable[[T], Awaitable[None]]:
+        """Return work after which, whatever happens, the next edit finds a page that follows it."""
+
+        async def safe(thing: T) -> None:
+            try:
+                await work(thing)
+            except Exception:
+                log.exception("the page could not follow")
+                self._status("an error inside dForce, please report it")
+
+        return safe
+
+    @contextlib.contextmanager
+    def _saying_what_is_wrong(self, document: Document) -> Iterator[None]:
+        """Show what is wrong with a document, and dim what does not follow it."""
+        try:
+            yield
         except (df.DForceError, TypeError) as error:
             self._say(Said(str(error), path_of(document, str(error))))
             self.main.dim()
             self.force.dim()
-            return
-        if not self._latest.overtaken:
-            self._say(Said(advice=_places(document, advice)))
 
     async def _live(self, case: df.Case) -> xr.Dataset | None:
         """Draw the live curve and return its result; None, with a word on why, when it takes too long."""
@@ -203,28 +237,22 @@ class View:
             self.main.dim()
             return None
         self._status("")
-        await self._draw(live.result, kept=False)
+        await self._draw(live.result)
         return live.result
 
     async def _run_opened(self) -> None:
         """Take away the curves of another case, and run what was opened."""
-        self.result = None
-        await self.main.draw(self.compose(None))
+        await self._draw(None)
         self._status("")
         background_tasks.create(self.run(), name="run what was opened")
 
     async def _draw_force(self, case: df.Case) -> None:
         curve = await in_thread(LIVE, lambda: df.force_curve(case))
-        self._force_drawn = time.monotonic()
         await self.force.draw(figures.force_distance(curve))
 
-    async def _draw(self, result: xr.Dataset, kept: bool) -> None:
+    async def _draw(self, result: xr.Dataset | None) -> None:
         self.result = result
         await self.main.draw(self.compose(result))
-        if kept:
-            self._status("Stopped: this is what was computed." if result.attrs.get("interrupted") else "")
-        for hook in self.on_result:
-            hook(result, kept)
 
     async def _when_late(self) -> None:
         """Dim the plot when it does not follow at once, and say why when it takes long."""
@@ -258,6 +286,15 @@ class Shown:
     """A result to be shown instead of a live curve."""
 
     result: xr.Dataset
+
+
+@dataclasses.dataclass(frozen=True)
+class Followed:
+    """A document whose live curve was computed: its case, and its result unless that takes too long."""
+
+    document: Document
+    case: df.Case
+    result: xr.Dataset | None
 
 
 def _places(document: Document, advice: list[df.Advice]) -> tuple[tuple[Path, str], ...]:
