@@ -3,6 +3,7 @@
 import importlib.util
 import math
 
+import numba
 import numpy as np
 import pytest
 
@@ -77,6 +78,27 @@ def test_helpers_of_two_files_with_one_name_do_not_mix(define):
     module = {"compiled": lambda f: f, "inlined": lambda f: f}
     exec("\n\n".join(linker.text), module)
     assert [module[name](0.0) for name in names] == [1.0, 2.0]
+
+
+def test_a_function_is_compiled_once_whatever_number_it_is_called_with(define):
+    """Each literal 0, 1 or False is a type of its own to numba."""
+    laws = define("""
+def helper(x, count, whole):
+    return x + count if whole else x
+
+def law(x, n):
+    count, whole = 0, False
+    for i in range(n):
+        count += i
+    return helper(x, 0, True) + helper(x, 1, False) + helper(x, count, whole) + helper(x, n, n > 2)
+""")
+    linker = Linker()
+    linker.add(laws.helper, "helper")
+    linker.add_entry(laws.law, "law")
+    module = {"compiled": numba.njit, "entry": numba.njit, "np": np}
+    exec("\n\n".join(linker.text), module)
+    assert module["law"](1.5, 3) == laws.law(1.5, 3)
+    assert len(module["helper"].signatures) == 1
 
 
 def test_a_function_is_copied_once():

@@ -56,7 +56,10 @@ class Linker:
         }
         node = _Renamer(replacements).visit(node)
         node.name = chosen
-        self.emit(ast.unparse(ast.fix_missing_locations(node)), decorator or decorator_of(function))
+        decorator = decorator or decorator_of(function)
+        if decorator != "inlined":  # laws stay as they are: x**n with a literal n is a product
+            node = _Plainer().visit(node)
+        self.emit(ast.unparse(ast.fix_missing_locations(node)), decorator)
         return chosen
 
     def add_entry(self, function: Callable[..., Any], name: str) -> None:
@@ -165,6 +168,34 @@ class _Renamer(ast.NodeTransformer):
         if isinstance(node.ctx, ast.Load) and node.id in self.replacements:
             return self.replacements[node.id]
         return node
+
+
+class _Plainer(ast.NodeTransformer):
+    """Gives whole numbers and truth values that are assigned or passed on the type of any other.
+
+    To numba each 0, 1, or False is a type of its own, and a function is compiled anew for each that it is called with.
+    """
+
+    def visit_Assign(self, node: ast.Assign) -> ast.Assign:
+        self.generic_visit(node)
+        if isinstance(node.value, ast.Tuple) and isinstance(node.targets[0], ast.Tuple):
+            node.value.elts = [self._plain(value) for value in node.value.elts]
+        else:
+            node.value = self._plain(node.value)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        self.generic_visit(node)
+        if isinstance(node.func, ast.Name) and node.func.id not in vars(builtins):
+            node.args = [self._plain(value) for value in node.args]
+        return node
+
+    @staticmethod
+    def _plain(value: ast.expr) -> ast.expr:
+        if not isinstance(value, ast.Constant) or not isinstance(value.value, int):
+            return value
+        kind = "np.bool_" if isinstance(value.value, bool) else "np.int64"
+        return ast.parse(f"{kind}({value.value})", mode="eval").body
 
 
 def _literal(value: Any) -> ast.expr | None:
