@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import re
 
 from nicegui import Client
@@ -30,6 +31,7 @@ async def window(folder, session=None, unsent=(), live=True):
         if not live:
             pages[0].view._latest.ask = lambda wanted: None
 
+    gc.freeze()  # NiceGUI's simulation collects garbage twice, and among all that numba has made that takes a second
     async with user_simulation(root=root) as user:
         user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: unsent
         # charts are drawn at once
