@@ -7,9 +7,10 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from served import Window, chromium, served
+from served import Window, chromium
 
 import dforce as df
+from dforce.timing.server import served
 
 TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
 WAIT = 120_000  # ms

@@ -6,9 +6,10 @@ import os
 import urllib.parse
 
 import pytest
-from served import Window, chromium, served
+from served import Window, chromium
 
 from dforce.gui.server import find_browser
+from dforce.timing.server import served
 
 WAIT = 60_000  # ms; generous, so that a loaded machine is not taken for a defect
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 
 import pytest
-from served import served
 
 import dforce as df
 from dforce.gui.document import FIRST
+from dforce.timing.server import served
 
 AMPLITUDE = "drive.A0"
 

@@ -10,10 +10,10 @@ import socket
 import urllib.parse
 
 import pytest
-from served import served
 
 import dforce as df
 from dforce.gui.document import FIRST
+from dforce.timing.server import served
 
 
 def ask(server, path="/", method="GET", headers=None, body=None, known=True):

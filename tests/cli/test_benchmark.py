@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import sys
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli import app
+from dforce.gui.chart import packed
+from dforce.timing import people
+from dforce.timing.server import Server
 
 
 def test_a_quick_benchmark_gives_ratios_spread_and_machine():
@@ -21,17 +27,64 @@ def test_a_quick_benchmark_gives_ratios_spread_and_machine():
     for row in rows.values():
         if row["to"]:
             assert row["ratio"] == row["seconds"] / rows[row["to"]]["seconds"]
+    median, late, slowest, behind, *memory = result["window"]
+    assert median["name"] == "the window, 5 people at once for 2 s: a value to its curves, median"
+    assert 0.0 < median["value"] <= late["value"] <= slowest["value"] and median["unit"] == "s"
+    assert behind["value"] == 0
+    assert [measure["unit"] for measure in memory] == ["MB"] * (sys.platform == "linux")
+
+
+def test_without_what_the_window_needs_the_benchmark_says_so(monkeypatch):
+    monkeypatch.setattr(people, "NEEDED", ("nicegui", "a_package_that_is_not_there"))
+    (measure,) = people.measures(True, lambda name: None)
+    assert measure.value is None
+    assert measure.name == "the window: it needs a_package_that_is_not_there, which is not installed"
+
+
+def test_a_server_that_ends_at_once_is_said_with_its_reason(tmp_path):
+    with pytest.raises(RuntimeError, match="no-such-case"):
+        Server(tmp_path, "no-such-case")
+
+
+def test_people_are_behind_until_they_see_their_last_value_and_what_was_overtaken_is_not_timed():
+    person = people.Person(None, 0)
+    sent = []
+
+    async def emit(name, message):
+        if name == "event":
+            sent.append(json.loads(message["args"][0])["text"])
+
+    def figure(amplitude):
+        return {"data": [{"y": packed([0.5 * amplitude, amplitude, 0.0])}]}
+
+    person.socket = SimpleNamespace(emit=emit)
+    person.field, person.client, person.listener = 1, "client", "listener"
+    for value in (5.0, 6.0, 7.0):
+        asyncio.run(person.ask(value))
+    assert sent == ["5.0", "6.0", "7.0"]
+    person.see(figure(6.0))
+    assert person.behind and len(person.times) == 1
+    person.see(figure(5.0))  # what is older than what was seen is no answer
+    person.see(figure(7.0))
+    assert not person.behind and len(person.times) == 2
 
 
 def test_a_table_in_a_pipe_has_a_line_for_each_row(monkeypatch):
     names = [f"{'a long name of what is timed, ' * 3}number {i}" for i in range(3)]
     row = {"seconds": 1e-6, "spread": 1.5, "ratio": 2.0, "to": names[0], "limit": 3.0}
-    table = {"rows": [row | {"name": name} for name in names], "machine": {"cores": "2"}, "note": "a note " * 40}
+    window = [
+        {"name": "the window: how soon", "value": 0.0521, "unit": "s"},
+        {"name": "none", "value": None, "unit": ""},
+    ]
+    table = {
+        "rows": [row | {"name": name} for name in names], "window": window, "machine": {"cores": "2"}, "note": "a note " * 40,
+    }  # fmt: skip
     monkeypatch.setattr(df, "benchmark", lambda quick, progress: table)
     head, *lines = CliRunner().invoke(app, ["benchmark"], env={"COLUMNS": "80"}).stdout.splitlines()
     assert head.split() == ["what", "time", "ratio", "to", "meant", "to", "be", "below", "slowest/best"]
     assert [line[: len(name)] for line, name in zip(lines, names, strict=False)] == names
-    assert len(lines) == len(names) + 2
+    assert lines[3:5] == ["the window: how soon  52.1 ms", "none"]
+    assert len(lines) == len(names) + 4
 
 
 def test_accuracy_has_a_price_and_the_exact_values_of_table_1_are_met():

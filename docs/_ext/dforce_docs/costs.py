@@ -50,6 +50,15 @@ def time_text(seconds: float) -> str:
     return f"{seconds * 1e9:.3g} ns"
 
 
+def measured_text(measure: dict[str, Any]) -> str:
+    """Return a number with its unit, nothing where there is none."""
+    if measure["value"] is None:
+        return ""
+    return (
+        time_text(measure["value"]) if measure["unit"] == "s" else f"{measure['value']:.3g} {measure['unit']}".strip()
+    )
+
+
 class Costs(SphinxDirective):
     """The picture and the table."""
 
@@ -69,8 +78,9 @@ class Costs(SphinxDirective):
         ]
         table = list_table(("what", "best time", "slowest / best", "compared"), rows)
         caption = f"Best time of each row of the table, on a logarithmic axis: shorter is better. {machine}."
+        people = list_table(("the window", "measured"), [(one["name"], measured_text(one)) for one in found["window"]])
         figure = f".. figure:: /{PICTURE}\n   :alt: times\n   :class: force-figure\n\n   {caption}\n"
-        return self.parse_text_to_nodes(f"```{{eval-rst}}\n{figure}\n{table}\n```\n\n{found['note']}")
+        return self.parse_text_to_nodes(f"```{{eval-rst}}\n{figure}\n{table}\n\n{people}\n```\n\n{found['note']}")
 
 
 def setup(app: Sphinx) -> None:

@@ -17,7 +17,7 @@ WIDE = 1000  # columns: more than any row takes
 
 
 def benchmark(
-    quick: Annotated[bool, typer.Option("--quick", help="Two repeats and no new processes.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Two repeats, and few people at the window.")] = False,
     accuracy: Annotated[bool, typer.Option("--accuracy", help="What accuracy costs, for each method.")] = False,
     json: Json = False,
     traceback: Traceback = False,
@@ -59,8 +59,16 @@ def _print(result: dict[str, Any]) -> None:
         limit = "" if row["limit"] is None else f"{row['limit']:.3g}{'' if ratio else ' s'}"
         table.add_row(row["name"], df.show(row["seconds"], "s", 3), ratio, row["to"], limit, f"{row['spread']:.2f}")
     out = _printed(table)
+    for measure in result["window"]:
+        out.print(
+            measure["name"] + ("" if measure["value"] is None else f"  {_number(measure['value'], measure['unit'])}")
+        )
     out.print(", ".join(f"{key} {value}" for key, value in result["machine"].items()), style="dim")
     out.print(result["note"], style="dim")
+
+
+def _number(value: float, unit: str) -> str:
+    return df.show(value, "s", 3) if unit == "s" else f"{value:.3g} {unit}".strip()
 
 
 def _printed(table: Table) -> Console:

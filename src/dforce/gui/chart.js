@@ -44,7 +44,7 @@ function themed(figure) {
     delete axis.color;
     layout[key] = {
       gridcolor: c.grid, linecolor: c.line, zerolinecolor: c.line, tickcolor: c.line, showline: true, ticks: "outside",
-      ticklen: 4, automargin: false, zeroline: false,
+      ticklen: 4, automargin: false, zeroline: false, type: "linear",
       ticklabeloverflow: "allow", // the margins have room for labels, and measuring each takes long
       ...axis,
       tickfont: { color: own ?? c.soft, size: 11 },

@@ -17,7 +17,7 @@ import numpy as np
 
 from dforce.case import Case, example
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
-from dforce.timing import whole
+from dforce.timing import people, whole
 from dforce.timing.table import POINTS, Row, Table, U
 
 CASE = "table-1-am"
@@ -30,14 +30,16 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     Parameters
     ----------
     quick
-        Two repeats, few forces, and no new processes: a second or two once the kernels are on disk, to see that it works.
+        Two repeats, few forces, few people at the window: some ten seconds once the kernels are on disk, to see that it
+        works.
     progress
         Called with the name of what is timed next.
 
     Returns
     -------
     dict
-        `rows`: a list of :class:`Row` as dictionaries; `machine`; `note`: how to read it.
+        `rows`: a list of :class:`Row` as dictionaries; `window`: a list of :class:`people.Measure` as dictionaries;
+        `machine`; `note`: how to read it.
     """
     table = Table(2 if quick else 7, progress or (lambda name: None))
     _periods(table, quick)
@@ -47,7 +49,11 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     if not quick:
         whole.laws_in_lanes(table)
         _processes(table)
-    return {"rows": [asdict(row) for row in table.rows], "machine": machine(), "note": NOTE}
+    window = people.measures(quick, table.progress)
+    return {
+        "rows": [asdict(row) for row in table.rows], "window": [asdict(measure) for measure in window],
+        "machine": machine(), "note": NOTE,
+    }  # fmt: skip
 
 
 NOTE = (
