@@ -300,15 +300,6 @@ def test_a_law_of_the_deflection_is_a_spring_beside_the_cantilever():
     assert float(settled.amplitude[0]) == pytest.approx(10e-9 / math.sqrt(2.0), rel=1e-5)
 
 
-@pytest.mark.parametrize("settings", [{}, {"integrator": "lsoda"}, {"method": "periodic"}], ids=str)
-def test_where_the_law_has_no_value_the_point_says_so_and_the_run_goes_on(settings):
-    broken = case(Custom(law="P1*log(d - 3e-9)", P1=1e-12), **settings)
-    result = df.approach(broken, zc=[20e-9, 8e-9, 16e-9], carry_state=False)
-    assert [df.Status(int(code)).name for code in result.status] == ["OK", "FAILED", "OK"]
-    assert np.isnan(result.amplitude[1]).all()
-    assert np.isfinite(result.amplitude[[0, 2]]).all()
-
-
 def test_a_run_with_a_custom_force_equals_one_with_the_built_in():
     settings = {"settle": "fixed", "periods": 60}
     forces = DMT(hamaker=2e-20), Custom(law=SPRING, hamaker=2e-20, P1=0.0)

@@ -21,11 +21,11 @@ APART = 10 * MISS * 100.0
 WIDE = [0.4e9, 1e9, 3e9, 10e9, 1.7e9]  # moduli; five, so that one vector is not full
 
 
-def case(modulus: float = 1e9, viscosity: float = 30.0, **solver: object) -> df.Case:
+def case(modulus: float = 1e9, **solver: object) -> df.Case:
     return df.Case(
         cantilever=df.Cantilever(f0="50 kHz", k=1.0, Q=100.0), drive=df.Drive(A0="8 nm"), tip=df.Tip(radius="5 nm"),
         sample=df.Sample(youngs_modulus=modulus),
-        forces=[df.forces.DMT(hamaker="3e-20 J"), df.forces.KelvinVoigt(viscosity=viscosity)],
+        forces=[df.forces.DMT(hamaker="3e-20 J")],
         experiment=df.Approach(zc={"start": "11 nm", "stop": "3 nm", "points": 33}), solver=dict(solver),
     )  # fmt: skip
 
@@ -84,7 +84,7 @@ def test_orbits_side_by_side_and_all_that_is_measured_on_them_equal_those_of_sin
 
 
 def test_lanes_measure_the_same_orbit_as_the_scalar_loop_to_rounding():
-    cases = [case(E, viscosity=0.0) for E in WIDE]
+    cases = [case(E) for E in WIDE]
     lanes = lanes_of(cases)
     start = lanes.settle(np.arange(5), lanes.lot.free() * 0.0, np.full(5, 4 * NM), 1e-3).motions
     found = lanes.follow(np.arange(5), start, np.full((5, 1), 4 * NM))
@@ -98,7 +98,7 @@ def test_lanes_measure_the_same_orbit_as_the_scalar_loop_to_rounding():
 
 
 def test_tangents_side_by_side_shrink_areas_as_the_damping_says():
-    lanes = lanes_of([case(E, viscosity=0.0) for E in WIDE])
+    lanes = lanes_of([case(E) for E in WIDE])
     start = lanes.settle(np.arange(5), lanes.lot.free() * 0.0, np.full(5, 4 * NM), 1e-3).motions
     found = lanes.follow(np.arange(5), start, np.full((5, 1), 4 * NM))
     # a conservative force leaves the area of phase space to the damping; the neighbors are 2e-7 away and the force is stiff

@@ -115,8 +115,8 @@ def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():
         cantilever=df.Cantilever(f0="63 kHz", k="9.5 N/m", Q=2.7), drive=df.Drive(A0="24 nm"),
         tip=df.Tip(radius="16 nm"), sample=df.Sample(poisson_ratio=0.3),
         forces=[
-            df.forces.SLSSimple(instant_modulus="100 MPa", relaxed_modulus="50 MPa", relaxation_time="4 us"),
-            df.forces.VanDerWaals(hamaker="5e-21 J"),
+            df.forces.SLS(instant_modulus="100 MPa", relaxed_modulus="50 MPa", relaxation_time="4 us", elements=6),
+            df.forces.Capillary(),
         ],
     )  # fmt: skip
     settled = case.replace(solver=df.SolverSettings(method="transient", settle_tolerance=1e-10))

@@ -1,5 +1,6 @@
 """Approach and dwell: the order of the distances, the start at each, what settling means, and points that fail."""
 
+import dataclasses
 import math
 import tracemalloc
 
@@ -7,8 +8,6 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce import parameters
-from dforce.forces import Force
 from dforce.problem import Problem
 from dforce.solvers import transient
 from dforce.solvers.integrator import INTEGRATORS
@@ -129,21 +128,14 @@ def test_results_do_not_depend_on_how_often_the_watch_is_looked_at(monkeypatch):
 # --- points that fail ------------------------------------------------------------------------------------------------
 
 
-class Hole(Force):
-    """No force, but nothing that is a number below a distance; it has no name, so no case can hold it."""
-
-    edge: float = parameters.param("6.5 nm", doc="where the law ends")
-
-    @staticmethod
-    def law(d, rate, t, edge):
-        return 0.0 if d > edge else float("nan")
-
-
 def with_hole(**solver):
+    """Return a problem without a force, but with nothing that is a number below 6.5 nm; no case can hold it."""
     problem = Problem.build(
-        df.Cantilever(f0="50 kHz", k="1 N/m", Q=5), df.Drive(A0="1 nm"), forces=[Hole(edge="6.5 nm")]
-    )
-    return problem, df.SolverSettings(**solver)
+        df.Cantilever(f0="50 kHz", k="1 N/m", Q=5), df.Drive(A0="1 nm"), df.Tip(radius="2 nm"),
+        df.Sample(youngs_modulus="1 GPa"), contact=df.Contact(a0="6.5 nm"), forces=[df.forces.Hertz()],
+    )  # fmt: skip
+    hole = problem.forces[0].model_copy(update={"E_eff": math.nan})
+    return dataclasses.replace(problem, forces=(hole,)), df.SolverSettings(**solver)
 
 
 @pytest.mark.parametrize("solver", [{}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str)

@@ -16,7 +16,10 @@ from dforce.forces import Force
 from dforce.kernel import store
 from dforce.kernel.compose import compose
 from dforce.problem import Problem
+from dforce.solvers import rk4
 from dforce.solvers.integrator import ENTRIES, INTEGRATORS, free_amplitudes, with_amplitudes
+from dforce.solvers.lane_orbits import march_lanes
+from dforce.solvers.lot import Lot
 
 PROBE = """
 import sys
@@ -52,14 +55,14 @@ def problem(forces=(), modes=1, Q=10.0, zc_modulus=1e9, hamaker=2e-20, viscosity
     )  # fmt: skip
 
 
-def plain(problem):
+def plain(problem, entries=ENTRIES):
     """Return the composed module run as plain Python: numba's place is taken by a decorator that does nothing."""
     stand_in = types.ModuleType("numba")
     stand_in.njit = lambda **options: lambda function: function
     real, module = sys.modules["numba"], {}
     sys.modules["numba"] = stand_in
     try:
-        exec(compose(len(problem.modes), problem.forces, ENTRIES), module)
+        exec(compose(len(problem.modes), problem.forces, entries), module)
     finally:
         sys.modules["numba"] = real
     return types.SimpleNamespace(**module)
@@ -83,6 +86,31 @@ def test_compiled_equals_plain_python(integrator, points):
     assert compiled.y == pytest.approx(interpreted.y, rel=1e-11)
     size = np.abs(plain_rows).max() * 1e-13
     assert rows == pytest.approx(plain_rows, rel=1e-9, abs=size)
+
+
+def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
+    problems = [problem(viscosity=30.0), problem(viscosity=300.0, zc_modulus=2e8)]
+    functions = plain(problems[0], {"march_lanes": march_lanes, "march_rk4": rk4.march})
+    lot, points, zc = Lot.of(problems), 64, 6e-9
+    angles = math.pi / points * np.arange(2 * points + 1)
+    block = np.empty((points + 1, 3, 4))
+    end = functions.march_lanes(
+        np.arange(2), 2, 1, lot.free(), np.full(2, zc), lot.numbers.T.copy(), lot.kinks.T.copy(),
+        lot.tones[:, 0, 2:].T.copy(), lot.tones, np.zeros(1), points, np.array([np.cos(angles), np.sin(angles)]),
+        np.zeros(0), np.zeros((9, 1)), block,
+    )  # fmt: skip
+    ends = []
+    for one in problems:
+        ready = INTEGRATORS["rk4"](one, df.SolverSettings(method="transient", points_per_period=points), 3)
+        ready.place(zc)
+        ready.kernel.entry = lambda name: getattr(functions, name)
+        try:
+            ends.append(ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)[0].y)
+        finally:
+            del ready.kernel.entry
+    # the tables of the drive differ by roundings
+    np.testing.assert_allclose(block[end, :2, :2].T, ends, atol=1e-12)
+    assert abs(ends[0][1] - ends[1][1]) > 1e-3  # they are told apart
 
 
 def test_parameters_never_recompile():

@@ -10,7 +10,7 @@ import pytest
 import dforce as df
 from dforce.solvers.lot import Lot
 from dforce.sweeps._axes import make_axes
-from dforce.sweeps._grid import Grid
+from dforce.sweeps._grid import NOWHERE, Grid
 
 NM = 1e-9
 
@@ -21,7 +21,7 @@ def case(**changes: object) -> df.Case:
         "drive": df.Drive(A0="8 nm"),
         "tip": df.Tip(radius="5 nm"),
         "sample": df.Sample(youngs_modulus="1 GPa"),
-        "forces": [df.forces.DMT(hamaker="3e-20 J"), df.forces.KelvinVoigt(viscosity=30.0)],
+        "forces": [df.forces.DMT(hamaker="3e-20 J")],
         "experiment": df.Dwell(zc="7 nm"),
     }
     return df.Case(**values | changes)
@@ -47,11 +47,11 @@ def test_parameters_by_path_become_the_first_dimensions():
 
 def test_an_approach_keeps_its_own_dimensions_behind():
     approach = df.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
-    result = df.sweep(case(experiment=approach), over={"forces.kelvin_voigt.viscosity": [0.0, 50.0]})
-    assert result.amplitude.dims == ("viscosity", "zc", "direction", "tone")
-    single = df.run(case(experiment=approach).replace("forces.kelvin_voigt.viscosity", 50.0))
+    result = df.sweep(case(experiment=approach), over={"forces.dmt.hamaker": [0.0, 5e-20]})
+    assert result.amplitude.dims == ("hamaker", "zc", "direction", "tone")
+    single = df.run(case(experiment=approach).replace("forces.dmt.hamaker", 5e-20))
     np.testing.assert_array_equal(result.zc, single.zc)
-    np.testing.assert_allclose(result.amplitude.sel(viscosity=50.0), single.amplitude, rtol=1e-6)
+    np.testing.assert_allclose(result.amplitude.sel(hamaker=5e-20), single.amplitude, rtol=1e-6)
 
 
 def test_choices_and_solver_settings_are_swept_over_too():
@@ -60,14 +60,14 @@ def test_choices_and_solver_settings_are_swept_over_too():
         over={
             "solver.points_per_period": [64, 128],
             "sample.youngs_modulus": [1e9, 2e9, 3e9],
-            "forces.kelvin_voigt.geometry": ["sphere", "punch"],
+            "solver.method": ["transient", "periodic"],
         },
     )
-    assert result.amplitude.dims == ("points_per_period", "youngs_modulus", "geometry", "tone")
-    assert result.geometry.values.tolist() == ["sphere", "punch"]
-    one = case().replace("solver.points_per_period", 128).replace("forces.kelvin_voigt.geometry", "punch")
+    assert result.amplitude.dims == ("points_per_period", "youngs_modulus", "method", "tone")
+    assert result.method.values.tolist() == ["transient", "periodic"]
+    one = case().replace("solver.points_per_period", 128)
     single = df.run(one.replace("sample.youngs_modulus", 3e9))
-    swept = result.isel(points_per_period=1, youngs_modulus=2, geometry=1)
+    swept = result.isel(points_per_period=1, youngs_modulus=2, method=1)
     assert float(swept.phase[0]) == pytest.approx(float(single.phase[0]), abs=1e-4)
 
 
@@ -83,9 +83,13 @@ def test_problems_of_a_grid_are_those_of_the_cases():
     over = {
         "sample.youngs_modulus": [0.5e9, 2e9], "drive.A0": [6e-9, 9e-9], "cantilever.Q": [50.0, 3000.0],
         "contact.a0": [0.165e-9, 0.2e-9], "tip.radius": [5e-9, 8e-9], "forces.dmt.hamaker": [1e-20, 4e-20],
-        "cantilever.f0": [50e3, 70e3],
+        "cantilever.f0": [50e3, 70e3], "forces.kelvin_voigt.geometry": ["sphere", "cone"],
     }  # fmt: skip
-    base = case(drive=df.Drive(A0="8 nm", frequency="49 kHz", phase="30 deg"))
+    forces, tip = (
+        [df.forces.DMT(hamaker="3e-20 J"), df.forces.KelvinVoigt()],
+        df.Tip(radius="5 nm", half_angle="20 deg"),
+    )
+    base = case(drive=df.Drive(A0="8 nm", frequency="49 kHz", phase="30 deg"), forces=forces, tip=tip)
     grid = Grid(base, make_axes(base, over))
     problems = []
     for values in itertools.product(*over.values()):
@@ -99,6 +103,15 @@ def test_problems_of_a_grid_are_those_of_the_cases():
     for number in (0, 17, grid.size - 1):
         assert grid.problem(number).modes == problems[number].modes
         assert grid.problem(number).tones == problems[number].tones
+
+
+def test_cases_whose_force_jumps_are_known_among_those_whose_force_does_not():
+    """They are the ones that are run one by one."""
+    base = case(forces=[df.forces.Hertz(), df.forces.KelvinVoigt()])
+    grid = Grid(
+        base, make_axes(base, {"forces.kelvin_voigt.geometry": ["sphere", "punch"], "contact.a0": [1e-10, 2e-10]})
+    )
+    assert grid.lot(np.arange(4)).jumps.ravel().tolist() == [NOWHERE, NOWHERE, 1e-10, 2e-10]
 
 
 def test_many_problems_cost_little_each(monkeypatch):
