@@ -26,7 +26,7 @@ SAMPLES = {"lennard_jones": 4096, "morse": 1024, "solvation": 1024}
 CHANGES = {"power_law": {"modulus_at_reference": "300 MPa", "reference_time": "1 us", "longest_time": "10 us"}}
 
 
-def lever(force):
+def lever(*forces):
     """Return a lever so stiff that no neck or adhesion holds it: its spring pulls back with k A0 = 100 nN."""
     return Problem.build(
         df.Cantilever(f0=50e3, k=5.0, Q=5.0),
@@ -34,7 +34,7 @@ def lever(force):
         df.Tip(radius=10e-9, youngs_modulus=170e9, poisson_ratio=0.28, half_angle="20 deg"),
         df.Sample(youngs_modulus=1e9, poisson_ratio=0.3, thickness=500e-9, radius=50e-9),
         medium=df.Medium(temperature=298.15, permittivity=78.5),
-        forces=[force],
+        forces=forces,
     )
 
 
@@ -103,6 +103,17 @@ def test_what_the_drive_gives_is_what_cantilever_and_sample_take(name):
         assert taken > 1e-5 * scale  # so that the balance says something of the loss
     else:
         assert abs(taken) < 1e-5 * scale
+
+
+def test_a_lever_without_forces_goes_on_as_it_is():
+    problem, settings = lever(), df.SolverSettings(method="transient", integrator="adaptive")
+    ready = INTEGRATORS["adaptive"](problem, settings, 10)
+    start = initial_motion(ready, "free")
+    end = kernel.load(problem, {"go_on": go_on}).entry("go_on")(
+        start.y, start.memory, start.latched, PERIODS, 256, ready.tones, np.zeros(1), ready.kinks,
+        settings.relative_tolerance, ready.sizes, ready.work, ready.block, ready.p,
+    )  # fmt: skip
+    assert end == pytest.approx(start.y, abs=1e-8)
 
 
 def soft(forces, **solver):
