@@ -7,6 +7,8 @@ DOCS_READY := $(VENV)/.ready-for-docs
 LOWEST := .venv-lowest
 # What the environment was made from: a change there makes it anew.
 SOURCES := pyproject.toml
+# Of the thousands of files that are installed a few hundred are ever imported: those are compiled then.
+INSTALL := -m pip install --quiet --disable-pip-version-check --no-compile
 
 # Looks for a Python that runs dForce; PYTHON=/path/to/python takes that one and no other.
 PYTHON ?=
@@ -71,15 +73,15 @@ clean:
 $(READY): $(SOURCES)
 	@echo "Setting up $(VENV); this takes a minute or two, once."
 	@$(BIN)/python -c 'import pip; $(SUITS)' >/dev/null 2>&1 || { $(FIND_PYTHON); "$$python" -m venv --clear $(VENV); }
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@$(BIN)/python $(INSTALL) --editable '.[dev]'
 	@touch $@
 
 $(DOCS_READY): $(READY)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@$(BIN)/python $(INSTALL) --editable '.[docs]'
 	@touch $@
 
 $(LOWEST)/.ready: $(SOURCES)
 	@$(FIND_PYTHON); "$$python" -m venv --clear $(LOWEST)
-	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check uv
+	$(LOWEST)/bin/python $(INSTALL) uv
 	$(LOWEST)/bin/uv pip install --quiet --python $(LOWEST)/bin/python --resolution lowest-direct --editable '.[dev]'
 	@touch $@
