@@ -128,6 +128,22 @@ def test_nothing_is_wider_than_the_window(window, width):
         window.page.set_viewport_size({"width": 1366, "height": 768})
 
 
+def test_on_a_narrow_screen_the_curves_stand_above_the_forms_and_stay_in_sight_while_one_types(visit):
+    window = visit(width=620)
+    field = window.field("medium.viscosity").locator("input")
+    chart, tabs = window.page.locator(".df-main"), window.page.get_by_role("tablist")
+    above = chart.bounding_box()
+    assert above["y"] + above["height"] < tabs.bounding_box()["y"]
+    field.click()
+    window.page.wait_for_function(
+        """([chart, field]) => {
+            const [there, typed] = [chart, field].map((one) => one.getBoundingClientRect());
+            return 0 <= there.top && there.bottom < typed.top && typed.bottom <= innerHeight;
+        }""",
+        arg=[chart.element_handle(), field.element_handle()],
+    )
+
+
 def test_the_forms_have_one_scroll_bar(window):
     window.tab("Microscope")
     window.page.get_by_role("tab", name="Microscope", selected=True).wait_for()
