@@ -111,6 +111,15 @@ class Window:
 
     def click(self, trace: int, share: float) -> float:
         """Click on a line of the chart at a share of its points, and return where along x that is."""
+        self.page.wait_for_function(  # what comes to stand below the chart makes it smaller
+            """() => {
+                const plot = document.querySelector(".df-main .df-plot");
+                const before = plot.dataset.height;
+                plot.dataset.height = plot.clientHeight;
+                return before === plot.dataset.height;
+            }""",
+            polling=250,
+        )
         left, top, along = self.page.evaluate(
             """([number, share]) => {
                 const plot = document.querySelector(".df-main .df-plot");

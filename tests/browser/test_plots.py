@@ -49,9 +49,14 @@ def test_the_free_amplitude_that_keeps_the_force_low_at_the_set_point_is_found_w
     forces = window.page.locator(".df-setpoint tbody td:nth-child(3)")
     handle = window.page.locator('.df-slider input[type="range"]')
     handle.focus()
-    while max(map(float, forces.all_inner_texts())) >= 200.0:  # pN
-        with window.redrawn():
-            window.page.keyboard.press("PageDown")
+    forces.first.wait_for()
+    while max(map(float, before := forces.all_inner_texts())) >= 200.0:  # pN
+        window.page.keyboard.press("PageDown")
+        window.page.wait_for_function(  # the table comes after the curves
+            """(before) => [...document.querySelectorAll(".df-setpoint tbody td:nth-child(3)")]
+                .map((one) => one.innerText).join() !== before""",
+            arg=",".join(before),
+        )
     found = float(handle.input_value())
     assert 5.0 < found < 9.0
     case = df.example(FIRST).replace(AMPLITUDE, f"{found} nm")
