@@ -16,6 +16,7 @@ import numpy as np
 
 from dforce.errors import ForceError, ParameterError
 from dforce.forces import Force
+from dforce.forces._force import makes_its_laws
 from dforce.kernel.link import compile_function
 from dforce.prescribed import Answer, follow
 
@@ -125,8 +126,8 @@ def _is_declared(model: type[Force]) -> Iterator[str]:
         choice = get_origin(field.annotation) is Literal or field.annotation in (bool, int, str)
         if name not in quantities and not choice:
             yield f"the parameter '{name}' has no unit; declare it with param"
-    if model.law_function is not Force.law_function:
-        return  # what such a law takes is its own affair
+    if makes_its_laws(model):
+        return  # what its laws take is their own affair
     for name in model(**model.example).arguments():
         if name not in model.model_fields:
             text = getattr(model, name).__doc__ or ""
@@ -143,10 +144,10 @@ def _functions(force: Force) -> Iterator[tuple[str, Any]]:
 
 
 def _uses_only_its_arguments(model: type[Force]) -> Iterator[str]:
-    if model.law_function is not Force.law_function:
+    if makes_its_laws(model):
         return  # each of its laws is made anew
     for name, function in _functions(model(**model.example)):
-        if not isinstance(model.__dict__.get(name), staticmethod | None):
+        if not isinstance(model.__dict__.get(function.__name__), staticmethod | None):
             yield f"'{name}' must be a staticmethod"
         if function.__closure__:
             yield f"'{name}' keeps values in a closure; make them arguments"

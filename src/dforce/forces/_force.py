@@ -65,8 +65,8 @@ class Force(Parameters):
             1.0) after `t` (and after `memory`); a run starts at 0.0. Either branch must be finite at every
             distance.
         `law_function()`, `values()`
-            where the law is itself a parameter, as of `custom`: the law of this very force, and what it
-            takes.
+            where parameters decide the law, as of `custom` and `electrostatic`: the law of this very force, and
+            what it takes.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class Force(Parameters):
         return 0.0
 
     def law_function(self) -> Callable[..., float]:
-        """Return the law of this force: its class's, unless the law is itself a parameter."""
+        """Return the law of this force: its class's, unless parameters decide it."""
         return type(self).law
 
     def leading(self) -> tuple[str, ...]:
@@ -200,12 +200,18 @@ def _leading(cls: type[Force], law: Callable[..., float]) -> tuple[str, ...]:
     return (*MOTION, *memory, *latch, *place)
 
 
+def makes_its_laws(cls: type[Force]) -> bool:
+    """Say whether each force of the class has a law of its own, made from its parameters."""
+    overridden = cls.law_function is not Force.law_function
+    return overridden and not isinstance(inspect.getattr_static(cls, "law", None), staticmethod)
+
+
 def _check_contract(cls: type[Force]) -> None:
     for interaction in cls.contains:
         if interaction not in INTERACTIONS:
             raise ForceError(f"'{cls.name}' contains '{interaction}'{nearest(interaction, INTERACTIONS)}")
-    if cls.law_function is not Force.law_function:
-        return  # each force has its own
+    if makes_its_laws(cls):
+        return
     law = cls.__dict__.get("law") or getattr(cls, "law", None)
     if law is None:
         raise ForceError(f"the force '{cls.name}' has no law")

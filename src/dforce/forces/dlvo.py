@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import asinh, exp, pi, sqrt, tanh
+from math import asinh, pi, sqrt, tanh
 from typing import Any, ClassVar, Literal, Self
 
 import pydantic
 
 from dforce.errors import ParameterError
+from dforce.forces._exponential import exponential
 from dforce.forces._force import Force
 from dforce.parameters import param, shared
 
@@ -187,5 +188,5 @@ class DLVO(Force):
 
 def dlvo_force(d: float, first: float, second: float, divided: float, decay: float, attraction: float) -> float:
     """Return the force (N) outside contact."""
-    x = exp(-decay * d)
+    x = exponential(-decay * d)
     return x * (first + second * x) / (1.0 - divided * x * x) - attraction / (d * d)

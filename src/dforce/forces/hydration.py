@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import exp, pi
 
+from dforce.forces._exponential import exponential
 from dforce.forces._force import Force
 from dforce.parameters import param, shared
 
@@ -33,17 +34,24 @@ class Hydration(Force):
         return 2.0 * pi * self.radius * self.energy
 
     @property
+    def steepness(self) -> float:
+        """Inverse of the decay length (1/m)."""
+        return 1.0 / self.decay
+
+    @property
     def contact_force(self) -> float:
         """Force in contact (N)."""
         return self.strength * exp(-self.a0 / self.decay)
 
     @staticmethod
-    def law(d: float, rate: float, t: float, strength: float, decay: float, a0: float, contact_force: float) -> float:
-        return strength * exp(-d / decay) if d > a0 else contact_force
+    def law(
+        d: float, rate: float, t: float, strength: float, steepness: float, a0: float, contact_force: float
+    ) -> float:
+        return strength * exponential(-steepness * d) if d > a0 else contact_force
 
     @staticmethod
-    def potential(d: float, strength: float, decay: float, a0: float, contact_force: float) -> float:
-        return strength * decay * exp(-d / decay) if d > a0 else contact_force * (decay + a0 - d)
+    def potential(d: float, strength: float, steepness: float, a0: float, contact_force: float) -> float:
+        return strength * exp(-steepness * d) / steepness if d > a0 else contact_force * (1.0 / steepness + a0 - d)
 
     def kinks(self) -> tuple[float, ...]:
         return (self.a0,)

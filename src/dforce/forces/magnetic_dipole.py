@@ -43,14 +43,18 @@ class MagneticDipole(Force):
         """Distance of the dipoles when tip and surface touch at d = 0 (m)."""
         return self.radius + self.depth
 
-    @staticmethod
-    def law(d: float, rate: float, t: float, strength: float, offset: float, a0: float) -> float:
-        square = (d if d > a0 else a0) + offset
-        square *= square
-        return strength / (square * square)
+    @property
+    def contact_force(self) -> float:
+        """Force in contact (N)."""
+        return self.strength / (self.a0 + self.offset) ** 4
 
     @staticmethod
-    def potential(d: float, strength: float, offset: float, a0: float) -> float:
+    def law(d: float, rate: float, t: float, strength: float, offset: float, a0: float, contact_force: float) -> float:
+        square = (d + offset) * (d + offset)
+        return strength / (square * square) if d > a0 else contact_force
+
+    @staticmethod
+    def potential(d: float, strength: float, offset: float, a0: float, contact_force: float) -> float:
         place = d if d > a0 else a0
         distance = place + offset
         return strength / distance**3 * (1.0 / 3.0 - (d - place) / distance)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import exp
 
+from dforce.forces._exponential import exponential
 from dforce.forces._force import Force
 from dforce.parameters import param
 
@@ -28,7 +29,7 @@ class Morse(Force):
 
     @staticmethod
     def law(d: float, rate: float, t: float, bond_energy: float, decay: float, bond_length: float) -> float:
-        x = exp(-decay * ((d if d > 0.0 else 0.0) - bond_length))
+        x = exponential(-decay * ((d if d > 0.0 else 0.0) - bond_length))
         return 2.0 * decay * bond_energy * x * (x - 1.0)
 
     @staticmethod

@@ -69,25 +69,29 @@ def _tuple(parts: Sequence[str]) -> str:
     return f"({', '.join(parts)},)"
 
 
+def _pairs(size: int, x: str, v: str) -> str:
+    """Return the motion whose deflections and velocities are these, written with their places and the mode's."""
+    return _tuple([form.format(x=i, v=i + 1, n=i // 2) for i in range(0, size, 2) for form in (x, v)])
+
+
 def _kinematics(modes: int) -> list[str]:
     n = range(modes)
     x = " + ".join(f"y[{2 * i}]" for i in n)
     v = " + ".join(f"y[{2 * i + 1}]" for i in n)
     place = [FIRST_MODE + PER_MODE * i for i in n]
-    slopes = [
-        part
-        for i in n
-        for part in (
-            f"y[{2 * i + 1}]",
-            f"u[{i}] - p[{place[i]}] * y[{2 * i}] - p[{place[i] + 1}] * y[{2 * i + 1}] + p[{place[i] + 2}] * f",
-        )
-    ]
+    free = [f"u[{i}] - p[{place[i]}] * y[{2 * i}] - p[{place[i] + 1}] * y[{2 * i + 1}]" for i in n]
+    accelerations = [f"a[{i}] + p[{place[i] + 2}] * f" for i in n]
+    gains = " + ".join(f"p[{place[i] + 2}]" for i in n)
+    slopes = [part for i in n for part in (f"y[{2 * i + 1}]", f"a[{i}]")]
     sums = "\n".join(f"    u{i} = 0.0" for i in n)
     adds = "\n".join(f"        u{i} += tones[j, {2 + i}] * c" for i in n)
     return [
         f"def distance(y, p):\n    return p[{ZC}] + p[{LENGTH}] * ({x})",
         f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
-        f"def motion(u, f, y, p):\n    return {_tuple(slopes)}",
+        f"def free_acceleration(u, y, p):\n    return {_tuple(free)}",
+        f"def forced(a, f, p):\n    return {_tuple(accelerations)}",
+        f"def motion(u, f, y, p):\n    a = forced(free_acceleration(u, y, p), f, p)\n    return {_tuple(slopes)}",
+        f"def yielding(p):\n    return p[{LENGTH}] * ({gains})",
         "def drive_between(u0, u1, u2, s):\n"
         "    w0, w1, w2 = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)\n"
         f"    return {_tuple([f'w0 * u0[{i}] + w1 * u1[{i}] + w2 * u2[{i}]' for i in n])}",
@@ -100,6 +104,9 @@ def _kinematics(modes: int) -> list[str]:
 def _arithmetic(size: int) -> list[str]:
     places = range(size)
     blended = [f"y[{i}] + h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))})" for i in places]
+    # the last acceleration comes last: the next step waits for these sums
+    arrived_x = "y[{x}] + h * s * (a1[{n}] + a2[{n}]) + h * s * a3[{n}]"
+    arrived_v = "y[{v}] + s * (a1[{n}] + 2.0 * (a2[{n}] + a3[{n}])) + s * a4[{n}]"
     slopes = "k1, k2, k3, k4, k5, k6, k7"
     errors = "\n".join(
         f"    worst = max(worst, abs(h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))}))"
@@ -107,9 +114,10 @@ def _arithmetic(size: int) -> list[str]:
         for i in places
     )
     return [
-        f"def moved(y, h, k):\n    return {_tuple([f'y[{i}] + h * k[{i}]' for i in places])}",
-        "def moved4(y, h, k1, k2, k3, k4):\n    s = h / 6.0\n    return "
-        + _tuple([f"y[{i}] + s * (k1[{i}] + 2.0 * (k2[{i}] + k3[{i}]) + k4[{i}])" for i in places]),
+        f"def coasted(y, h):\n    return {_pairs(size, 'y[{x}] + h * y[{v}]', 'y[{v}]')}",
+        f"def bent(y, h, a):\n    return {_pairs(size, 'y[{x}] + h * a[{n}]', 'y[{v}]')}",
+        f"def pushed(y, h, a):\n    return {_pairs(size, 'y[{x}]', 'y[{v}] + h * a[{n}]')}",
+        f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {_pairs(size, arrived_x, arrived_v)}",
         f"def blend(y, h, weights, {slopes}):\n    return {_tuple(blended)}",
         f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
         f"def motion_of(block, i):\n    return {_tuple([f'block[i, {k}]' for k in places])}",

@@ -43,6 +43,21 @@ def force(d: float, rate: float, t: float, memory: Any, latched: Any, p: Any) ->
     raise NotImplementedError
 
 
+def free_acceleration(u: Any, y: Any, p: Any) -> Any:
+    """Return d2x/dtau2 of each mode under the drive `u` (one value per mode) without forces."""
+    raise NotImplementedError
+
+
+def forced(a: Any, f: float, p: Any) -> Any:
+    """Return the accelerations of the modes with what the force `f` (N) adds."""
+    raise NotImplementedError
+
+
+def yielding(p: Any) -> float:
+    """Return d2d/dtau2 of the tip for each force (m/N)."""
+    raise NotImplementedError
+
+
 def motion(u: Any, f: float, y: Any, p: Any) -> Any:
     """Return dy/dtau under the drive `u` (one value per mode) and the force `f` (N)."""
     raise NotImplementedError
@@ -58,13 +73,23 @@ def switch(which: int, latched: Any, d: float, rate: float, t: float, p: Any) ->
     raise NotImplementedError
 
 
-def moved(y: Any, h: float, k: Any) -> Any:
-    """Return y + h k."""
+def coasted(y: Any, h: float) -> Any:
+    """Return the motion with each deflection increased by h times its velocity."""
     raise NotImplementedError
 
 
-def moved4(y: Any, h: float, k1: Any, k2: Any, k3: Any, k4: Any) -> Any:
-    """Return y + h/6 (k1 + 2 k2 + 2 k3 + k4)."""
+def bent(y: Any, h: float, a: Any) -> Any:
+    """Return the motion with each deflection increased by h times the mode's `a`."""
+    raise NotImplementedError
+
+
+def pushed(y: Any, h: float, a: Any) -> Any:
+    """Return the motion with each velocity increased by h times the mode's `a`."""
+    raise NotImplementedError
+
+
+def arrived(y: Any, h: float, a1: Any, a2: Any, a3: Any, a4: Any) -> Any:
+    """Return the motion at the end of a Runge–Kutta step of length h from the four accelerations; `y` has coasted over it."""
     raise NotImplementedError
 
 

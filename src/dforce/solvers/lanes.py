@@ -10,19 +10,23 @@ from typing import Any
 
 from dforce.kernel.link import inlined, reordered
 from dforce.kernel.slots import (
+    arrived,
     at_distance,
+    bent,
+    coasted,
     column,
     distance,
     force,
+    forced,
+    free_acceleration,
     lane_drive,
     mode_count,
-    motion,
-    moved,
-    moved4,
     parameters_of,
+    pushed,
     put_column,
     rate_of,
     row,
+    yielding,
 )
 from dforce.solvers._loops import TAU, passed, phases, seconds, tabulate
 from dforce.solvers.rk4 import cut_at_kink
@@ -33,14 +37,22 @@ def smooth_step(
     y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float, memory: Any, latched: Any, p: Any
 ) -> Any:
     """Return the motion one step later under forces that are functions of the motion alone; `f` is theirs at the start."""
-    k1 = motion(u0, f, y, p)
-    ya = moved(y, 0.5 * h, k1)
-    k2 = motion(u1, force(distance(ya, p), rate_of(ya, p), t + 0.5 * dt, memory, latched, p), ya, p)
-    yb = moved(y, 0.5 * h, k2)
-    k3 = motion(u1, force(distance(yb, p), rate_of(yb, p), t + 0.5 * dt, memory, latched, p), yb, p)
-    yc = moved(y, h, k3)
-    k4 = motion(u2, force(distance(yc, p), rate_of(yc, p), t + dt, memory, latched, p), yc, p)
-    return moved4(y, h, k1, k2, k3, k4)
+    middle, last = coasted(y, 0.5 * h), coasted(y, h)
+    b1 = free_acceleration(u0, y, p)
+    a1 = forced(b1, f, p)
+    ya = pushed(middle, 0.5 * h, a1)
+    fa = force(distance(middle, p), rate_of(ya, p), t + 0.5 * dt, memory, latched, p)
+    b2 = free_acceleration(u1, ya, p)
+    a2 = forced(b2, fa, p)
+    bend = 0.25 * h * h
+    yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
+    db = distance(bent(middle, bend, b1), p) + bend * yielding(p) * f
+    a3 = forced(free_acceleration(u1, yb, p), force(db, rate_of(yb, p), t + 0.5 * dt, memory, latched, p), p)
+    bend = 0.5 * h * h
+    yc = pushed(bent(last, bend, a2), h, a3)
+    dc = distance(bent(last, bend, b2), p) + bend * yielding(p) * fa
+    a4 = forced(free_acceleration(u2, yc, p), force(dc, rate_of(yc, p), t + dt, memory, latched, p), p)
+    return arrived(last, h, a1, a2, a3, a4)
 
 
 def advance_copies(

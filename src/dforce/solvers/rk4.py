@@ -12,19 +12,23 @@ import numpy as np
 
 from dforce.kernel.link import inlined
 from dforce.kernel.slots import (
+    arrived,
+    bent,
+    coasted,
     distance,
     drive_at,
     drive_between,
     evolve,
     force,
+    forced,
+    free_acceleration,
     keep,
     latch_count,
     memory_size,
-    motion,
-    moved,
-    moved4,
+    pushed,
     rate_of,
     row,
+    yielding,
 )
 from dforce.observables.lockin import lock_in_turned, tones_turns
 from dforce.observables.measure import measure
@@ -49,33 +53,40 @@ def step(
     size = memory_size()
     d = distance(y, p)
     rate = rate_of(y, p)
-    k1 = motion(u0, f, y, p)
-    ya = moved(y, 0.5 * h, k1)
-    da, ra = held(distance(ya, p), limits), rate_of(ya, p)
+    middle, last = coasted(y, 0.5 * h), coasted(y, h)
+    # distances are those of the motions to come without the latest force, and what it adds: the next one is known sooner
+    b1 = free_acceleration(u0, y, p)
+    a1 = forced(b1, f, p)
+    ya = pushed(middle, 0.5 * h, a1)
+    da, ra = held(distance(middle, p), limits), rate_of(ya, p)
     if size:
         evolve(d, rate, t, memory, latched, work[1], p)
         for i in range(size):
             stage[i] = memory[i] + 0.5 * h * work[1, i]
         evolve(da, ra, t + half, stage, latched, work[2], p)
-    k2 = motion(u1, force(da, ra, t + half, stage, latched, p), ya, p)
-    yb = moved(y, 0.5 * h, k2)
-    db, rb = held(distance(yb, p), limits), rate_of(yb, p)
+    fa = force(da, ra, t + half, stage, latched, p)
+    b2 = free_acceleration(u1, ya, p)
+    a2 = forced(b2, fa, p)
+    bend = 0.25 * h * h
+    yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
+    db, rb = held(distance(bent(middle, bend, b1), p) + bend * yielding(p) * f, limits), rate_of(yb, p)
     if size:
         for i in range(size):
             stage[i] = memory[i] + 0.5 * h * work[2, i]
         evolve(db, rb, t + half, stage, latched, work[3], p)
-    k3 = motion(u1, force(db, rb, t + half, stage, latched, p), yb, p)
-    yc = moved(y, h, k3)
-    dc, rc = held(distance(yc, p), limits), rate_of(yc, p)
+    a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
+    bend = 0.5 * h * h
+    yc = pushed(bent(last, bend, a2), h, a3)
+    dc, rc = held(distance(bent(last, bend, b2), p) + bend * yielding(p) * fa, limits), rate_of(yc, p)
     if size:
         for i in range(size):
             stage[i] = memory[i] + h * work[3, i]
         evolve(dc, rc, t + full, stage, latched, work[4], p)
-    k4 = motion(u2, force(dc, rc, t + full, stage, latched, p), yc, p)
+    a4 = forced(free_acceleration(u2, yc, p), force(dc, rc, t + full, stage, latched, p), p)
     if size:
         for i in range(size):
             stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
-    return moved4(y, h, k1, k2, k3, k4)
+    return arrived(last, h, a1, a2, a3, a4)
 
 
 def cut_at_kink(
