@@ -8,6 +8,7 @@ import numpy as np
 
 from dforce.solvers.lanes import lanes_over_common_period
 
+FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
 NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
 
 
@@ -78,8 +79,8 @@ def look_ahead(
 ) -> None:  # fmt: skip
     """Write guesses and tangents for the orbits at the distances from the one numbered i on, as many as there is room for.
 
-    Guesses are extrapolated and corrected once: their neighbors at all distances are marched side by side. `strays` gets
-    how long the corrections are.
+    Guesses are extrapolated and corrected: their neighbors at all distances are marched side by side. `strays` gets how
+    long the last corrections are. They are corrected a second time where that is so long that tangents would be too far off.
     """
     count, size = guesses.shape
     width = 2 * size
@@ -89,22 +90,29 @@ def look_ahead(
         predict(orbits, zc, i, i + w, order, guesses[w])
         for j in range(width):
             here[w * width + j] = zc[i + w]
+    for _ in range(2):
+        for w in range(count):
+            for j in range(width):
+                for k in range(size):
+                    lanes[k, w * width + j] = guesses[w, k]
+                lanes[j // 2, w * width + j] += NUDGE if j % 2 == 0 else -NUDGE
+        lanes_over_common_period(
+            lanes, other, here, first, common, points, memory, latched, tones, bases, table, kinks, stage, work, p
+        )
+        longest = 0.0
+        for w in range(count):
             for k in range(size):
-                lanes[k, w * width + j] = guesses[w, k]
-            lanes[j // 2, w * width + j] += NUDGE if j % 2 == 0 else -NUDGE
-    lanes_over_common_period(
-        lanes, other, here, first, common, points, memory, latched, tones, bases, table, kinks, stage, work, p
-    )
-    for w in range(count):
-        for k in range(size):
-            total = 0.0
-            for j in range(size):
-                ahead, behind = lanes[k, w * width + 2 * j], lanes[k, w * width + 2 * j + 1]
-                tangents[w, k, j] = (ahead - behind) / (2.0 * NUDGE)
-                total += ahead + behind
-            miss[k] = total / width - guesses[w, k]
-        correction(tangents[w], miss, matrix, step)
-        strays[w] = 0.0
-        for k in range(size):
-            guesses[w, k] += step[k]
-            strays[w] = max(strays[w], abs(step[k])) if abs(step[k]) < np.inf else np.inf
+                total = 0.0
+                for j in range(size):
+                    ahead, behind = lanes[k, w * width + 2 * j], lanes[k, w * width + 2 * j + 1]
+                    tangents[w, k, j] = (ahead - behind) / (2.0 * NUDGE)
+                    total += ahead + behind
+                miss[k] = total / width - guesses[w, k]
+            correction(tangents[w], miss, matrix, step)
+            strays[w] = 0.0
+            for k in range(size):
+                guesses[w, k] += step[k]
+                strays[w] = max(strays[w], abs(step[k])) if abs(step[k]) < np.inf else np.inf
+            longest = max(longest, strays[w])
+        if not FRESH < longest < np.inf:
+            return

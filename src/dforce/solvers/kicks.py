@@ -12,7 +12,7 @@ import numpy as np
 from dforce.kernel.link import inlined
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
 from dforce.solvers.guess import correction
-from dforce.solvers.lanes import lanes_over_common_period
+from dforce.solvers.lanes import filled, lanes_over_common_period, park
 from dforce.solvers.rk4 import over_common_period
 
 SMALL = 1e-4  # of the free amplitude: a smaller kick is none
@@ -27,10 +27,10 @@ LOOKS, REST = 32, 7  # looks at a motion after a kick before it is left to settl
 NEAR = 0.1  # share of the way to other states from which on a motion stays
 SPANS = 3  # decay times over which looks are spread at least
 GONE = 10.0  # times the kick: a motion so far off goes elsewhere
-CALMED = 0.5  # share of the kick that is left then at most
+CALMED = 0.5  # share of the farthest it was off the orbit that is left then at most
 CLEAR = 0.01  # share of the way to other states at which a motion away from kinks stays whatever is left of the kick
 EXCURSION = 2.0  # times the kick: how much nearer the tip comes at most
-LANES = 4  # motions are filled up to a multiple of this: the width of a vector register
+FEW = 2  # motions up to which one after the other is quicker than side by side
 
 
 @inlined
@@ -120,15 +120,15 @@ def apart(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: An
     return largest, farthest
 
 
-def has_stayed(largest: float, farthest: float, kicked: float, room: float) -> bool:
+def has_stayed(largest: float, farthest: float, most: float, room: float) -> bool:
     """Say whether a motion will settle on the orbit that it is near to, from what `apart` says.
 
-    It was `kicked` so far, and the least distance on the orbit has `room` on both sides before the next kink.
+    It was `most` off it so far, and the least distance on the orbit has `room` on both sides before the next kink.
     """
     within = max(largest, SMALL)
     if farthest < CLEAR * within and largest < LARGE and EXCURSION * largest < room:
         return True
-    return largest < max(SMALL, CALMED * kicked) and farthest < NEAR * within
+    return largest < max(SMALL, CALMED * most) and farthest < NEAR * within
 
 
 def stay(
@@ -142,42 +142,29 @@ def stay(
     are the distances from the orbits' least distance to the next kink; `decay` is the time of the slowest mode in common
     periods: where that is long, most of it is leapt over between looks, see `leap`.
     """
-    size = 2 * mode_count()
-    start, bent, away, matrix = np.empty(size), np.empty(size), np.empty(size), np.empty((size, size))
-    lanes_enough = are_lanes_enough()
-    width = LANES * ((count + LANES - 1) // LANES) if lanes_enough else 1
-    lanes, other, before = np.empty((size, width)), np.empty((size, width)), np.empty((size, width))
-    here, kicked = np.empty(width), np.empty(count)
-    leaps = 0 if memory_size() + latch_count() > 0 else max(0, decay * SPANS // (LOOKS * (REST + 1)) - 1)
-    for j in range(count):
-        answers[j], kicked[j] = 0, 0.0
-        for k in range(size):
-            kicked[j] = max(kicked[j], abs(motions[j, k] - orbits[j, k]))
-    if not lanes_enough:
+    leaps = 0 if not are_lanes_enough() else max(0, decay * SPANS // (LOOKS * (REST + 1)) - 1)
+    if count <= FEW or not are_lanes_enough():
         for j in range(count):
-            y, memory, latched = from_vector(motions[j]), memories[j].copy(), latches[j].copy()
-            at = at_distance(p, zc[j])
-            for _ in range(LOOKS):
-                for k in range(size):
-                    start[k] = y[k]
-                y = over_common_period(
-                    y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, at
-                )
-                largest, farthest = apart(start, y, orbits[j], tangents[j], bent, matrix, away)
-                if has_stayed(largest, farthest, kicked[j], rooms[j]):
-                    answers[j] = 1
-                    break
-                for _ in range(REST):
-                    y = over_common_period(
-                        y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, at
-                    )
-            if answers[j] == 0:
+            answers[j] = 0
+            if not stays_alone(
+                motions[j], memories[j].copy(), latches[j].copy(), orbits[j], tangents[j], rooms[j], leaps, first, common,
+                points, tones, bases, table, kinks, stage, work, block, at_distance(p, zc[j]),
+            ):  # fmt: skip
                 return
+            answers[j] = 1
         return
+    size = 2 * mode_count()
+    bent, away, matrix = np.empty(size), np.empty(size), np.empty((size, size))
+    width = filled(count)
+    lanes, other, before = np.empty((size, width)), np.empty((size, width)), np.empty((size, width))
+    here, kicked, most = np.empty(width), np.empty(count), np.zeros(count)
     for j in range(width):
         here[j] = zc[j if j < count else 0]
         for k in range(size):
             lanes[k, j] = motions[j if j < count else 0, k]
+    park(here, count, p)
+    for j in range(count):
+        answers[j], kicked[j] = 0, off_by(motions[j], orbits[j])
     for _ in range(LOOKS):
         for k in range(size):
             for j in range(width):
@@ -191,7 +178,8 @@ def stay(
             if answers[j] == 1:
                 continue
             largest, farthest = apart(before[:, j], lanes[:, j], orbits[j], tangents[j], bent, matrix, away)
-            if has_stayed(largest, farthest, kicked[j], rooms[j]):
+            most[j] = max(most[j], largest)
+            if has_stayed(largest, farthest, most[j], rooms[j]):
                 answers[j] = 1
             elif largest > GONE * max(kicked[j], SMALL):
                 count = j  # whatever becomes of those after it
@@ -209,6 +197,45 @@ def stay(
             for j in range(width):
                 k = j if j < count else 0
                 leap(before[:, j], lanes[:, j], orbits[k], tangents[k], leaps)
+
+
+def stays_alone(
+    motion: Any, memory: Any, latched: Any, orbit: Any, tangent: Any, room: float, leaps: int, first: int, common: int,
+    points: int, tones: Any, bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any,
+) -> bool:  # fmt: skip
+    """Say the same of one motion, with memory and branches or without."""
+    size = 2 * mode_count()
+    start, vector, bent, away = np.empty(size), motion.copy(), np.empty(size), np.empty(size)
+    matrix, kicked, most = np.empty((size, size)), off_by(motion, orbit), 0.0
+    for _ in range(LOOKS):
+        for k in range(size):
+            start[k] = vector[k]
+        y = over_common_period(
+            from_vector(vector), memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
+        )
+        largest, farthest = apart(start, y, orbit, tangent, bent, matrix, away)
+        most = max(most, largest)
+        if has_stayed(largest, farthest, most, room):
+            return True
+        if largest > GONE * max(kicked, SMALL):
+            return False
+        for _ in range(REST):
+            y = over_common_period(
+                y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
+            )
+        for k in range(size):
+            vector[k] = y[k]
+        if leaps > 0:
+            leap(start, vector, orbit, tangent, leaps)
+    return False
+
+
+def off_by(motion: Any, orbit: Any) -> float:
+    """Return how far a motion is off an orbit: the largest difference."""
+    farthest = 0.0
+    for k in range(orbit.shape[0]):
+        farthest = max(farthest, abs(motion[k] - orbit[k]))
+    return farthest
 
 
 def leap(before: Any, motion: Any, orbit: Any, tangent: Any, leaps: int) -> None:

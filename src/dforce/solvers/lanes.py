@@ -31,6 +31,20 @@ from dforce.kernel.slots import (
 from dforce.solvers._loops import TAU, passed, phases, seconds, tabulate
 from dforce.solvers.rk4 import cut_at_kink
 
+LANES = 8  # the compiler takes so many at once: fewer go one by one, and take longer
+FAR = 1000.0  # times the free amplitude: a motion so much farther from the surface meets no force to speak of
+
+
+def filled(count: int) -> int:
+    """Return the number of lanes that this many motions are filled up to."""
+    return LANES * ((count + LANES - 1) // LANES)
+
+
+def park(zc: Any, count: int, p: Any) -> None:
+    """Put the motions after the first `count` far from the surface, where they take no time for kinks."""
+    for j in range(count, zc.shape[0]):
+        zc[j] = p[0] + FAR * p[1]
+
 
 @inlined
 def smooth_step(

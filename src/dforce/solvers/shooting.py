@@ -14,12 +14,11 @@ import numpy as np
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
-from dforce.solvers.guess import NUDGE, best_order, correction, look_ahead, predict
-from dforce.solvers.kicks import HARD, LANES, MEMO, are_lanes_enough, is_suspect, kick, remember, stay, suspicion
-from dforce.solvers.lanes import lanes_over_common_period
+from dforce.solvers.guess import FRESH, NUDGE, best_order, correction, look_ahead, predict
+from dforce.solvers.kicks import HARD, MEMO, are_lanes_enough, is_suspect, kick, remember, stay, suspicion
+from dforce.solvers.lanes import filled, lanes_over_common_period, park
 from dforce.solvers.rk4 import advance, over_common_period
 
-FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
 CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by this at least
 SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
@@ -43,8 +42,9 @@ def tangent(
     """Write the derivative of the map at y into `jacobian`, by central differences; memory and branches start as given."""
     size = 2 * mode_count()
     if are_lanes_enough():
-        width = LANES * ((2 * size + LANES - 1) // LANES)
+        width = filled(2 * size)
         lanes, other, zc = np.empty((size, width)), np.empty((size, width)), np.full(width, p[0])
+        park(zc, 2 * size, p)
         for i in range(size):
             for j in range(width):
                 lanes[i, j] = y[i] + (NUDGE if j == 2 * i else 0.0) - (NUDGE if j == 2 * i + 1 else 0.0)
