@@ -211,7 +211,20 @@ def stays_alone(
         for k in range(size):
             start[k] = vector[k]
         y = over_common_period(
-            from_vector(vector), memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
+            from_vector(vector),
+            memory,
+            latched,
+            first,
+            common,
+            points,
+            tones,
+            bases,
+            table,
+            kinks,
+            stage,
+            work,
+            block,
+            p,
         )
         largest, farthest = apart(start, y, orbit, tangent, bent, matrix, away)
         most = max(most, largest)

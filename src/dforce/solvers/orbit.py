@@ -153,8 +153,9 @@ class Follower:
         done, doubt = 0, False
         last: Orbits | None = None  # the last orbits, on the way to the next distance
         fresh: Orbits | None = None  # one not given yet
-        # the last orbit before a state was lost, and the first distance without: some there may not settle
-        origin: tuple[Orbits, int] | None = None
+        # the last orbit before a state was lost, the distance where it was, and the first of `zc` without: some there may
+        # not settle
+        origin: tuple[Orbits, float, int] | None = None
         if before is not None:
             zc, done = np.append(before, zc), 1
             found, _ = self._follow(zc[:1], motion)
@@ -166,9 +167,9 @@ class Follower:
                 self.integrator.place(float(zc[done]))
                 first = self._settled(motion, watch, doubt)
                 if origin is not None and first.settled:
-                    end, gone = origin
+                    end, lost, gone = origin
                     way = np.append(end.zc, zc[gone : done + 1])
-                    self._note_jump(end, first, way, abs(float(zc[gone] - zc[gone - 1])))
+                    self._note_jump(end, first, way, lost, abs(float(zc[gone] - zc[gone - 1])))
                     origin = None
                 if isinstance(first, Orbits):
                     fresh = last = first  # given together with those that follow
@@ -191,9 +192,9 @@ class Follower:
                 motion = last.motion
             if len(found) == len(part):
                 continue
-            end, doubt = last[-1:], True
+            end, lost, doubt = last[-1:], float(zc[done]), True
             if not doubted:
-                reached = self._bridge(end, float(zc[done]), BRIDGES)
+                reached, lost = self._bridge(end, float(zc[done]), BRIDGES)
                 self.integrator.place(float(zc[done]))
                 if reached.zc[0] != zc[done]:
                     end = reached
@@ -201,7 +202,7 @@ class Follower:
                     yield home
                     done, last, motion = done + 1, home, home.motion
                     continue
-            origin, last = (end, done), None
+            origin, last = (end, lost, done), None
         if fresh is not None:
             yield fresh
 
@@ -291,36 +292,45 @@ class Follower:
             "multiplier_angle": angle,
         }
 
-    def _bridge(self, last: Orbits, high: float, rounds: int) -> Orbits:
-        """Return the last orbit on the way to the distance `high` that continues another one, in finer and finer steps."""
+    def _bridge(self, last: Orbits, high: float, rounds: int) -> tuple[Orbits, float]:
+        """Return the last orbit on the way to the distance `high` that continues another one, in finer and finer steps.
+
+        The number is the first distance without, or `high` where it is reached.
+        """
         steps = np.linspace(float(last.zc[-1]), high, PARTS + 1)[1:]
         done = 0
         while done < PARTS:
             found, _ = self._follow(steps[done:], last.motion, last, wary=False)
             done, last = done + len(found), joined(last, found)
             if done < PARTS:
-                last = self._bridge(last[-1:], float(steps[done]), rounds - 1) if rounds > 1 else last[-1:]
+                last, lost = last[-1:], float(steps[done])
+                if rounds > 1:
+                    last, lost = self._bridge(last, lost, rounds - 1)
                 if last.zc[0] != steps[done]:
-                    break
+                    return last, lost
                 done += 1
-        return last[-1:]
+        return last[-1:], high
 
     def _note_wide_steps(self, orbits: Orbits) -> None:
         """Note the jumps among orbits one step apart: Newton's method may land on another state, and the motion as well."""
         moved = np.abs(np.diff(orbits.y, axis=0)).max(axis=1)
         for i in 1 + np.flatnonzero((orbits.infos[1:, 4] >= HARD) & (moved > WIDE)):
             before, after = orbits[i - 1 : i], orbits[i : i + 1]
-            self._note_jump(before, after, orbits.zc[i - 1 : i + 1], abs(float(orbits.zc[i] - orbits.zc[i - 1])))
+            low, high = orbits.zc[i - 1 : i + 1].tolist()
+            self._note_jump(before, after, orbits.zc[i - 1 : i + 1], high, abs(high - low))
 
     def note_jump(self, motion: Motion, first: Steady, zc: Array) -> None:
         """Note a jump from the orbit of a motion at the first of some distances to the steady motion at the last."""
         last, _ = self._follow(zc[:1], motion)
         if len(last):
-            self._note_jump(last, first, zc, abs(float(zc[1] - zc[0])))
+            self._note_jump(last, first, zc, float(zc[-1]), abs(float(zc[1] - zc[0])))
 
-    def _note_jump(self, last: Orbits, first: Steady | Orbits, zc: Array, step: float) -> None:
-        """Note a jump from the first to the last of some distances, located by following the old orbit in finer steps."""
-        low, high = float(zc[0]), float(zc[-1])
+    def _note_jump(self, last: Orbits, first: Steady | Orbits, zc: Array, lost: float, step: float) -> None:
+        """Note a jump from the first to the last of some distances, located by following the old orbit in finer steps.
+
+        It was `lost` on the way, at the last of them at the latest.
+        """
+        low, high = float(zc[0]), lost
         if len(np.unique(np.sign(np.diff(zc)))) != 1 or low == high:
             return  # the tip turned around between
         while abs(high - low) > FINEST * step:
@@ -334,7 +344,10 @@ class Follower:
             if len(found):
                 last, low = found[-1:], float(found.zc[-1])
         way = "approach" if zc[-1] < zc[0] else "retract"
-        before, after = (float(each.columns["amplitude"][-1, 0]) for each in (last, first))
+        if isinstance(first, Orbits):
+            before, after = joined(last[-1:], first[:1]).columns["amplitude"][:, 0].tolist()
+        else:
+            before, after = last[-1:].columns["amplitude"][0, 0].item(), float(first.columns["amplitude"][0, 0])
         self.jumps.append(Jump(0.5 * (low + high), before, after, way))
 
 
