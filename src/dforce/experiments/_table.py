@@ -39,6 +39,7 @@ class Table:
         self.shape = tuple(len(coords[dim]) for dim in dims)
         self.status = np.full(self.shape, Status.NOT_COMPUTED, dtype=np.int8)
         self.arrays: dict[str, np.ndarray[Any, Any]] = {}
+        self._waiting: list[tuple[Sequence[tuple[int, ...]], Steady | Orbits]] = []
         modes, tones = len(integrator.problem.modes), len(integrator.problem.tones)
         self.inner = {
             "tone": tones,
@@ -48,7 +49,23 @@ class Table:
         }
 
     def put(self, places: Sequence[tuple[int, ...]], found: Steady | Orbits) -> None:
-        """Take the points found, one for each place; what is not finite becomes NaN."""
+        """Take the points found, one for each place."""
+        self._waiting.append((places, found))
+
+    def write(self) -> None:
+        """Write what was put: orbits all at once, as most of the time goes into a small call for each quantity."""
+        from dforce.solvers.orbit import Orbits, joined
+
+        waiting, self._waiting = self._waiting, []
+        stretches = [(places, found) for places, found in waiting if isinstance(found, Orbits)]
+        if stretches:
+            self._write([place for places, _ in stretches for place in places], joined(*(o for _, o in stretches)))
+        for places, found in waiting:
+            if not isinstance(found, Orbits):
+                self._write(places, found)
+
+    def _write(self, places: Sequence[tuple[int, ...]], found: Steady | Orbits) -> None:
+        """Write points, one for each place; what is not finite becomes NaN."""
         became = statuses(found)
         failed = became == Status.FAILED
         where = tuple(np.array(places, dtype=int).reshape(len(places), len(self.dims)).T)
@@ -59,12 +76,13 @@ class Table:
             if name not in self.arrays:
                 self.arrays[name] = np.full(self.shape + column.shape[1:], np.nan)
             self.arrays[name][where] = column if self.dims else column[0]
-        self.status[where] = became if self.dims else became[0]  # last: Ctrl-C in between leaves them not computed
+        self.status[where] = became if self.dims else became[0]
 
     def dataset(self, others: Mapping[str, Any] | None = None) -> xr.Dataset:
         """Return the Dataset, with units and words; `others` are variables that go with it."""
         import xarray as xr
 
+        self.write()
         variables = {name: (self.dims + OBSERVABLES[name].dims, array) for name, array in self.arrays.items()}
         used = {dim for name in self.arrays for dim in OBSERVABLES[name].dims}
         counted = tuple((dim, size) for dim, size in self.inner.items() if size and dim in used)

@@ -102,6 +102,7 @@ class Approach(Experiment):
             progress(done, len(visits), "")
         except KeyboardInterrupt:
             pass
+        table.write()
         for place in visits[done:]:
             table.status[place] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
         jumps = {

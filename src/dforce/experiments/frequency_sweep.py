@@ -144,6 +144,7 @@ class FrequencySweep(Experiment):
             progress(done, len(visits), "")
         except KeyboardInterrupt:
             pass
+        table.write()
         for place_of in visits[done:]:
             table.status[place_of] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
         data = describe(table.dataset().assign_coords(zc=self.zc))

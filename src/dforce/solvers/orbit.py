@@ -25,7 +25,7 @@ from dforce.solvers.transient import Steady, Watch, decay_periods, march, settle
 MISS = 1e-9  # of the free amplitude: how far from its start an orbit may end
 MOST_CORRECTIONS = 20
 ORDER = 4  # of the extrapolation that predicts the next orbit from those before it, at most
-EARLY = 3  # decay times after which an orbit near the motion is looked for, before the motion has settled
+EARLY = (2, 1)  # decay times after each of which an orbit near the motion is looked for, before the motion has settled
 CHUNK, LEAST_CHUNK = 65_536, 16  # steps of the map between looks at the watch; distances at least
 ROUGH = 1e-3  # settling tolerance before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
@@ -65,7 +65,7 @@ class Orbits:
     period
         At which period they start.
     settling
-        Periods that were integrated before the first one.
+        Periods that were integrated before each of them.
     """
 
     follower: Follower
@@ -76,8 +76,8 @@ class Orbits:
     tangents: Array
     rows: Array
     infos: Array
+    settling: Array
     period: int
-    settling: float = 0.0
 
     settled = repeats = True
 
@@ -86,7 +86,7 @@ class Orbits:
 
     def __getitem__(self, part: slice) -> Orbits:
         arrays: dict[str, Any] = {name: getattr(self, name)[part] for name in _ARRAYS}
-        return replace(self, settling=0.0, **arrays)
+        return replace(self, **arrays)
 
     def motion_at(self, i: int) -> Motion:
         """Return the state at one of the distances."""
@@ -108,15 +108,14 @@ class Orbits:
             yield Steady({name: column[i] for name, column in self.columns.items()}, self.motion_at(i), True, True)
 
 
-_ARRAYS = ("zc", "y", "memory", "latched", "tangents", "rows", "infos")
+_ARRAYS = ("zc", "y", "memory", "latched", "tangents", "rows", "infos", "settling")
 
 
-def joined(first: Orbits | None, then: Orbits) -> Orbits:
-    """Return two stretches as one."""
-    if first is None:
-        return then
-    both: dict[str, Any] = {name: np.concatenate([getattr(first, name), getattr(then, name)]) for name in _ARRAYS}
-    return replace(first, **both)
+def joined(*stretches: Orbits | None) -> Orbits:
+    """Return stretches as one; some may be none."""
+    parts = [stretch for stretch in stretches if stretch is not None]
+    both: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
+    return replace(parts[0], **both)
 
 
 class Follower:
@@ -215,16 +214,18 @@ class Follower:
             return near
         begun, decay = motion.period, max(4, decay_periods(self.integrator.problem))
         span, most = self.common * math.ceil(decay / self.common), self.integrator.settings.max_periods
-        for _ in range(EARLY if most is None else min(EARLY, most // span)):
-            motion, _ = march(self.integrator, motion, span, watch)
+        for spans in EARLY:
+            if most is not None and motion.period - begun + spans * span > most:
+                break
+            motion, _ = march(self.integrator, motion, spans * span, watch)
             near = self.home(motion) if motion.is_finite else None
             if near is not None:
-                return replace(near, settling=float(motion.period - begun))
+                return replace(near, settling=near.settling + (motion.period - begun))
         rough, settled, drift = settle(self.integrator, motion, watch, ROUGH)
         if settled:
             polished, _ = self._follow(self._here, rough)
             if len(polished) and _distance(polished.motion, rough) < SAME_STATE * max(drift, MISS):
-                return replace(polished, settling=float(rough.period - begun))
+                return replace(polished, settling=polished.settling + (rough.period - begun))
         return steady(self.integrator, rough if rough.is_finite else motion, watch)
 
     @property
@@ -253,13 +254,13 @@ class Follower:
         common, count, size, past = self.common or 1, len(zc), len(guess.y), 0 if known is None else len(known)
         shapes: dict[str, tuple[int, ...]] = {
             "zc": (), "y": (size,), "memory": (len(guess.memory),), "latched": (len(guess.latched),),
-            "tangents": (size, size), "rows": (common, integrator.columns), "infos": (5,),
+            "tangents": (size, size), "rows": (common, integrator.columns), "infos": (5,), "settling": (),
         }  # fmt: skip
         arrays: dict[str, Any] = {name: np.empty((past + count, *shape)) for name, shape in shapes.items()}
         if known is not None:
             for name, array in arrays.items():
                 array[:past] = getattr(known, name)
-        arrays["zc"][past:] = zc
+        arrays["zc"][past:], arrays["settling"][past:] = zc, 0.0
         done = integrator.kernel.entry("follow")(
             guess.y, guess.memory.copy(), guess.latched.copy(), np.array(start.y if start else ()), arrays["zc"], past,
             wary, self.patience, self.decay, guess.period, common, integrator.points, integrator.tones, integrator.kinks,
@@ -282,10 +283,8 @@ class Follower:
             weights(self.frequencies, self.common or 1),
         )  # fmt: skip
         modulus, angle = multipliers(orbits.tangents)
-        settling = np.zeros(len(orbits))
-        settling[0] = orbits.settling
         return columns | {
-            "settling_periods": settling,
+            "settling_periods": orbits.settling,
             "drift": orbits.infos[:, 0],
             "corrections": orbits.infos[:, 1],
             "multiplier_modulus": modulus,
