@@ -23,7 +23,7 @@ from dforce.solvers.shooting import AT_ONCE, DOUBTED
 from dforce.solvers.transient import Steady, Watch, decay_periods, march, settle, steady
 
 MISS = 1e-9  # of the free amplitude: how far from its start an orbit may end
-MOST_CORRECTIONS = 20
+MOST_CORRECTIONS = 12
 ORDER = 4  # of the extrapolation that predicts the next orbit from those before it, at most
 EARLY = (2, 1)  # decay times after each of which an orbit near the motion is looked for, before the motion has settled
 CHUNK, LEAST_CHUNK = 65_536, 16  # steps of the map between looks at the watch; distances at least
