@@ -131,7 +131,7 @@ def test_electrostatic_cone_is_the_integral_of_its_field(at):
 def test_alternating_bias_adds_to_the_constant_one(bound):
     force = bound(Electrostatic(bias=0.5, contact_potential=0.2, ac_bias=1.0, ac_frequency=1e3))
     still = bound(Electrostatic(bias=1.0))
-    unit = still.law(5e-9, 0.0, 0.0, *still.values())
+    unit = still.law_function()(5e-9, 0.0, 0.0, *still.values())
     for t, voltage in ((0.0, 1.3), (0.25e-3, 0.3), (0.5e-3, -0.7)):
         assert force.law(5e-9, 0.0, t, *force.values()) == same(unit * voltage**2, 1e-12)
     assert force.timed

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from dforce.errors import ParameterError, nearest, shorten
+from dforce.forces._exponential import exponential
 
 MOTION = {"d": "d", "z": "z", "indentation": "indentation", "velocity": "rate", "t": "t"}
 PARAMETERS = ("R", "H", "a0", "E_eff", "k", "Q", "P1", "P2", "P3", "P4")
@@ -160,7 +161,8 @@ def _function(
     source = f"def {name}({', '.join(arguments)}):\n" + "".join(f"    {line}\n" for line in lines)
     file = f"<custom law {hashlib.sha256(source.encode()).hexdigest()[:20]}>"
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
-    space: dict[str, Any] = {"np": np, "__name__": "dforce.forces.custom", "__builtins__": {"abs": abs}}
+    space: dict[str, Any] = {"np": np, "exponential": exponential}
+    space |= {"__name__": "dforce.forces.custom", "__builtins__": {"abs": abs}}
     exec(compile(source, file, "exec"), space)
     inner = space[name]
 
@@ -187,7 +189,8 @@ def _name(name: str) -> _Term:
 
 def _numpy(name: str, *arguments: ast.expr) -> ast.expr:
     function = ast.Attribute(ast.Name("np", ast.Load()), name, ast.Load())
-    return ast.Call(ast.Name("abs", ast.Load()) if name == "abs" else function, list(arguments), [])
+    own = {"abs": "abs", "exp": "exponential"}.get(name)
+    return ast.Call(ast.Name(own, ast.Load()) if own else function, list(arguments), [])
 
 
 def _shown(node: ast.expr) -> str:
