@@ -19,9 +19,9 @@ C8, C9 = 2.7620088445409746e-07, 2.510038549551032e-08
 def exponential(x: float) -> float:
     """Return exp(x) to a few units in the last place; not a number for what is none."""
     if x < LOW:
-        return 0.0
+        return np.float64(0.0)
     if x > HIGH:
-        return np.inf
+        return np.float64(np.inf)
     shifted = x * PER_LN2 + ROUNDER
     whole = shifted - ROUNDER
     r = x - whole * LN2 - whole * LN2_REST
@@ -31,5 +31,4 @@ def exponential(x: float) -> float:
     high = (C4 + C5 * r) + r2 * (C6 + C7 * r)
     rest = low + r4 * (high + r4 * (C8 + C9 * r))
     bits = (np.float64(shifted).view(np.int64) + BIAS) << 52
-    power = np.int64(bits).view(np.float64)
-    return power * (1.0 + r + r2 * rest)
+    return np.int64(bits).view(np.float64) * (1.0 + r + r2 * rest)
