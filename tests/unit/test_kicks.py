@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from dforce.solvers import kicks
 from dforce.solvers.kicks import REST, leap
 
 
-def test_a_leap_goes_as_far_as_the_map_where_the_map_is_linear_but_for_a_constant():
+def test_a_leap_goes_as_far_as_the_map_where_the_map_is_linear_but_for_a_constant(monkeypatch):
+    monkeypatch.setattr(kicks, "mode_count", lambda: 1)
     tangent = 0.999 * np.array([[np.cos(0.02), -np.sin(0.02)], [np.sin(0.02), np.cos(0.02)]])
     orbit, left_out = np.array([0.3, -0.8]), np.array([1e-4, 2e-4])
     motions = [np.array([0.5, -0.6])]

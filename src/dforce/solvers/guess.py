@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce.kernel.slots import mode_count
 from dforce.solvers.lanes import lanes_over_common_period
 
 FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
@@ -14,7 +15,7 @@ NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the t
 
 def correction(jacobian: Any, miss: Any, matrix: Any, step: Any) -> None:
     """Solve (J - 1) step = -miss by elimination with pivots; `matrix` is scratch."""
-    size = miss.shape[0]
+    size = 2 * mode_count()
     for i in range(size):
         for j in range(size):
             matrix[i, j] = jacobian[i, j] - (1.0 if i == j else 0.0)
@@ -45,14 +46,14 @@ def correction(jacobian: Any, miss: Any, matrix: Any, step: Any) -> None:
 def predict(orbits: Any, zc: Any, i: int, at: int, order: int, vector: Any) -> None:
     """Write a guess for the orbit at the distance numbered `at`, extrapolated through up to order + 1 orbits before i."""
     start = max(0, i - 1 - order)
-    for k in range(vector.shape[0]):
+    for k in range(2 * mode_count()):
         vector[k] = 0.0
     for a in range(start, i):
         weight = 1.0
         for b in range(start, i):
             if b != a:
                 weight *= (zc[at] - zc[b]) / (zc[a] - zc[b])
-        for k in range(vector.shape[0]):
+        for k in range(2 * mode_count()):
             vector[k] += weight * orbits[a, k]
 
 
@@ -65,7 +66,7 @@ def best_order(orbits: Any, zc: Any, i: int, most: int, vector: Any) -> int:
     for order in range(1, min(most, i - 2) + 1):
         predict(orbits, zc, i - 1, i - 1, order, vector)
         error = 0.0
-        for k in range(vector.shape[0]):
+        for k in range(2 * mode_count()):
             error = max(error, abs(vector[k] - orbits[i - 1, k]))
         if error < least:
             best, least = order, error
@@ -82,7 +83,7 @@ def look_ahead(
     Guesses are extrapolated and corrected: their neighbors at all distances are marched side by side. `strays` gets how
     long the last corrections are. They are corrected a second time where that is so long that tangents would be too far off.
     """
-    count, size = guesses.shape
+    count, size = guesses.shape[0], 2 * mode_count()
     width = 2 * size
     lanes, other = np.empty((size, count * width)), np.empty((size, count * width))
     here, miss, step, matrix = np.empty(count * width), np.empty(size), np.empty(size), np.empty((size, size))

@@ -46,7 +46,7 @@ def suspicion(
 
     `nearest` holds the least distances on the orbits before it and on it. `bent`, `matrix` and `away` are scratch.
     """
-    size, largest, farthest = bent.shape[0], 0.0, 0.0
+    size, largest, farthest = 2 * mode_count(), 0.0, 0.0
     for a in range(size):
         bent[a] = 0.0
         for b in range(size):
@@ -108,7 +108,7 @@ def kick(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: Any
 
 def apart(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: Any, away: Any) -> Any:
     r"""Return :math:`|e|` and :math:`|(1 - J)^{-1} D|`, see `kick`."""
-    size, largest, farthest = bent.shape[0], 0.0, 0.0
+    size, largest, farthest = 2 * mode_count(), 0.0, 0.0
     for a in range(size):
         bent[a] = end[a] - orbit[a]
         for b in range(size):
@@ -153,8 +153,15 @@ def stay(
                 return
             answers[j] = 1
         return
+    # columns of the lanes are copied for what is called, which else would be compiled a second time
     size = 2 * mode_count()
-    bent, away, matrix = np.empty(size), np.empty(size), np.empty((size, size))
+    start, end, bent, away, matrix = (
+        np.empty(size),
+        np.empty(size),
+        np.empty(size),
+        np.empty(size),
+        np.empty((size, size)),
+    )
     width = filled(count)
     lanes, other, before = np.empty((size, width)), np.empty((size, width)), np.empty((size, width))
     here, kicked, most = np.empty(width), np.empty(count), np.zeros(count)
@@ -177,7 +184,9 @@ def stay(
         for j in range(count):
             if answers[j] == 1:
                 continue
-            largest, farthest = apart(before[:, j], lanes[:, j], orbits[j], tangents[j], bent, matrix, away)
+            for k in range(size):
+                start[k], end[k] = before[k, j], lanes[k, j]
+            largest, farthest = apart(start, end, orbits[j], tangents[j], bent, matrix, away)
             most[j] = max(most[j], largest)
             if has_stayed(largest, farthest, most[j], rooms[j]):
                 answers[j] = 1
@@ -194,9 +203,12 @@ def stay(
                 work, p,
             )  # fmt: skip
         if leaps > 0:
-            for j in range(width):
-                k = j if j < count else 0
-                leap(before[:, j], lanes[:, j], orbits[k], tangents[k], leaps)
+            for j in range(count):
+                for k in range(size):
+                    start[k], end[k] = before[k, j], lanes[k, j]
+                leap(start, end, orbits[j], tangents[j], leaps)
+                for k in range(size):
+                    lanes[k, j] = end[k]
 
 
 def stays_alone(
@@ -211,22 +223,12 @@ def stays_alone(
         for k in range(size):
             start[k] = vector[k]
         y = over_common_period(
-            from_vector(vector),
-            memory,
-            latched,
-            first,
-            common,
-            points,
-            tones,
-            bases,
-            table,
-            kinks,
-            stage,
-            work,
-            block,
+            from_vector(vector), memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block,
             p,
-        )
-        largest, farthest = apart(start, y, orbit, tangent, bent, matrix, away)
+        )  # fmt: skip
+        for k in range(size):
+            vector[k] = y[k]
+        largest, farthest = apart(start, vector, orbit, tangent, bent, matrix, away)
         most = max(most, largest)
         if has_stayed(largest, farthest, most, room):
             return True
@@ -246,7 +248,7 @@ def stays_alone(
 def off_by(motion: Any, orbit: Any) -> float:
     """Return how far a motion is off an orbit: the largest difference."""
     farthest = 0.0
-    for k in range(orbit.shape[0]):
+    for k in range(2 * mode_count()):
         farthest = max(farthest, abs(motion[k] - orbit[k]))
     return farthest
 
@@ -257,26 +259,29 @@ def leap(before: Any, motion: Any, orbit: Any, tangent: Any, leaps: int) -> None
     Its way off the orbit goes on as :math:`e \\to J^{R + 1} e + D`, with the same :math:`D` as over these periods: exact for
     the linear part of the map, and :math:`D` changes little where damping is so weak that leaps are needed.
     """
-    size = motion.shape[0]
-    power, product = tangent.copy(), np.empty((size, size))
-    for _ in range(REST):
-        for a in range(size):
-            for b in range(size):
-                product[a, b] = 0.0
-                for k in range(size):
-                    product[a, b] += power[a, k] * tangent[k, b]
-        power, product = product, power
-    bent, off, then = np.empty(size), np.empty(size), np.empty(size)
+    size = 2 * mode_count()
+    bent, off = np.empty(size), np.empty(size)
     for a in range(size):
-        off[a] = motion[a] - orbit[a]
-        bent[a] = off[a]
-        for b in range(size):
-            bent[a] -= power[a, b] * (before[b] - orbit[b])
+        bent[a], off[a] = orbit[a] - before[a], motion[a] - orbit[a]
+    through(tangent, bent)
+    for a in range(size):
+        bent[a] += off[a]
     for _ in range(leaps):
+        through(tangent, off)
         for a in range(size):
-            then[a] = bent[a]
-            for b in range(size):
-                then[a] += power[a, b] * off[b]
-        off, then = then, off
+            off[a] += bent[a]
     for a in range(size):
         motion[a] = orbit[a] + off[a]
+
+
+def through(tangent: Any, off: Any) -> None:
+    """Take what is off an orbit through REST + 1 periods of the linear part of the map."""
+    size = 2 * mode_count()
+    then = np.empty(size)
+    for _ in range(REST + 1):
+        for a in range(size):
+            then[a] = 0.0
+            for b in range(size):
+                then[a] += tangent[a, b] * off[b]
+        for a in range(size):
+            off[a] = then[a]

@@ -73,7 +73,7 @@ def tangent(
 
 def is_stable(jacobian: Any) -> bool:
     """Say whether all multipliers lie within the unit circle: whether powers of the tangent die out."""
-    size = jacobian.shape[0]
+    size = 2 * mode_count()
     if size == 2:
         area = jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]
         return abs(area) < 1.0 and abs(jacobian[0, 0] + jacobian[1, 1]) < 1.0 + area
@@ -183,12 +183,8 @@ def follow(
     size = 2 * mode_count()
     jacobian, vector = np.empty((size, size)), np.empty(size)
     guesses, tangents, strays, until = np.empty((AHEAD, size)), np.empty((AHEAD, size, size)), np.empty(AHEAD), 0
-    matrix, away, nearest, memo = (
-        np.empty_like(jacobian),
-        np.empty_like(vector),
-        np.full(2, np.inf),
-        np.full(MEMO, np.inf),
-    )
+    matrix, away, ended = np.empty((size, size)), np.empty(size), np.empty(size)
+    nearest, memo = np.full(2, np.inf), np.full(MEMO, np.inf)
     memo[0] = 0.0
     # steps that kick hard, and what was before them
     # (0 by itself is a type of its own to numba, which would compile what it is passed to twice)
@@ -264,7 +260,9 @@ def follow(
                     from_vector(orbits[i - 1]), memory_before.copy(), latched_before.copy(), first, common, points,
                     tones, bases, table, kinks, stage, work, block, here,
                 )  # fmt: skip
-                infos[i, 4] = kick(orbits[i - 1], after, orbits[i], jacobians[i], vector, matrix, away)
+                for k in range(size):
+                    ended[k] = after[k]
+                infos[i, 4] = kick(orbits[i - 1], ended, orbits[i], jacobians[i], vector, matrix, away)
                 remember(share, infos[i, 4], memo)
         elif start.shape[0] > 0:
             refill(kicked[asked], start)
