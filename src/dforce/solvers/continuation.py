@@ -63,8 +63,8 @@ class Curve:
     def grow(self, period_map: PeriodMap, largest: float, most: int, watch: Watch) -> None:
         """Trace it both ways in steps of at most `largest` (scaled), up to so many points in all."""
         closed = trace(period_map, self.forth, largest, most, watch)
-        if not closed:
-            trace(period_map, self.back, largest, most - len(self.forth) + 1, watch)
+        if not closed and trace(period_map, self.back, largest, most - len(self.forth) + 1, watch):
+            del self.forth[1:]  # the other way led all around: what was traced before lies on it
 
 
 def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int, watch: Watch) -> bool:

@@ -215,7 +215,8 @@ class Follower:
         begun, decay = motion.period, max(4, decay_periods(self.integrator.problem))
         span, most = self.common * math.ceil(decay / self.common), self.integrator.settings.max_periods
         for spans in EARLY:
-            if most is not None and motion.period - begun + spans * span > most:
+            spans = spans if most is None else min(spans, (most - (motion.period - begun)) // span)
+            if spans < 1:
                 break
             motion, _ = march(self.integrator, motion, spans * span, watch)
             near = self.home(motion) if motion.is_finite else None
