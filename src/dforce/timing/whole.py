@@ -67,6 +67,7 @@ LAWS: tuple[tuple[str, tuple[dict[str, Any], ...], float | None], ...] = (
     ("van der Waals", ({"model": "van_der_waals", "hamaker": 2e-20},), None),
     ("DMT", ({"model": "dmt", "hamaker": 2e-20},), None),
     ("hydration", ({"model": "hydration"},), None),
+    ("electrostatic", ({"model": "electrostatic"},), None),
     ("DMT + Kelvin–Voigt", ({"model": "dmt", "hamaker": 2e-20}, {"model": "kelvin_voigt", "viscosity": 10.0}), 0.5),
 )
 
