@@ -147,7 +147,8 @@ def _uses_only_its_arguments(model: type[Force]) -> Iterator[str]:
     if makes_its_laws(model):
         return  # each of its laws is made anew
     for name, function in _functions(model(**model.example)):
-        if not isinstance(model.__dict__.get(function.__name__), staticmethod | None):
+        written = {model.__dict__.get(name), model.__dict__.get(function.__name__)} - {None}
+        if not all(isinstance(one, staticmethod) for one in written):
             yield f"'{name}' must be a staticmethod"
         if function.__closure__:
             yield f"'{name}' keeps values in a closure; make them arguments"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dforce.solvers import kicks
-from dforce.solvers.kicks import REST, leap
+from dforce.solvers.kicks import CLEAR, NEAR, REST, has_stayed, leap
 
 
 def test_a_leap_goes_as_far_as_the_map_where_the_map_is_linear_but_for_a_constant(monkeypatch):
@@ -18,3 +18,13 @@ def test_a_leap_goes_as_far_as_the_map_where_the_map_is_linear_but_for_a_constan
     motion = motions[REST + 1].copy()
     leap(motions[0], motion, orbit, tangent, 3)
     np.testing.assert_allclose(motion, motions[-1], rtol=0.0, atol=1e-13)
+
+
+def test_a_motion_has_stayed_only_when_it_is_nearer_than_it_was_kicked_and_far_from_other_states():
+    near, far = 0.9 * NEAR, 1.1 * NEAR
+    assert has_stayed(0.004, near * 0.004, kicked=0.01, most=0.02, room=0.0)
+    assert not has_stayed(0.004, far * 0.004, kicked=0.01, most=0.02, room=0.0)
+    assert not has_stayed(0.012, near * 0.012, kicked=0.01, most=0.05, room=0.0)
+    assert not has_stayed(0.008, near * 0.008, kicked=0.01, most=0.01, room=0.0)
+    # where the map is all but linear and no kink is near, however much of the kick is left
+    assert has_stayed(0.009, 0.5 * CLEAR * 0.009, kicked=0.01, most=0.01, room=1.0)

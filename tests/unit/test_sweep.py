@@ -134,6 +134,16 @@ def test_cases_that_do_not_fit_into_lanes_are_run_one_by_one():
         assert float(result.phase.sel(youngs_modulus=modulus)[0]) == float(single.phase[0])
 
 
+def test_a_number_that_decides_the_law_of_a_force_may_be_swept_over():
+    forces = [{"model": "electrostatic", "bias": "0.5 V", "ac_frequency": "48.9 kHz"}, {"model": "hertz"}]
+    lever = df.Cantilever(f0="48.9 kHz", k=1.0, Q=20.0)
+    biased = case(forces=forces, solver={"method": "transient"}, cantilever=lever)
+    swept = df.sweep(biased, over={"forces.electrostatic.ac_bias": [0.0, 0.3]})
+    alone = [df.run(biased.replace("forces.electrostatic.ac_bias", bias)) for bias in (0.0, 0.3)]
+    assert swept["amplitude"].values.tolist() == [one["amplitude"].values.tolist() for one in alone]
+    assert np.ptp(swept["amplitude"].values) > 1e-11
+
+
 def test_quantities_can_be_chosen():
     result = df.sweep(case(), over={"drive.A0": ["6 nm", "7 nm"]}, quantities=["amplitude", "peak_force"])
     assert set(result.data_vars) == {"amplitude", "peak_force", "status"}

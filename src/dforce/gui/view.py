@@ -179,13 +179,13 @@ class View:
         """Show what stands beside the curves, the force, and at last the advice."""
         await self.main.drawn()
         await self._latest.rest(self._beside_at + BESIDE_EVERY - time.monotonic())
-        if self._beside.overtaken:
+        if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
             return
         self._beside_at = time.monotonic()
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
             await self._draw_force(followed.case)
-            if self._latest.busy or self._beside.overtaken:
+            if self._latest.busy or self._beside.overtaken or self.said.wrong:
                 return
             advice = df.advice(followed.case) if followed.result is None else df.advice_in(followed.result)
             self._say(Said(advice=_places(followed.document, advice)))

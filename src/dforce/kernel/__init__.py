@@ -114,7 +114,7 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     Parameters
     ----------
     problem
-        What is to be solved; parameters do not matter, only the number of modes and the forces' classes.
+        What is to be solved; of its numbers only those matter that decide which laws the forces have.
     entries
         Entry functions by name, written over :mod:`dforce.kernel.slots`.
     """

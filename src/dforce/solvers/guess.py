@@ -10,6 +10,7 @@ from dforce.kernel.slots import mode_count
 from dforce.solvers.lanes import lanes_over_common_period
 
 FRESH = 1e-5  # of the free amplitude: a tangent taken farther from the orbit is taken anew on it
+ASTRAY = 0.01  # of the free amplitude: a guess that needed a longer correction is not used
 NUDGE = 1e-6  # of the free amplitude: distance of the neighbors that give the tangent
 
 
@@ -81,7 +82,8 @@ def look_ahead(
     """Write guesses and tangents for the orbits at the distances from the one numbered i on, as many as there is room for.
 
     Guesses are extrapolated and corrected: their neighbors at all distances are marched side by side. `strays` gets how
-    long the last corrections are. They are corrected a second time where that is so long that tangents would be too far off.
+    long the last corrections are. They are corrected a second time where that is so long that tangents would be too far
+    off, but where none is astray.
     """
     count, size = guesses.shape[0], 2 * mode_count()
     width = 2 * size
@@ -115,5 +117,5 @@ def look_ahead(
                 guesses[w, k] += step[k]
                 strays[w] = max(strays[w], abs(step[k])) if abs(step[k]) < np.inf else np.inf
             longest = max(longest, strays[w])
-        if not FRESH < longest < np.inf:
+        if not FRESH < longest < ASTRAY:
             return

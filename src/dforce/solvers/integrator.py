@@ -91,7 +91,6 @@ class Integrator(ABC):
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int) -> None:
         self.settings, self.harmonics = settings, harmonics
-        self.kernel = kernel.load(problem, ENTRIES)
         self.points = sample_count(problem, settings)
         modes, count = len(problem.modes), len(problem.tones)
         self.memory_size = sum(force.memory for force in problem.forces)
@@ -105,6 +104,7 @@ class Integrator(ABC):
     def take(self, problem: Problem) -> None:
         """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
         self.problem = problem
+        self.kernel = kernel.load(problem, ENTRIES)  # a number may decide which law a force has
         self.scales = kernel.scales(problem)
         self.tones = kernel.tone_table(problem)
         self.kinks = kernel.kink_distances(problem)

@@ -120,15 +120,16 @@ def apart(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: An
     return largest, farthest
 
 
-def has_stayed(largest: float, farthest: float, most: float, room: float) -> bool:
+def has_stayed(largest: float, farthest: float, kicked: float, most: float, room: float) -> bool:
     """Say whether a motion will settle on the orbit that it is near to, from what `apart` says.
 
-    It was `most` off it so far, and the least distance on the orbit has `room` on both sides before the next kink.
+    It was `kicked` off it, and up to `most` since; the least distance on the orbit has `room` on both sides before the next
+    kink.
     """
     within = max(largest, SMALL)
     if farthest < CLEAR * within and largest < LARGE and EXCURSION * largest < room:
         return True
-    return largest < max(SMALL, CALMED * most) and farthest < NEAR * within
+    return largest < max(SMALL, min(kicked, CALMED * most)) and farthest < NEAR * within
 
 
 def stay(
@@ -155,13 +156,8 @@ def stay(
         return
     # columns of the lanes are copied for what is called, which else would be compiled a second time
     size = 2 * mode_count()
-    start, end, bent, away, matrix = (
-        np.empty(size),
-        np.empty(size),
-        np.empty(size),
-        np.empty(size),
-        np.empty((size, size)),
-    )
+    start, end, bent, away = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    matrix = np.empty((size, size))
     width = filled(count)
     lanes, other, before = np.empty((size, width)), np.empty((size, width)), np.empty((size, width))
     here, kicked, most = np.empty(width), np.empty(count), np.zeros(count)
@@ -188,7 +184,7 @@ def stay(
                 start[k], end[k] = before[k, j], lanes[k, j]
             largest, farthest = apart(start, end, orbits[j], tangents[j], bent, matrix, away)
             most[j] = max(most[j], largest)
-            if has_stayed(largest, farthest, most[j], rooms[j]):
+            if has_stayed(largest, farthest, kicked[j], most[j], rooms[j]):
                 answers[j] = 1
             elif largest > GONE * max(kicked[j], SMALL):
                 count = j  # whatever becomes of those after it
@@ -215,7 +211,7 @@ def stays_alone(
     motion: Any, memory: Any, latched: Any, orbit: Any, tangent: Any, room: float, leaps: int, first: int, common: int,
     points: int, tones: Any, bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any,
 ) -> bool:  # fmt: skip
-    """Say the same of one motion, with memory and branches or without."""
+    """Say whether one motion settles on an orbit, with memory and branches or without; see `stay`."""
     size = 2 * mode_count()
     start, vector, bent, away = np.empty(size), motion.copy(), np.empty(size), np.empty(size)
     matrix, kicked, most = np.empty((size, size)), off_by(motion, orbit), 0.0
@@ -230,9 +226,9 @@ def stays_alone(
             vector[k] = y[k]
         largest, farthest = apart(start, vector, orbit, tangent, bent, matrix, away)
         most = max(most, largest)
-        if has_stayed(largest, farthest, most, room):
+        if has_stayed(largest, farthest, kicked, most, room):
             return True
-        if largest > GONE * max(kicked, SMALL):
+        if are_lanes_enough() and largest > GONE * max(kicked, SMALL):  # memory may be kicked, too
             return False
         for _ in range(REST):
             y = over_common_period(

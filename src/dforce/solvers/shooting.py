@@ -14,7 +14,7 @@ import numpy as np
 from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
-from dforce.solvers.guess import FRESH, NUDGE, best_order, correction, look_ahead, predict
+from dforce.solvers.guess import ASTRAY, FRESH, NUDGE, best_order, correction, look_ahead, predict
 from dforce.solvers.kicks import HARD, MEMO, are_lanes_enough, is_suspect, kick, remember, stay, suspicion
 from dforce.solvers.lanes import filled, lanes_over_common_period, park
 from dforce.solvers.rk4 import advance, over_common_period
@@ -23,7 +23,6 @@ CONTRACTS = 0.1  # a tangent is kept while each correction lowers the miss by th
 SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 AHEAD = 4  # orbits that are guessed side by side
-ASTRAY = 0.01  # of the free amplitude: a guess that needed a longer correction is not used
 AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
 DOUBTS = 8  # steps at most from one that kicks hard until it is looked into, all together
 CONVERGED, LOST, UNSTABLE, DOUBTED = 0, 1, 2, 3  # what became of an orbit
@@ -187,8 +186,7 @@ def follow(
     nearest, memo = np.full(2, np.inf), np.full(MEMO, np.inf)
     memo[0] = 0.0
     # steps that kick hard, and what was before them
-    # (0 by itself is a type of its own to numba, which would compile what it is passed to twice)
-    hard, asked = np.empty(DOUBTS, np.int64), 0 * known
+    hard, asked = np.empty(DOUBTS, np.int64), 0
     kicked, kicked_memory = np.empty((DOUBTS, size)), np.empty((DOUBTS, memory_size()))
     kicked_latched = np.empty((DOUBTS, latch_count()))
     phases(tones, first, bases)
@@ -280,7 +278,7 @@ def follow(
             )  # fmt: skip
             if done <= i:
                 return done
-            asked = 0 * known
+            asked = 0
     return sure(
         end, hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first,
         common, points, tones, bases, table, kinks, stage, work, block, p, infos,

@@ -18,7 +18,7 @@ from dforce.case import Case
 from dforce.case._paths import changed, with_number
 from dforce.errors import DForceError, ParameterError
 from dforce.forces import Force
-from dforce.kernel import TWO_PI, Array
+from dforce.kernel import TWO_PI, Array, signature
 from dforce.problem import Problem
 from dforce.solvers.lot import Lot
 from dforce.sweeps._axes import Axis
@@ -30,7 +30,15 @@ CORNERS = 64  # of the grid, at most, that are validated as whole cases
 
 
 class Grid:
-    """All problems of a grid of numbers, numbered in the order of the axes, the last one fastest."""
+    """All problems of a grid of numbers, numbered in the order of the axes, the last one fastest.
+
+    Attributes
+    ----------
+    example
+        The first of them.
+    alike
+        Whether all of them have the same laws, so that one kernel solves them.
+    """
 
     def __init__(self, case: Case, axes: Sequence[Axis]) -> None:
         self.case, self.axes = case, list(axes)
@@ -40,6 +48,7 @@ class Grid:
             pairs = [(axis.path, axis.values[i]) for axis, i in zip(axes, corner, strict=True)]
             type(case)(**changed(case, pairs))
         self.example = self.problem(0)
+        self.alike = True
         self.pieces: dict[str, tuple[list[int], Array]] = {}
         self._fill()
 
@@ -79,6 +88,7 @@ class Grid:
                 for i, value in zip(of_piece, index, strict=True):
                     where[i] = value
                 problem = self._problem(where)
+                self.alike = self.alike and _laws(problem) == _laws(self.example)
                 for name in names:
                     rows[name].append(_piece(problem, name))
             for name in names:
@@ -132,6 +142,11 @@ class Grid:
             example, np.concatenate([first, per_mode.reshape(len(numbers), -1), *laws], axis=1), table,
             _distinct(_joined(kinks, len(numbers))), _joined(jumps, len(numbers)),
         )  # fmt: skip
+
+
+def _laws(problem: Problem) -> list[Any]:
+    """Return what of the forces decides how they are computed."""
+    return [(signature(force), force.timed) for force in problem.forces]
 
 
 def _piece(problem: Problem, name: str) -> list[float]:

@@ -165,7 +165,7 @@ class Part:
         from dforce.solvers.lot import fits
         from dforce.sweeps._grid import NOWHERE
 
-        if not fits(self.grid.example, self.case.solver):
+        if not self.grid.alike or not fits(self.grid.example, self.case.solver):
             for number in range(len(self.numbers)):
                 yield functools.partial(self._alone, number)
             return
