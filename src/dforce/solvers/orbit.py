@@ -336,12 +336,11 @@ class Follower:
         while abs(high - low) > FINEST * step:
             steps = np.linspace(low, high, PARTS + 1)[1:]
             found, _ = self._follow(steps, last.motion, last, wary=False)
-            if len(found) == PARTS and high == lost != zc[-1]:  # it goes on from where it was lost
-                last, low, high = found[-1:], lost, float(zc[-1])
-                lost = high
-                continue
             if len(found) == PARTS:
-                if _distance(found.motion, first.motion) < AT_ONCE:
+                if high != zc[-1]:  # states are compared at one distance
+                    steps = np.linspace(high, float(zc[-1]), PARTS + 1)[1:]
+                    found, _ = self._follow(steps, found.motion, found, wary=False)
+                if len(found) == PARTS and _distance(found.motion, first.motion) < AT_ONCE:
                     return  # a kick or a guess too far off, but the same state
                 break
             high = float(steps[len(found)])
