@@ -43,7 +43,7 @@ class Linker:
         """
         if function in self._names:
             return self._names[function]
-        node = parse_function(function)
+        source = _read(function)
         wanted = name or f"{function.__module__.rsplit('.', 1)[-1]}_{function.__qualname__}".replace(".", "_")
         chosen = wanted if wanted not in self._taken else f"{wanted}_{len(self._taken)}"
         self._taken.add(chosen)
@@ -51,15 +51,12 @@ class Linker:
         own = inspect.unwrap(function).__globals__
         replacements = {
             used: self._resolve(own, used, function.__qualname__)
-            for used in sorted(global_names(node))
+            for used in source.names
             if used in own or used not in vars(builtins)
         }
-        node = _Renamer(replacements).visit(node)
-        node.name = chosen
         decorator = decorator or decorator_of(function)
-        if decorator != "inlined":  # laws stay as they are: x**n with a literal n is a product
-            node = _Plainer().visit(node)
-        self.emit(ast.unparse(ast.fix_missing_locations(node)), decorator)
+        # laws stay as they are: x**n with a literal n is a product
+        self.emit(source.text(chosen, replacements, plain=decorator != "inlined"), decorator)
         return chosen
 
     def add_entry(self, function: Callable[..., Any], name: str) -> None:
@@ -78,7 +75,7 @@ class Linker:
         """Add text to the module, as a function with this decorator where one is given."""
         self.text.append(f"@{decorator}\n{text}" if decorator else text)
 
-    def _resolve(self, own: dict[str, Any], used: str, user: str) -> ast.expr:
+    def _resolve(self, own: dict[str, Any], used: str, user: str) -> str:
         """Return what stands in the text for a name that a function reads from its file."""
         if used not in own:
             raise ForceError(f"'{user}' uses '{used}', which is not defined")
@@ -87,13 +84,13 @@ class Linker:
         if literal is not None:
             return literal
         if value is math or value is np:
-            return ast.Name("math" if value is math else "np", ast.Load())
+            return "math" if value is math else "np"
         if getattr(value, "__module__", None) == slots.__name__:
-            return ast.Name(value.__name__, ast.Load())
+            return str(value.__name__)
         if inspect.isbuiltin(value) and value.__module__ == "math":
-            return ast.Attribute(ast.Name("math", ast.Load()), value.__name__, ast.Load())
+            return f"math.{value.__name__}"
         if isinstance(value, FunctionType):
-            return ast.Name(self.add(value), ast.Load())
+            return self.add(value)
         raise ForceError(
             f"'{user}' uses '{used}', a {type(value).__name__}; a law may use only numbers, "
             "functions of math and functions of its own file"
@@ -160,9 +157,38 @@ def global_names(node: ast.FunctionDef) -> set[str]:
     return {name.id for name in names if isinstance(name.ctx, ast.Load)} - local
 
 
+class _Source:
+    """A function as it was read, and the texts made of it: most kernels share most of their functions."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        tree = parse_function(function)
+        self.names = sorted(global_names(tree))
+        self._unused = [tree]  # the first text uses it up
+        self._texts: dict[tuple[Any, ...], str] = {}
+
+    def text(self, name: str, replacements: dict[str, str], plain: bool) -> str:
+        """Return the function under this name, with these texts in the place of names from outside."""
+        key = (name, plain, *replacements.items())
+        if key not in self._texts:
+            try:
+                tree = self._unused.pop()
+            except IndexError:
+                tree = parse_function(self._function)
+            tree = _Renamer(replacements).visit(tree)
+            tree.name = name
+            if plain:
+                tree = _Plainer().visit(tree)
+            self._texts[key] = ast.unparse(ast.fix_missing_locations(tree))
+        return self._texts[key]
+
+
+_read = functools.lru_cache(maxsize=1024)(_Source)
+
+
 class _Renamer(ast.NodeTransformer):
-    def __init__(self, replacements: dict[str, ast.expr]) -> None:
-        self.replacements = replacements
+    def __init__(self, replacements: dict[str, str]) -> None:
+        self.replacements = {used: ast.parse(text, mode="eval").body for used, text in replacements.items()}
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         if isinstance(node.ctx, ast.Load) and node.id in self.replacements:
@@ -198,19 +224,17 @@ class _Plainer(ast.NodeTransformer):
         return ast.parse(f"{kind}({value.value})", mode="eval").body
 
 
-def _literal(value: Any) -> ast.expr | None:
+def _literal(value: Any) -> str | None:
     """Return a number, or a tuple of numbers, as source text; None for anything else."""
-    if isinstance(value, bool):
-        return ast.Constant(value)
-    if isinstance(value, int | np.integer):
-        return ast.parse(repr(int(value)), mode="eval").body
+    if isinstance(value, bool | int | np.integer):
+        return repr(value if isinstance(value, bool) else int(value))
     if isinstance(value, float | np.floating):
         number = float(value)
-        return ast.parse(repr(number) if math.isfinite(number) else f"float('{number}')", mode="eval").body
+        return repr(number) if math.isfinite(number) else f"float('{number}')"
     if isinstance(value, tuple) and value:
         items = [_literal(item) for item in value]
         found = [item for item in items if item is not None]
-        return ast.Tuple(found, ast.Load()) if len(found) == len(items) else None
+        return f"({', '.join(found)},)" if len(found) == len(items) else None
     return None
 
 
