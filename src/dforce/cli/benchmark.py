@@ -17,7 +17,7 @@ WIDE = 1000  # columns: more than any row takes
 
 
 def benchmark(
-    quick: Annotated[bool, typer.Option("--quick", help="Two repeats, and few people at the window.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Rough figures in a moment, without the window.")] = False,
     accuracy: Annotated[bool, typer.Option("--accuracy", help="What accuracy costs, for each method.")] = False,
     json: Json = False,
     traceback: Traceback = False,

@@ -217,7 +217,7 @@ class LSODA(Integrator):
         )  # fmt: skip
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
-        lock_in, measured, phases = (self.kernel.entry(name) for name in ("lock_in", "measure", "phases"))
+        phases, reading = self.kernel.entry("phases"), self.kernel.entry("measure" if every else "lock_in")
         flow, bases = self._flow_from(motion), np.empty(len(self.tones))
         out.fill(np.nan)
         for row in range(periods):
@@ -231,11 +231,11 @@ class LSODA(Integrator):
                 break
             phases(self.tones, period, bases)
             if every:
-                measured(
+                reading(
                     self.block, period, self.points, self.tones, bases, self.p, self.kinks, self.harmonics, out[row],
                 )  # fmt: skip
             else:
-                lock_in(self.block, self.points, self.tones, bases, out[row])
+                reading(self.block, self.points, self.tones, bases, out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

@@ -1,6 +1,7 @@
 """Loops written by hand for one case each: what the composed kernels are measured against.
 
-Lengths in units of the free amplitude, time in 1/omega, as a careful author would write them for this one problem.
+Lengths in units of the free amplitude, time in 1/omega, as a careful author would write them for this one problem. The file
+is loaded as kernels are, and its compiled code kept where theirs is: see ``timing.by_hand``.
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"}}
+OPTIONS: dict[str, Any] = {
+    "cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"},
+}  # fmt: skip
 LANES = 16
 
 
-@njit(nogil=True)
+@njit(cache=True, nogil=True)
 def hertz(
     surface: float, stiffness: float, g: float, cosine: Any, sine: Any, points: int, periods: int
 ) -> tuple[float, float]:
@@ -74,7 +77,7 @@ def dmt_kelvin_voigt(zc: float, law: Any, g: float, cosine: Any, points: int, pe
     return x
 
 
-@njit(nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def hertz_lanes(
     surface: Any, stiffness: float, g: float, cosine: Any, points: int, periods: int, x: Any, v: Any
 ) -> None:

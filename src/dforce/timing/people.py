@@ -31,7 +31,7 @@ PAUSES = 1.0, 3.0  # s between two values of a person
 PATIENCE = 10.0  # s for the last values
 STARTING = 120.0  # s for the first curve, which may have to be compiled
 NEEDED = ("nicegui", "plotly")
-FULL, QUICK = (30, 60.0), (5, 2.0)  # people, seconds
+MANY, FEW = (30, 60.0), (5, 2.0)  # people, seconds
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,8 @@ class Answers:
         return lines + [Measure(f"{which}: memory a session", self.memory, "MB")] * (self.memory is not None)
 
 
-def measures(quick: bool, progress: Callable[[str], None]) -> list[Measure]:
+def measures(count: int, seconds: float, progress: Callable[[str], None]) -> list[Measure]:
     """Return what people at the window see, as lines of a table; one that says why, where there is no window."""
-    count, seconds = QUICK if quick else FULL
     progress(f"the window, {count} people at once for {seconds:g} s")
     try:
         return answers(count, seconds).measures()

@@ -38,25 +38,43 @@ class Row:
 
 
 class Table:
-    """Rows of a table, and the clock that fills them."""
+    """Rows of a table, and the clock that fills them.
 
-    def __init__(self, repeats: int, progress: Callable[[str], None]) -> None:
-        self.repeats, self.progress = repeats, progress
+    Parameters
+    ----------
+    repeats
+        The least number of times that a row is timed.
+    budget
+        Time (s) until which a row is timed again, since the best time of what is short varies most.
+    progress
+        Called with the name of what is timed next.
+    clock
+        Returns the time (s).
+    """
+
+    def __init__(
+        self, repeats: int, budget: float, progress: Callable[[str], None], clock: Callable[[], float]
+    ) -> None:
+        self.repeats, self.budget, self.progress, self.clock = repeats, budget, progress, clock
         self.rows: list[Row] = []
 
     def time(
         self, name: str, work: Callable[[], Any], count: int = 1, to: str = "", limit: float | None = None,
         repeats: int | None = None,
     ) -> None:  # fmt: skip
-        """Add a row: the best time of `work` over `count` units of it, after one run that does not count."""
+        """Add a row: the best time of `work` over `count` units of it, after one run that does not count.
+
+        With `repeats` given it is timed so often.
+        """
         self.progress(name)
         work()
-        times = []
-        for _ in range(repeats or self.repeats):
-            start = time.perf_counter()
+        times: list[float] = []
+        until = time.perf_counter() + (self.budget if repeats is None else 0.0)
+        while len(times) < (repeats or self.repeats) or time.perf_counter() < until:
+            start = self.clock()
             work()
-            times.append((time.perf_counter() - start) / count)
-        best = min(times)
+            times.append(self.clock() - start)
+        best = min(times) / count
         reference = next((row.seconds for row in self.rows if row.name == to), None)
         ratio = best / reference if reference else None
-        self.rows.append(Row(name, best, max(times) / best, ratio, to if ratio else "", limit))
+        self.rows.append(Row(name, best, max(times) / min(times), ratio, to if ratio else "", limit))
