@@ -1,9 +1,13 @@
 """Curves of states: what they must agree with is the transient, the identities of docs/theory/identities.md, and each other."""
 
+import collections
+import math
+
 import numpy as np
 import pytest
 
 import dforce as df
+from dforce import runs
 from dforce.errors import ParameterError
 from dforce.solvers import continuation
 
@@ -210,6 +214,79 @@ def test_ctrl_c_keeps_the_points_that_are_done(case):
     assert np.isfinite(part["amplitude"]).all()
 
 
+def stopped(case, when, resume=None):
+    """Return the branches of a case, stopped where `when` says yes to the searches done, the curve, and looks at it."""
+    looks = collections.Counter()
+
+    def progress(done, total, note):
+        curve = note.split(",")[0]
+        looks[curve] += 1
+        if when(done, curve, looks[curve]):
+            raise KeyboardInterrupt
+
+    return df.run(case, progress, resume)
+
+
+def assert_same(rest, whole):
+    assert set(rest.variables) == set(whole.variables) and "interrupted" not in rest.attrs
+    for name in whole.variables:
+        np.testing.assert_array_equal(rest[name].values, whole[name].values, err_msg=str(name))
+
+
+# two curves: the first from far away, the second found by the second of three searches
+SHORT = {"search": 3, "largest_step": 0.05}
+MOMENTS = {
+    "at the first look": lambda done, curve, look: True,
+    "within the first curve": lambda done, curve, look: look == 12,
+    "in a search that finds nothing": lambda done, curve, look: done == 1,
+    "as the second curve is found": lambda done, curve, look: curve == "curve 2",
+    "within the second curve": lambda done, curve, look: curve == "curve 2" and look == 50,
+    "far along the second curve": lambda done, curve, look: curve == "curve 2" and look == 100,
+    "in the last search": lambda done, curve, look: done == 3,
+    "when all is done": lambda done, curve, look: done == 4,
+}
+
+
+@pytest.fixture(scope="module")
+def detached(case):
+    """Return cases whose second curve is open or closed, and all their states."""
+    short = case.replace(experiment=case.experiment.replace(**SHORT))
+    cases = {"open": short, "closed": short.replace("forces", [df.forces.JKR(surface_energy="30 mJ/m^2")])}
+    return {name: (one, df.run(one)) for name, one in cases.items()}
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("second", ["open", "closed"])
+def test_stopped_curves_go_on_to_the_same_states_bit_for_bit(detached, moment, second, monkeypatch, tmp_path):
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+    case, whole = detached[second]
+    part, looks = stopped(case, MOMENTS[moment]), {"whole": [], "rest": []}
+    assert part.attrs["interrupted"] == 1
+    df.run(case, lambda *look: looks["whole"].append(look))
+    resume = df.read(df.write(part, tmp_path / "part.nc"))
+    rest = df.run(case, lambda *look: looks["rest"].append(look), resume)
+    assert_same(rest, whole)
+    # a search that is done again takes a dozen; of the points kept only starts and special ones take none by themselves
+    assert len(looks["rest"]) <= len(looks["whole"]) - part.sizes["point"] + 20
+
+
+def test_curves_may_be_stopped_again_while_an_old_search_is_done_again(detached, monkeypatch):
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+    case, whole = detached["open"]
+    first = stopped(case, MOMENTS["within the second curve"])
+    second = stopped(case, MOMENTS["at the first look"], first)
+    assert second.sizes["point"] == first.sizes["point"] > (whole["branch"] == 1).sum()
+    assert_same(df.run(case, resume=second), whole)
+
+
+def test_a_curve_goes_on_even_where_its_search_finds_it_no_more(detached, monkeypatch):
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+    case, whole = detached["open"]
+    part = stopped(case, MOMENTS["within the second curve"])
+    monkeypatch.setattr(continuation, "search", lambda *others: iter(()))
+    assert_same(df.run(case, resume=part), whole)
+
+
 def test_branches_survive_being_written_and_read(states, tmp_path):
     assert df.read(df.write(states, tmp_path / "states.nc")).identical(states)
     lines = df.write(states, tmp_path / "states.csv").read_text(encoding="utf-8").splitlines()
@@ -243,3 +320,19 @@ def test_a_curve_that_closes_from_the_other_side_alone_holds_each_orbit_once(mon
     curve = continuation.Curve(Orbit("start"))
     curve.grow(None, 1.0, 100, lambda: None)
     assert curve.points == ["start", "ahead", "behind", "start"]
+
+
+def test_a_curve_that_closed_behind_its_start_is_whole_when_it_is_restored(monkeypatch):
+    class Orbit:
+        def __init__(self, *u):
+            self.u = np.array(u)
+
+        def reversed(self):
+            return self
+
+    around = [Orbit(0.0, 0.0), Orbit(-1.0, 1.0), Orbit(-2.0, 0.0), Orbit(-1.0, -1.0), Orbit(0.0, 0.0)]
+    curve = continuation.Curve.of_places({-place: orbit for place, orbit in enumerate(around)})
+    monkeypatch.setattr(continuation, "trace", None)  # would lead around once more
+    curve.grow(None, 1.0, 100, lambda: None)
+    assert curve.points == around[::-1]
+    assert curve.places == [-4, -3, -2, -1, 0]

@@ -79,7 +79,9 @@ def run(
         for line in [*status_lines(result), *advice_lines(result, str(written) if written.suffix == ".nc" else case)]:
             say(line)
     if stopped:
-        done = f"{_computed(result)} of {_points(result)} points"
+        computed, points = _computed(result), _points(result)
+        # how many states there are is known when all are found
+        done = f"{computed} points" if computed == points else f"{computed} of {points} points"
         say(f"dforce: stopped; {done} are done and kept{_how(written)}")
     return code
 

@@ -88,6 +88,7 @@ class Branches(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return the points of all curves, one curve after the other; see :class:`Experiment`."""
+        from dforce.experiments._restart import restore_curves, stop_curves
         from dforce.solvers.continuation import Curve, search
         from dforce.solvers.fixed_point import PeriodMap, free_orbit
         from dforce.solvers.integrator import INTEGRATORS, sample_count
@@ -101,9 +102,14 @@ class Branches(Experiment):
         period_map = PeriodMap(integrator, place, low, high)
         _refuse_changing_period(among)
         curves: list[Curve] = []
-        done, total = 0, 1 + self.search
+        kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
+        under_way, total = (0, 0), 1 + self.search  # which search, and how many curves there were before it
+        if earlier is not None:
+            kept, under_way = restore_curves(earlier, period_map)
+            curves, kept = kept[: under_way[1]], kept[under_way[1] :]
 
         def watch() -> None:
+            done = under_way[0]
             if not curves:
                 return progress(done, total, "")
             last = max((curves[-1].forth, curves[-1].back), key=len)[-1]
@@ -113,21 +119,25 @@ class Branches(Experiment):
         def grow(orbit: Orbit) -> None:
             left = self.max_points - sum(len(curve.points) for curve in curves)
             if left > 1:
-                curves.append(Curve(orbit))
+                # a search that is done again finds the same orbits in the same order
+                curves.append(kept.pop(0) if kept else Curve(orbit))
                 curves[-1].grow(period_map, self.largest_step, left, watch)
 
         try:
-            first = free_orbit(period_map, start / period_map.span)
+            first = free_orbit(period_map, start / period_map.span) if under_way[0] == 0 else None
             if first is not None:
                 grow(first if start < stop else first.reversed())
-            for done in range(1, total):
-                share = (done - 1) / max(self.search - 1, 1)
+            for number in range(max(1, under_way[0]), total):
+                under_way = number, len(curves)
+                share = (number - 1) / max(self.search - 1, 1)
                 for orbit in search(period_map, curves, (start + share * (stop - start)) / period_map.span, watch):
                     grow(orbit)
+                while kept:  # a search on another machine may miss what the first one has found
+                    grow(kept[0].forth[0])
             progress(total, total, "")
         except KeyboardInterrupt:
-            data = self._dataset(period_map, curves, quantity)
-            data.attrs["interrupted"] = 1
+            data = self._dataset(period_map, curves + kept, quantity)
+            stop_curves(data, curves + kept, under_way)
             return data
         return self._dataset(period_map, curves, quantity)
 

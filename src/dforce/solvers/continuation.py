@@ -10,7 +10,7 @@ Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations, product
 
@@ -35,6 +35,7 @@ from dforce.solvers.transient import Watch, decay_periods
 EASY, HARD = 3, 6  # corrections up to which the step grows, and from which on it shrinks
 GROWTH = 1.5
 SMALLEST = 1e-6  # step at which a curve is given up
+LOOP = 4  # points before a curve may close
 STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
 ASTRAY = 0.5  # of a step: an orbit farther from its prediction may be on another curve
 SHARP = 1e-7  # of a step: how well a special point is located
@@ -55,13 +56,28 @@ class Curve:
         self.forth = [start]
         self.back = [start.reversed()]
 
+    @classmethod
+    def of_places(cls, orbits: Mapping[int, Orbit]) -> Curve:
+        """Return the curve that has these orbits at these places."""
+        curve = cls(orbits[0])
+        curve.forth += [orbits[place] for place in sorted(orbits) if place > 0]
+        curve.back += [orbits[place] for place in sorted(orbits, reverse=True) if place < 0]
+        return curve
+
     @property
     def points(self) -> list[Orbit]:
         """The orbits in order along the curve."""
         return [*reversed(self.back[1:]), *self.forth]
 
+    @property
+    def places(self) -> list[int]:
+        """The places of these orbits, counted from the one where the curve was found; those behind it are negative."""
+        return [*range(1 - len(self.back), 0), *range(len(self.forth))]
+
     def grow(self, period_map: PeriodMap, largest: float, most: int, watch: Watch) -> None:
-        """Trace it both ways in steps of at most `largest` (scaled), up to so many points in all."""
+        """Trace it both ways in steps of at most `largest` (scaled), up to so many points in all, on from what there is."""
+        if _is_closed(self.back):
+            return
         closed = trace(period_map, self.forth, largest, most, watch)
         if not closed and trace(period_map, self.back, largest, most - len(self.forth) + 1, watch):
             del self.forth[1:]  # the other way led all around: what was traced before lies on it
@@ -70,10 +86,13 @@ class Curve:
 def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int, watch: Watch) -> bool:
     """Extend a curve beyond its last point until it leaves the parameter's range; return whether it closed.
 
-    It also ends, with its last point marked ``end``, where no step however short leads on, and after `most` points.
+    It also ends, with its last point marked ``end``, where no step however short leads on, and after `most` points. All that
+    the next point depends on is kept in the first and the last one, so that a curve may be traced in parts.
     """
-    start = last = points[-1]
-    first, step = len(points), 0.1 * largest
+    start, last = points[0], points[-1]
+    if _is_closed(points) or (len(points) > 1 and last.special):
+        return _is_closed(points)
+    step = last.step or 0.1 * largest
     across = along_parameter(period_map.size)
     while len(points) < most:
         watch()
@@ -88,22 +107,33 @@ def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int,
             guess[-1] = bound
         normal = math.copysign(1.0, ahead) * across if lands else last.tangent
         found = correct(period_map, guess, normal, last.latched, (last.jacobian, last.slope))
+        if found is not None:
+            found = replace(found, step=min(largest, step * _growth(found)))
         if found is None or not _is_next(period_map, last, found, guess, min(step, reach)):
             step = 0.5 * min(step, reach)
             if step < SMALLEST:
                 points[-1] = replace(last, special=last.special or _ending(period_map, last))
                 return False
             continue
-        points += specials(period_map, last, found)
-        closed = len(points) > first + 2 and _passes(last, found, start)
-        points.append(replace(start, tangent=found.tangent) if closed else found)
+        between = specials(period_map, last, found)
+        closed = len(points) + len(between) >= LOOP and _passes(last, found, start)
+        points += [*between, replace(start, tangent=found.tangent) if closed else found]
         if closed or lands:
             return closed
-        corrections = found.values["corrections"]
-        factor = GROWTH if corrections <= EASY else 1.0 / GROWTH if corrections >= HARD else 1.0
-        last, step = found, min(largest, step * factor)
+        last, step = found, found.step
     points[-1] = replace(last, special=last.special or END)
     return False
+
+
+def _is_closed(points: list[Orbit]) -> bool:
+    """Say whether a curve has come back to its start."""
+    return len(points) > LOOP and np.array_equal(points[-1].u, points[0].u)
+
+
+def _growth(found: Orbit) -> float:
+    """Return by how much the next step is longer than the one that led to an orbit."""
+    corrections = found.values["corrections"]
+    return GROWTH if corrections <= EASY else 1.0 / GROWTH if corrections >= HARD else 1.0
 
 
 def _is_next(period_map: PeriodMap, last: Orbit, found: Orbit, guess: Array, step: float) -> bool:

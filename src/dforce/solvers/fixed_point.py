@@ -57,6 +57,8 @@ class Orbit:
         Least distance minus each distance at which a force is not smooth (m).
     special
         What is special about it: ``""``, ``fold``, ``period_doubling``, ``torus``, ``grazing`` or ``end``.
+    step
+        Scaled length of the step along the curve to be tried from it; 0 where none is known yet.
     """
 
     u: Array
@@ -67,6 +69,7 @@ class Orbit:
     values: dict[str, Any]
     gaps: Array
     special: str = ""
+    step: float = 0.0
 
     def reversed(self) -> Orbit:
         """Return it with the tangent the other way."""
