@@ -111,6 +111,19 @@ def helper_here(x):
     return x
 
 
+def test_arrays_of_numbers_are_copied_once_and_those_of_two_files_do_not_mix(define):
+    text = "import numpy as np\nTABLE = np.array([[1.5, {}], [3.0, 4.0]])\n"
+    text += "def other(d):\n    return TABLE[0, 1]\ndef law(d):\n    return d * TABLE[1, 0] + other(d)\n"
+    first, second = define(text.format("2.0"), name="one").law, define(text.format("7.0"), name="two").law
+    linker = Linker()
+    names = [linker.add(first), linker.add(second)]
+    module = {"compiled": lambda f: f, "inlined": lambda f: f, "math": math, "np": np}
+    exec("\n\n".join(linker.text), module)
+    assert [module[name](2.0) for name in names] == [8.0, 13.0]
+    assert "\n\n".join(linker.text).count("np.array") == 2
+    assert compile_function(first)(2.0) == 8.0
+
+
 def test_a_law_cannot_take_the_place_of_a_name_of_the_kernel(define):
     """A file drive.py with a function at would be called drive_at, which the kernel has."""
     law = define("def at(d):\n    return d\n", name="drive").at
@@ -125,6 +138,8 @@ def test_a_law_cannot_take_the_place_of_a_name_of_the_kernel(define):
         ("def law(d):\n    return (lambda x: x)(d)", "without lambda"),
         ("COUNT = 0\ndef law(d):\n    global COUNT\n    return d", "without lambda, global"),
         ("def law(d):\n    def inner(x):\n        return x\n    return inner(d)", "must not define functions inside"),
+        ("import numpy as np\nX = np.array([np.nan])\ndef law(d):\n    return X[0]", "other than finite numbers"),
+        ("import numpy as np\nX = np.array(['a'])\ndef law(d):\n    return X[0]", "other than finite numbers"),
         ("import os\ndef law(d):\n    return os.getpid()", "a module"),
     ],
 )

@@ -1,34 +1,35 @@
-"""The exponential of the laws: without a call, so that many motions march side by side, and one does not wait for it."""
+"""The exponential of the laws: without a call, so that many motions march side by side, and soon known."""
 
 from __future__ import annotations
 
 import numpy as np
 
-LOW, HIGH = -708.0, 709.0  # beyond these the result is 0 and infinity
-PER_LN2 = 1.4426950408889634
-# ln 2 in two parts: multiples of the first are exact
-LN2, LN2_REST = 0.6931471526622772, 2.7897668087737545e-08
+# powers of two in steps of 1/256: what is left of a step needs a short polynomial only
+LAST, SHIFT = 255, 44  # of the steps; places of the exponent's bits behind theirs
+PER_E = 369.3299304675746  # steps to a factor of e: 256 / ln 2
+REACH = 708.0 * PER_E  # beyond it on either side the result is 0 or infinity
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52: what is added to it is rounded to a whole number, found in the last bits
-BIAS = 1023  # of the exponent in a number's bits
-# (exp(r) - 1 - r) / r^2 to a relative error of exp(r) of 2e-17 for |r| < ln(2)/2, interpolated at Chebyshev's nodes
-C0, C1, C2, C3, C4 = 0.5, 0.16666666666666669, 0.04166666666662413, 0.008333333333330062, 0.0013888888917213717
-C5, C6, C7 = 0.00019841269863053618, 2.4801521295954376e-05, 2.7557268459997064e-06
-C8, C9 = 2.7620088445409746e-07, 2.510038549551032e-08
+# the bits of 2^(k / 256), less those of k where they stand
+POWERS = (2.0 ** (np.arange(LAST + 1) / (LAST + 1))).view(np.int64) - (np.arange(LAST + 1, dtype=np.int64) << SHIFT)
+# (2^(r / 256) - 1) / r to a relative error of 5e-18 for |r| < 1/2, interpolated at Chebyshev's nodes
+C1, C2, C3, C4 = 0.0027076061740622767, 3.665565596910102e-06, 3.308302983772032e-09, 2.2393953277133572e-12
 
 
 def exponential(x: float) -> float:
-    """Return exp(x) to a few units in the last place; not a number for what is none."""
-    if x < LOW:
-        return np.float64(0.0)
-    if x > HIGH:
-        return np.float64(np.inf)
-    shifted = x * PER_LN2 + ROUNDER
-    whole = shifted - ROUNDER
-    r = x - whole * LN2 - whole * LN2_REST
-    r2 = r * r
-    r4 = r2 * r2
-    low = (C0 + C1 * r) + r2 * (C2 + C3 * r)
-    high = (C4 + C5 * r) + r2 * (C6 + C7 * r)
-    rest = low + r4 * (high + r4 * (C8 + C9 * r))
-    bits = (np.float64(shifted).view(np.int64) + BIAS) << 52
-    return np.int64(bits).view(np.float64) * (1.0 + r + r2 * rest)
+    """Return exp(x), not a number where x is none.
+
+    It is right to a few units in the last place, and what a unit in that of x changes.
+    """
+    return raised(x * PER_E, 1.0)
+
+
+def raised(x: float, factor: float) -> float:
+    """Return factor * 2^(x / 256), that is factor * exp(x / PER_E): a law that knows x in these steps knows it sooner."""
+    if abs(x) < REACH:
+        shifted = x + ROUNDER
+        whole = np.float64(shifted).view(np.int64)
+        scale = factor * np.int64(POWERS[whole & LAST] + (whole << SHIFT)).view(np.float64)
+        r = x - (shifted - ROUNDER)
+        r2 = r * r
+        return scale * ((1.0 + C1 * r) + r2 * ((C2 + C3 * r) + C4 * r2))
+    return np.float64(0.0) if x < 0.0 else factor * x * np.float64(np.inf)

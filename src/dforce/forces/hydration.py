@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import exp, pi
 
-from dforce.forces._exponential import exponential
+from dforce.forces._exponential import PER_E, raised
 from dforce.forces._force import Force
 from dforce.parameters import param, shared
 
@@ -35,8 +35,8 @@ class Hydration(Force):
 
     @property
     def steepness(self) -> float:
-        """Inverse of the decay length (1/m)."""
-        return 1.0 / self.decay
+        """Inverse of the decay length, in steps of the exponential (1/m)."""
+        return PER_E / self.decay
 
     @property
     def contact_force(self) -> float:
@@ -47,11 +47,12 @@ class Hydration(Force):
     def law(
         d: float, rate: float, t: float, strength: float, steepness: float, a0: float, contact_force: float
     ) -> float:
-        return strength * exponential(-steepness * d) if d > a0 else contact_force
+        return raised(-steepness * d, strength) if d > a0 else contact_force
 
     @staticmethod
     def potential(d: float, strength: float, steepness: float, a0: float, contact_force: float) -> float:
-        return strength * exp(-steepness * d) / steepness if d > a0 else contact_force * (1.0 / steepness + a0 - d)
+        decay = PER_E / steepness
+        return raised(-steepness * d, strength * decay) if d > a0 else contact_force * (decay + a0 - d)
 
     def kinks(self) -> tuple[float, ...]:
         return (self.a0,)

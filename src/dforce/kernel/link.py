@@ -30,6 +30,7 @@ class Linker:
 
     def __init__(self) -> None:
         self._names: dict[Callable[..., Any], str] = {}
+        self._tables: dict[str, str] = {}
         self._taken: set[str] = set(vars(slots)) | RESERVED
         self.text: list[str] = []
 
@@ -38,7 +39,7 @@ class Linker:
 
         `decorator` is the composed module's name for how it is compiled; left out: as what others call.
 
-        Raises :class:`ForceError` when it uses something that cannot be copied: only numbers, tuples of numbers,
+        Raises :class:`ForceError` when it uses something that cannot be copied: only numbers, tuples and arrays of numbers,
         functions of `math` and functions with Python source may be used.
         """
         if function in self._names:
@@ -87,14 +88,27 @@ class Linker:
             return "math" if value is math else "np"
         if getattr(value, "__module__", None) == slots.__name__:
             return str(value.__name__)
+        if isinstance(value, np.ndarray):
+            return self._table(value, used, user)
         if inspect.isbuiltin(value) and value.__module__ == "math":
             return f"math.{value.__name__}"
         if isinstance(value, FunctionType):
             return self.add(value)
         raise ForceError(
             f"'{user}' uses '{used}', a {type(value).__name__}; a law may use only numbers, "
-            "functions of math and functions of its own file"
+            "arrays of numbers, functions of math and functions of its own file"
         )
+
+    def _table(self, values: np.ndarray[Any, Any], used: str, user: str) -> str:
+        """Add an array of numbers; return the name under which the text knows it."""
+        if values.dtype.kind not in "fi" or not np.isfinite(values).all():
+            raise ForceError(f"'{user}' uses '{used}', an array that holds something other than finite numbers")
+        text = f"np.array({values.tolist()}, np.{values.dtype})"
+        if text not in self._tables:
+            self._tables[text] = f"{used}_{len(self._taken)}" if used in self._taken else used
+            self._taken.add(self._tables[text])
+            self.emit(f"{self._tables[text]} = {text}")
+        return self._tables[text]
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:

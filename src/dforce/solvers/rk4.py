@@ -38,7 +38,7 @@ from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
 TRIES = 4  # to land behind a kink
-EVEN = 0.01  # share of the way from a kink to `NEAR` by which landings differ: what is off evenly is no roughness
+CLOSE = 1e-5  # how near there a landing must be, relative to the step
 LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
 
 
@@ -114,9 +114,14 @@ def cut_at_kink(
             past = margin(which, y, landed, t, latched, kinks, p)
             wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
             off = (past - 0.5 * wanted) / wanted
-            if not abs(off) < EVEN:
-                first -= off * NEAR * h
+            first -= off * NEAR * h
+            if not abs(off) < CLOSE / NEAR:
                 continue
+            # so near, what is left of the way is that of a motion whose acceleration stays
+            back, reached = -off * NEAR * h, held(distance(landed, p), limits)
+            before = force(reached, rate_of(landed, p), t + seconds(first, p), memory, latched, p)
+            a = forced(free_acceleration(uh, landed, p), before, p)
+            landed = pushed(bent(coasted(landed, back), 0.5 * back * back, a), back, a)
             if passed(y, landed, t, latched, kinks, p) != which:
                 break
             left, between = h - first, t + seconds(first, p)
