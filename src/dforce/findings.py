@@ -94,7 +94,7 @@ def free_amplitudes(dataset: xr.Dataset) -> list[float]:
 def jumps(sweep: xr.Dataset, direction: str = "") -> list[Jump]:
     """Return the jumps of a curve over distance or frequency in one direction.
 
-    Where the orbits were followed, the jumps that were noted on the way count. Else a jump is a step of the first
+    Where orbits were followed, or jumps noted, those that were noted on the way count. Else a jump is a step of the first
     tone's complex amplitude of at least a tenth of the largest amplitude, three times larger than the steps before and
     after it and twice the median step: a coarse grid shows none.
     """
@@ -105,7 +105,7 @@ def jumps(sweep: xr.Dataset, direction: str = "") -> list[Jump]:
     x, amplitude, phase = first[along].values, first["amplitude"].values, first["phase"].values
     there = np.isfinite(amplitude) & np.isfinite(phase)
     x, amplitude, phase = x[there], amplitude[there], phase[there]
-    if along == "zc" and "corrections" in sweep:
+    if along == "zc" and ("corrections" in sweep or "jump_zc" in sweep):
         return list(_noted(sweep, direction, x, phase))
     if len(x) < 5:
         return []

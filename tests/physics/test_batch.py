@@ -168,9 +168,11 @@ def test_coarse_steps_kick_motions_side_by_side_as_they_do_alone():
         assert together.amplitude[i].values == pytest.approx(one.amplitude.values, abs=1e-6 * 10 * NM)
 
 
-@pytest.mark.parametrize("name", ["figure-3-air", "figure-3-air-jump"])  # in lanes; one by one, as the force jumps
-def test_jumps_of_a_sweep_are_those_of_its_single_runs(name):
-    case = df.example(name).replace(
+# in lanes; one by one, as the force jumps
+@pytest.mark.parametrize("name", ["figure-3-air", "figure-3-air-jump"])
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_jumps_of_a_sweep_are_those_of_its_single_runs(name, method):
+    case = df.example(name).replace("solver.method", method).replace(
         experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}, "direction": "retract",
                     "start": {"amplitude": "9.1 nm", "phase": "70 deg"}}
     )  # fmt: skip

@@ -92,6 +92,43 @@ def test_a_jump_is_reported_although_the_point_behind_it_did_not_settle():
     assert curve.jump_zc.values == pytest.approx([9.35 * NM], abs=0.1 * NM)
 
 
+SLOW = [
+    {"method": "transient"}, {"integrator": "adaptive"},
+    {"settle": "fixed", "periods": 1500}, {"settle": "fixed", "periods": 400},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("settings", SLOW, ids=str)
+def test_a_transient_lists_the_jumps_that_the_orbits_have(settings):
+    zc = np.linspace(10.5 * NM, 9 * NM, 16)
+    case = df.example("figure-3-air-jump")
+    orbits, slow = (df.approach(one, zc=zc, direction="both") for one in (case, case.replace("solver", settings)))
+    assert slow.jump_direction.values.tolist() == orbits.jump_direction.values.tolist() == ["approach", "retract"]
+    settled = slow.status.values == df.Status.OK
+    for which, at in enumerate(orbits.jump_zc.values):
+        # a jump is noted between settled motions: as many steps of 0.1 nm as it takes until there is one
+        sound = zc[settled[:, which]]
+        room = sound[sound > at].min() - sound[sound < at].max()
+        assert abs(slow.jump_zc.values[which] - at) <= room
+    told = {found.direction: found.value for found in df.summary(slow) if found.name == "jumps"}
+    assert told == {"approach": [slow.jump_zc.values[0]], "retract": [slow.jump_zc.values[1]]}
+    if settled.all():
+        assert slow.jump_zc.values == pytest.approx(orbits.jump_zc.values, abs=0.1 * NM / 256)
+        assert slow.jump_before.values == pytest.approx(orbits.jump_before.values, abs=1e-3 * NM)
+        assert slow.jump_after.values == pytest.approx(orbits.jump_after.values, abs=1e-3 * NM)
+
+
+def test_a_transient_that_settles_nowhere_lists_no_jump_and_one_that_moves_smoothly_neither():
+    case = df.example("figure-3-air-jump")
+    fixed = case.replace("solver", {"settle": "fixed", "periods": 50})  # of the thousand that it needs
+    hasty = df.approach(fixed, zc=np.linspace(10.5 * NM, 9 * NM, 16), direction="both")
+    assert (hasty.status == df.Status.NOT_SETTLED).all()
+    smooth = df.approach(case.replace("solver.method", "transient"), zc=np.linspace(9.0 * NM, 3 * NM, 7))
+    assert (np.abs(np.diff(smooth.amplitude.values[:, 0])) > 0.05 * 10 * NM).all()  # far from point to point, and yet
+    for curve in (hasty, smooth):
+        assert "jump_zc" not in curve
+
+
 def test_two_tones_share_a_common_period():
     """Figure 6: the second frequency is 6.2 times the first, so that the motion repeats after five periods."""
     case = df.example("figure-6")
@@ -107,6 +144,8 @@ def test_settings_that_only_a_transient_has_choose_it_or_are_refused():
     assert df.SolverSettings(settle="fixed").method == "transient"
     with pytest.raises(df.ParameterError, match="goes with method"):
         df.SolverSettings(method="periodic", integrator="adaptive")
+    with pytest.raises(df.ParameterError, match="a periodic orbit has no settling"):
+        df.SolverSettings(method="periodic", settle="fixed")
 
 
 def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():

@@ -70,10 +70,12 @@ def test_points_done_before_ctrl_c_are_those_of_the_whole_run():
     assert np.isnan(part.amplitude.values[~done]).all()
 
 
-@pytest.mark.parametrize("points", range(15, 18))
-def test_a_run_stopped_beside_a_jump_finds_it_when_it_goes_on(points):
-    case = df.example("figure-3-air-jump").replace(
-        experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}}
+@pytest.mark.parametrize(("method", "points"), [*(("periodic", points) for points in range(15, 18)), ("transient", 17)])
+def test_a_run_stopped_beside_a_jump_finds_it_when_it_goes_on(points, method):
+    case = (
+        df.example("figure-3-air-jump")
+        .replace("solver.method", method)
+        .replace(experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}})
     )
     whole = df.run(case)
     assert whole.sizes["jump"] == 1  # between 9.4 and 9.3 nm: points 17 and 18

@@ -18,7 +18,7 @@ from dforce.observables import measure
 from dforce.observables.finish import finish_each, multipliers
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.find import Transient
+from dforce.solvers.find import SUDDEN, Transient
 from dforce.solvers.integrator import RK4, Integrator, Motion
 from dforce.solvers.kicks import HARD
 from dforce.solvers.lot import Indices, Lot
@@ -101,7 +101,7 @@ class Block:
         self.periodic = settings.method == "periodic"
         self.points = Points.empty(0, 0, 0, 0)
         self.jumps: list[list[Jump]] = [[] for _ in range(len(lot))]
-        # of each problem: the place of its last orbit, if no settled motion came after it, and that orbit
+        # of each problem: the place of its last orbit or settled transient, if none came after it, and that motion
         self._origins, self._orbits = np.full(len(lot), -1), np.empty((len(lot), self.lanes.size))
         self._alone: RK4 | None = None
 
@@ -127,7 +127,10 @@ class Block:
                 ended = todo[(at[todo] > 0) & points.orbit[todo, at[todo] - 1]]
                 self._origins[ended], self._orbits[ended] = at[ended] - 1, y[ended]
             on_orbit = self._settle(points, todo, at, y, zc, doubt)
-            self._note_jumps(points, todo[self._origins[todo] >= 0], at, y, zc)
+            if self.periodic:
+                self._note_jumps(points, todo[self._origins[todo] >= 0], at, y, zc)
+            elif carry:
+                self._note_jumps_of_transients(points, todo, at, y, zc)
             doubt[:] = False
             lost = ~np.isfinite(y).all(axis=1)
             y[lost] = starts[lost]
@@ -185,6 +188,20 @@ class Block:
         follower = Follower(self._integrator(case))
         follower.note_jump(as_motion(last), first, zc)
         self.jumps[case] += follower.jumps
+
+    def _note_jumps_of_transients(self, points: Points, cases: Indices, at: Indices, y: Array, zc: Array) -> None:
+        """Note the jumps of problems between distances at which their motion has settled, as their own runs would."""
+        for case in cases.tolist():
+            before, origin, now = self._orbits[case], int(self._origins[case]), int(at[case]) - 1
+            alone = points.others.get((case, now))
+            if alone is not None and not (alone.settled and alone.repeats):
+                continue
+            if origin >= 0 and np.abs(y[case] - before).max() >= SUDDEN:  # else not worth an integrator
+                finder = Transient(self._integrator(case))
+                finder.integrator.place(float(zc[case, now]))
+                finder.note_jump(as_motion(before), as_motion(y[case]), zc[case, origin : now + 1])
+                self.jumps[case] += finder.jumps
+            self._origins[case], self._orbits[case] = now, y[case]
 
     def _as_steady(self, case: int, y: Array, row: Array) -> Steady:
         """Return an orbit found side by side as the single run's kind, with its amplitude alone."""

@@ -319,7 +319,7 @@ class Follower:
             low, high = orbits.zc[i - 1 : i + 1].tolist()
             self._note_jump(before, after, orbits.zc[i - 1 : i + 1], high, abs(high - low))
 
-    def note_jump(self, motion: Motion, first: Steady, zc: Array) -> None:
+    def note_jump(self, motion: Motion, first: Steady | Orbits, zc: Array) -> None:
         """Note a jump from the orbit of a motion at the first of some distances to the steady motion at the last."""
         last, _ = self._follow(zc[:1], motion)
         if len(last):
