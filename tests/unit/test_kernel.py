@@ -1,5 +1,6 @@
 """The compiled tip equation: equal to the plain one, compiled once, kept on disk, and never for a parameter's sake."""
 
+import contextlib
 import math
 import os
 import subprocess
@@ -16,8 +17,8 @@ from dforce.forces import Force
 from dforce.kernel import store
 from dforce.kernel.compose import compose
 from dforce.problem import Problem
-from dforce.solvers import rk4
-from dforce.solvers.integrator import ENTRIES, INTEGRATORS, free_amplitudes, with_amplitudes
+from dforce.solvers import adaptive, rk4
+from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.lane_orbits import march_lanes
 from dforce.solvers.lot import Lot
 
@@ -55,7 +56,10 @@ def problem(forces=(), modes=1, Q=10.0, zc_modulus=1e9, hamaker=2e-20, viscosity
     )  # fmt: skip
 
 
-def plain(problem, entries=ENTRIES):
+MARCHES = {"march_rk4": rk4.march, "march_adaptive": adaptive.march}
+
+
+def plain(problem, entries=MARCHES):
     """Return the composed module run as plain Python: numba's place is taken by a decorator that does nothing."""
     stand_in = types.ModuleType("numba")
     stand_in.njit = lambda **options: lambda function: function
@@ -68,6 +72,16 @@ def plain(problem, entries=ENTRIES):
     return types.SimpleNamespace(**module)
 
 
+@contextlib.contextmanager
+def interpreted_by(ready, functions):
+    """Let an integrator call these functions, all of one module, in the place of the compiled ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        for compiled in (ready.kernel, ready.solvers):
+            patch.setattr(compiled, "entry", lambda name: getattr(functions, name))
+        patch.setattr(ready, "tip", lambda *names: ready.p)
+        yield
+
+
 @pytest.mark.parametrize(("integrator", "points"), [("rk4", 64), ("adaptive", 32)])
 def test_compiled_equals_plain_python(integrator, points):
     asked = problem()
@@ -77,11 +91,8 @@ def test_compiled_equals_plain_python(integrator, points):
     start = with_amplitudes(ready, free_amplitudes(ready))
     compiled, rows = ready.observe(start, 1)
     interpreted_module = plain(asked)
-    ready.kernel.entry = lambda name: getattr(interpreted_module, name)
-    try:
+    with interpreted_by(ready, interpreted_module):
         interpreted, plain_rows = ready.observe(start, 1)
-    finally:
-        del ready.kernel.entry
     # the compiler may fuse and reorder products: some last digits, and many steps
     assert compiled.y == pytest.approx(interpreted.y, rel=1e-11)
     size = np.abs(plain_rows).max() * 1e-13
@@ -103,11 +114,8 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     for one in problems:
         ready = INTEGRATORS["rk4"](one, df.SolverSettings(method="transient", points_per_period=points), 3)
         ready.place(zc)
-        ready.kernel.entry = lambda name: getattr(functions, name)
-        try:
+        with interpreted_by(ready, functions):
             ends.append(ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)[0].y)
-        finally:
-            del ready.kernel.entry
     # the tables of the drive differ by roundings
     np.testing.assert_allclose(block[end, :2, :2].T, ends, atol=1e-12)
     assert abs(ends[0][1] - ends[1][1]) > 1e-3  # they are told apart
@@ -125,9 +133,22 @@ def test_parameters_never_recompile():
         ready = INTEGRATORS[integrator](asked, chosen, 1 + points // 64)
         ready.place(points * 1e-10)
         ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 2)
-        kernels.add(ready.kernel)
-    assert len(kernels) == 1
-    assert len(kernels.pop().module.march_rk4.signatures) == 1
+        kernels |= {ready.kernel, ready.solvers}
+    assert len(kernels) == 2
+    assert len(ready.kernel.module.advance.signatures) == 1
+    assert len(ready.solvers.module.march_rk4.signatures) == 1
+
+
+def test_the_solvers_are_the_same_for_all_forces_and_compiled_once():
+    few = INTEGRATORS["rk4"](problem([df.forces.Hertz()]), df.SolverSettings(), 3)
+    many = INTEGRATORS["rk4"](
+        problem([df.forces.SLS(elements=4), df.forces.Capillary(formation="1 nm")]), few.settings, 3
+    )
+    assert few.kernel is not many.kernel
+    assert few.solvers is many.solvers
+    motions = [ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)[0] for ready in (few, many)]
+    assert len(few.solvers.module.march_rk4.signatures) == 1
+    assert motions[0].y != motions[1].y
 
 
 def test_a_force_with_another_number_of_states_or_coefficients_is_another_kernel():

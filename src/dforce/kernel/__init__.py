@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from dforce import notices
 from dforce.forces import Force
 from dforce.kernel import store
-from dforce.kernel.compose import compose
+from dforce.kernel.compose import OTHERS, compose, compose_solvers, native_types
 from dforce.problem import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -68,7 +68,10 @@ def kink_distances(problem: Problem) -> Array:
 
 
 class Kernel:
-    """The composed module of one combination of modes and forces; see ``solvers`` for its entry functions."""
+    """A composed module: the tip equation of one combination of modes and forces, or the solvers that call it.
+
+    See ``solvers`` for its entry functions.
+    """
 
     def __init__(self, module: ModuleType, what: str) -> None:
         self.module = module
@@ -76,6 +79,7 @@ class Kernel:
         self.name = module.__name__
         self._announced = False
         self._entries: dict[str, Callable[..., Any]] = {}
+        self._addresses: dict[str, int] = {}
 
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; the first compilation of a kernel announces itself."""
@@ -86,11 +90,28 @@ class Kernel:
             self._entries[name] = function
         return self._entries[name]
 
+    def address(self, name: str, types: str) -> int:
+        """Return where in memory the compiled code for these types lies, to be called by other compiled code."""
+        if name not in self._addresses:
+            function = getattr(self.module, name)
+            if store.is_compiled(self.module, name):
+                function.compile(types)
+            else:
+                self._announce()
+                with store.one_at_a_time(self.module):
+                    function.compile(types)
+            [compiled] = function.overloads.values()
+            self._addresses[name] = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+        return self._addresses[name]
+
+    def _announce(self) -> None:
+        if not self._announced:
+            notices.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
+            self._announced = True
+
     def _compiling(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return a function whose first call compiles, while other processes that want the same wait for it."""
-        if not self._announced:
-            notices.announce(f"Compiling the tip equation for {self.what} (once; it is kept on disk) ...")
-            self._announced = True
+        self._announce()
 
         def first(*arguments: Any) -> Any:
             if name in self._entries:
@@ -121,8 +142,34 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     key = (len(problem.modes), tuple(signature(force) for force in problem.forces), tuple(entries.items()))
     if key not in _KERNELS:
         module = store.load(compose(len(problem.modes), problem.forces, entries))
-        _KERNELS[key] = Kernel(module, " + ".join(force.name for force in problem.forces) or "a free tip")
+        what = " + ".join(force.name for force in problem.forces) or "a free tip"
+        _KERNELS[key] = Kernel(module, f"the tip equation for {what}")
     return _KERNELS[key]
+
+
+def load_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]]) -> Kernel:
+    """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
+    key = (modes, tuple(entries.items()), tuple(called))
+    if key not in _KERNELS:
+        module = store.load(compose_solvers(modes, entries, called))
+        _KERNELS[key] = Kernel(module, f"the solvers for {modes} mode{'s' * (modes > 1)}")
+    return _KERNELS[key]
+
+
+class Tip:
+    """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call."""
+
+    def __init__(self, kernel: Kernel, modes: int, called: dict[str, Callable[..., Any]]) -> None:
+        self._kernel = kernel
+        self._types = {name: native_types(function, modes, len(called)) for name, function in called.items()}
+        self._addresses = [0] * len(called)
+
+    def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:
+        """Return it for one parameter tuple, with these functions compiled."""
+        for i, (name, types) in enumerate(self._types.items()):
+            if name in names:
+                self._addresses[i] = self._kernel.address(name, types)
+        return (*p[:OTHERS], np.array(p[OTHERS:]), *self._addresses)
 
 
 _KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

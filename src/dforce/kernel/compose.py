@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from dforce.forces import Force
-from dforce.kernel.link import Linker
+from dforce.kernel.link import Linker, signature_of
 
 HEADER = '''"""Composed by dForce from {what}; never edited, named by the hash of its content."""
 import math
@@ -26,6 +27,47 @@ entry = njit(**OPTIONS)
 
 # Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
+
+
+# The tip equation as the solvers know it, whatever the forces: the parameters up to CONTACT, an array of the others, and
+# the addresses of the compiled functions that they call.
+MOTION = "UniTuple(f8,{size})"
+TIP = "Tuple(({numbers},f8[::1],{addresses}))"
+OTHERS = CONTACT + 1
+
+
+def native_types(function: Callable[..., Any], modes: int, addresses: int) -> str:
+    """Return the types of a function that is called by its address, one of so many."""
+    tip = TIP.format(numbers=",".join(OTHERS * ["f8"]), addresses=",".join(addresses * ["i8"]))
+    return signature_of(function).format(y=MOTION.format(size=2 * modes), p=tip)
+
+
+def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]]) -> str:
+    """Return the text of a module with entry functions that are the same for all forces.
+
+    Parameters
+    ----------
+    modes
+        Number of cantilever modes.
+    entries
+        The functions to be called from Python, by name.
+    called
+        What they call by its address, in the order of the addresses.
+    """
+    count, first = len(called), OTHERS + 1
+    linker = Linker({f: (first + i, native_types(f, modes, count)) for i, f in enumerate(called)})
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
+    linker.emit(Path(__file__).with_name("calls.py").read_text(encoding="utf-8"))
+    places = range(2 * modes)
+    for text in (
+        f"def mode_count():\n    return {modes}",
+        f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
+        *_samples(places),
+    ):
+        linker.emit(text, "inlined")
+    for name, function in entries.items():
+        linker.add_entry(function, name)
+    return "\n\n".join(linker.text) + "\n"
 
 
 def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
@@ -120,20 +162,29 @@ def _arithmetic(size: int) -> list[str]:
         f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {_pairs(size, arrived_x, arrived_v)}",
         f"def blend(y, h, weights, {slopes}):\n    return {_tuple(blended)}",
         f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
+        *_samples(places),
+    ]
+
+
+def _samples(places: Sequence[int]) -> list[str]:
+    return [
         f"def motion_of(block, i):\n    return {_tuple([f'block[i, {k}]' for k in places])}",
         "def keep(block, i, y):\n" + "\n".join(f"    block[i, {k}] = y[{k}]" for k in places),
+        f"def from_vector(vector):\n    return {_tuple([f'vector[{k}]' for k in places])}",
     ]
 
 
 def _lanes(modes: int, parameters: int) -> list[str]:
     places = range(2 * modes)
+    first = [f"p[{k}]" for k in range(OTHERS)]
+    others = [f"others[{k}]" for k in range(parameters - OTHERS)]
     return [
         f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
         "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
         f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
         f"def lane_drive(amplitudes, j, c):\n    return {_tuple([f'amplitudes[{n}, j] * c' for n in range(modes)])}",
         f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
-        f"def from_vector(vector):\n    return {_tuple([f'vector[{k}]' for k in places])}",
+        f"def whole(p):\n    others = p[{OTHERS}]\n    return {_tuple([*first, *others])}",
     ]
 
 

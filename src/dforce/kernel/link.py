@@ -12,7 +12,7 @@ import functools
 import inspect
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -28,7 +28,9 @@ RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "entry", "
 class Linker:
     """Collects functions and what they call; each is emitted once, callees first."""
 
-    def __init__(self) -> None:
+    def __init__(self, elsewhere: Mapping[Callable[..., Any], tuple[int, str]] | None = None) -> None:
+        """`elsewhere` are functions of another module, with the place of their address in `p` and their types."""
+        self._elsewhere = elsewhere or {}
         self._names: dict[Callable[..., Any], str] = {}
         self._tables: dict[str, str] = {}
         self._taken: set[str] = set(vars(slots)) | RESERVED
@@ -49,22 +51,41 @@ class Linker:
         chosen = wanted if wanted not in self._taken else f"{wanted}_{len(self._taken)}"
         self._taken.add(chosen)
         self._names[function] = chosen
+        if function in self._elsewhere:
+            self._call(function, chosen)
+        else:
+            decorator = decorator or decorator_of(function)
+            self.emit(self._copy(function, source, chosen, decorator), decorator)
+        return chosen
+
+    def _call(self, function: Callable[..., Any], name: str) -> None:
+        """Add a function that calls one elsewhere by its address: in place, for a call on the way would count references."""
+        place, types = self._elsewhere[function]
+        names = function.__code__.co_varnames[: function.__code__.co_argcount]
+        given = ", ".join(names)
+        returned = f"call_by_address({types!r}, {names.index('p')}, {place}, {given})"
+        self.emit(f"def {name}(context, {given}):\n    return {returned}", "intrinsic")
+
+    def _copy(self, function: Callable[..., Any], source: _Source, name: str, decorator: str) -> str:
+        """Return the text of a function under this name, after adding all that it calls."""
         own = inspect.unwrap(function).__globals__
         replacements = {
             used: self._resolve(own, used, function.__qualname__)
             for used in source.names
             if used in own or used not in vars(builtins)
         }
-        decorator = decorator or decorator_of(function)
         # laws stay as they are: x**n with a literal n is a product
-        self.emit(source.text(chosen, replacements, plain=decorator != "inlined"), decorator)
-        return chosen
+        return source.text(name, replacements, plain=decorator != "inlined")
 
     def add_entry(self, function: Callable[..., Any], name: str) -> None:
-        """Add a function that Python calls under this name.
+        """Add a function that is called from outside under this name: from Python, or by its address.
 
         One that others have called already is wrapped; else it is compiled once only, as the entry itself.
         """
+        if signature_of(function):
+            head, _, body = self._copy(function, _read(function), name, "compiled").partition("\n")
+            self.emit(f"{head}\n    p = whole(p)\n{body}", "compiled")
+            return
         if function not in self._names:
             self.add(function, name, "entry")
             return
@@ -121,6 +142,24 @@ def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a function whose sums may be taken in any order: only so are they turned into vector instructions."""
     function.reordered = True  # type: ignore[attr-defined]
     return function
+
+
+def by_address(signature: str) -> Callable[..., Any]:
+    """Mark a function that is compiled for each tip equation, while what calls it, by its address, is compiled once for all.
+
+    `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {p}.
+    """
+
+    def mark(function: Callable[..., Any]) -> Callable[..., Any]:
+        function.signature = signature  # type: ignore[attr-defined]
+        return function
+
+    return mark
+
+
+def signature_of(function: Callable[..., Any]) -> str:
+    """Return the signature of a function that is called by its address, or nothing."""
+    return str(getattr(function, "signature", ""))
 
 
 def decorator_of(function: Callable[..., Any]) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import functools
+import gc
 import hashlib
 import importlib.metadata
 import importlib.util
@@ -26,6 +27,8 @@ from types import ModuleType
 STAMP = 1_500_000_000  # numba trusts its code while the source's time is unchanged: so every writer gives the same time
 LONGEST = 120.0  # s that a process waits for another one's compilation
 MOST_KERNELS = 100  # folders kept, of some 5 MB each; the least recently used go first
+SELDOM = 100_000  # new objects between two looks for garbage while a kernel is compiled
+_COMPILING = threading.RLock()  # what is done meanwhile concerns the whole process
 _IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
 
 
@@ -113,12 +116,24 @@ def one_at_a_time(module: ModuleType) -> Iterator[None]:
     import filelock
 
     lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(".lock"), timeout=LONGEST)
-    with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
-        lock.acquire()
+    with _COMPILING, _seldom_collected():
+        with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
+            lock.acquire()
+        try:
+            yield
+        finally:
+            lock.release()
+
+
+@contextlib.contextmanager
+def _seldom_collected() -> Iterator[None]:
+    """Look for garbage less often: the compiler makes so many objects to stay that this takes a tenth of its time."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(SELDOM, before[0]) if before[0] else 0, *before[1:])
     try:
         yield
     finally:
-        lock.release()
+        gc.set_threshold(*before)
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:

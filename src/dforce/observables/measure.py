@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.link import inlined, reordered
+from dforce.kernel.link import by_address, inlined, reordered
 from dforce.kernel.slots import (
     distance,
     evolve,
@@ -101,6 +101,7 @@ def measure_motion(
     return place
 
 
+@by_address("void(f8[:,::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[:,::1],{p},f8[::1],f8[:,::1],i8,f8[::1])")
 def measure_force(
     block: Any, period: int, points: int, tones: Any, bases: Any, cosine: Any, sine: Any, p: Any, kinks: Any, room: Any,
     forces: int, out: Any,

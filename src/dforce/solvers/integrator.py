@@ -16,13 +16,19 @@ from dforce.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
-from dforce.solvers import _loops, adaptive, lsoda, rk4, shooting
+from dforce.solvers import _loops, adaptive, lanes, lsoda, rk4, shooting
 from dforce.solvers._settings import SolverSettings
 
-ENTRIES: dict[str, Callable[..., Any]] = {
-    "march_rk4": rk4.march,
+# what the solvers call by its address: compiled for each combination of forces
+CALLED: dict[str, Callable[..., Any]] = {
+    "advance": rk4.advance,
+    "advance_copies": lanes.advance_copies,
+    "measure_force": measure.measure_force,
+}
+# compiled once for all forces
+SOLVERS: dict[str, Callable[..., Any]] = {"march_rk4": rk4.march, "follow": shooting.follow}
+ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
     "march_adaptive": adaptive.march,
-    "follow": shooting.follow,
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
     "lock_in": lockin.lock_in,
@@ -110,10 +116,17 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
+        modes = len(problem.modes)
+        self.solvers = kernel.load_solvers(modes, SOLVERS, tuple(CALLED.values()))
+        self._tip = kernel.Tip(self.kernel, modes, CALLED)
 
     def place(self, zc: float) -> None:
         """Go to an average distance (m)."""
         self.p = (float(zc), *self.p[1:])
+
+    def tip(self, *names: str) -> tuple[Any, ...]:
+        """Return the tip equation at the distance as the solvers take it, which call these functions."""
+        return self._tip.at(self.p, names)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, np.ndarray[Any, np.dtype[np.complex128]]]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -161,8 +174,9 @@ class RK4(Integrator):
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         memory, latched = motion.memory.copy(), motion.latched.copy()
         table = np.empty((2 * self.points + 1, len(self.problem.modes)))
-        y = self.kernel.entry("march_rk4")(
-            motion.y, memory, latched, motion.period, periods, self.points, self.tones, self.p, self.kinks, self.work,
+        tip = self.tip("advance", *(["measure_force"] if every else []))
+        y = self.solvers.entry("march_rk4")(
+            motion.y, memory, latched, motion.period, periods, self.points, self.tones, tip, self.kinks, self.work,
             self.block, table, self.harmonics, every, out,
         )  # fmt: skip
         return Motion(y, memory, latched, motion.period + periods)

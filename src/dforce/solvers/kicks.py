@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel.link import inlined
-from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
+from dforce.kernel.slots import at_distance, from_vector, mode_count
 from dforce.solvers.guess import correction
 from dforce.solvers.lanes import filled, lanes_over_common_period, park
 from dforce.solvers.rk4 import over_common_period
@@ -34,9 +34,9 @@ FEW = 2  # motions up to which one after the other is quicker than side by side
 
 
 @inlined
-def are_lanes_enough() -> bool:
+def are_lanes_enough(memory: Any, latched: Any) -> bool:
     """Say whether motions can be marched side by side: the force is a function of the motion."""
-    return memory_size() == 0 and latch_count() == 0
+    return bool(memory.shape[0] == 0 and latched.shape[0] == 0)
 
 
 def suspicion(
@@ -143,8 +143,8 @@ def stay(
     are the distances from the orbits' least distance to the next kink; `decay` is the time of the slowest mode in common
     periods: where that is long, most of it is leapt over between looks, see `leap`.
     """
-    leaps = 0 if not are_lanes_enough() else max(0, decay * SPANS // (LOOKS * (REST + 1)) - 1)
-    if count <= FEW or not are_lanes_enough():
+    leaps = 0 if not are_lanes_enough(memories[0], latches[0]) else max(0, decay * SPANS // (LOOKS * (REST + 1)) - 1)
+    if count <= FEW or not are_lanes_enough(memories[0], latches[0]):
         for j in range(count):
             answers[j] = 0
             if not stays_alone(
@@ -228,7 +228,7 @@ def stays_alone(
         most = max(most, largest)
         if has_stayed(largest, farthest, kicked, most, room):
             return True
-        if are_lanes_enough() and largest > GONE * max(kicked, SMALL):  # memory may be kicked, too
+        if are_lanes_enough(memory, latched) and largest > GONE * max(kicked, SMALL):  # memory may be kicked, too
             return False
         for _ in range(REST):
             y = over_common_period(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dforce.kernel.link import inlined, reordered
+from dforce.kernel.link import by_address, inlined, reordered
 from dforce.kernel.slots import (
     arrived,
     at_distance,
@@ -69,6 +69,9 @@ def smooth_step(
     return arrived(last, h, a1, a2, a3, a4)
 
 
+@by_address(
+    "void(f8[:,::1],f8[:,::1],f8[::1],i8,f8[:,::1],i8,f8[::1],f8[::1],f8[:,::1],f8[::1],f8[::1],f8[::1],f8[:,::1],{p})"
+)
 def advance_copies(
     lanes: Any, other: Any, zc: Any, points: int, table: Any, period: int, memory: Any, latched: Any, tones: Any,
     bases: Any, kinks: Any, stage: Any, work: Any, p: Any,

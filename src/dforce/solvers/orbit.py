@@ -262,10 +262,12 @@ class Follower:
             for name, array in arrays.items():
                 array[:past] = getattr(known, name)
         arrays["zc"][past:], arrays["settling"][past:] = zc, 0.0
-        done = integrator.kernel.entry("follow")(
+        lanes = [] if integrator.memory_size or integrator.latch_count else ["advance_copies"]
+        tip = integrator.tip("advance", "measure_force", *lanes)
+        done = integrator.solvers.entry("follow")(
             guess.y, guess.memory.copy(), guess.latched.copy(), np.array(start.y if start else ()), arrays["zc"], past,
             wary, self.patience, self.decay, guess.period, common, integrator.points, integrator.tones, integrator.kinks,
-            integrator.work, integrator.block, integrator.p, integrator.sizes, MISS, MOST_CORRECTIONS, ORDER,
+            integrator.work, integrator.block, tip, integrator.sizes, MISS, MOST_CORRECTIONS, ORDER,
             integrator.harmonics, arrays["y"], arrays["tangents"], arrays["memory"], arrays["latched"], arrays["infos"],
             arrays["rows"],
         )  # fmt: skip

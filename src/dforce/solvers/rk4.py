@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.link import inlined
+from dforce.kernel.link import by_address, inlined
 from dforce.kernel.slots import (
     arrived,
     bent,
@@ -237,6 +237,7 @@ def part_step(
     return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
 
 
+@by_address("{y}({y},f8[::1],f8[::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],f8[::1],f8[:,::1],f8[:,::1],{p})")
 def advance(
     y: Any, memory: Any, latched: Any, period: int, points: int, tones: Any, bases: Any, table: Any, kinks: Any,
     stage: Any, work: Any, block: Any, p: Any,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.slots import at_distance, from_vector, latch_count, memory_size, mode_count
+from dforce.kernel.slots import at_distance, from_vector, mode_count
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
 from dforce.solvers.guess import ASTRAY, FRESH, NUDGE, best_order, correction, look_ahead, predict
@@ -40,7 +40,7 @@ def tangent(
 ) -> None:  # fmt: skip
     """Write the derivative of the map at y into `jacobian`, by central differences; memory and branches start as given."""
     size = 2 * mode_count()
-    if are_lanes_enough():
+    if are_lanes_enough(memory, latched):
         width = filled(2 * size)
         lanes, other, zc = np.empty((size, width)), np.empty((size, width)), np.full(width, p[0])
         park(zc, 2 * size, p)
@@ -116,9 +116,9 @@ def shoot(
     before, shorter = np.inf, 1.0
     info[2], info[3] = LOST, 0.0 if known else np.inf
     for attempt in range(most + 1):
-        for k in range(memory_size()):
+        for k in range(memory.shape[0]):
             memory_before[k] = memory[k]
-        for k in range(latch_count()):
+        for k in range(latched.shape[0]):
             latched_before[k] = latched[k]
         end = over_common_period(
             y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
@@ -127,7 +127,7 @@ def shoot(
         for i in range(size):
             miss[i] = end[i] - y[i]
             worst = max(worst, abs(miss[i]))
-        for k in range(memory_size()):
+        for k in range(memory.shape[0]):
             worst = max(worst, abs(memory[k] - memory_before[k]) / sizes[k])
         info[0], info[1] = worst, attempt
         if worst < tolerance:
@@ -187,8 +187,8 @@ def follow(
     memo[0] = 0.0
     # steps that kick hard, and what was before them
     hard, asked = np.empty(DOUBTS, np.int64), 0
-    kicked, kicked_memory = np.empty((DOUBTS, size)), np.empty((DOUBTS, memory_size()))
-    kicked_latched = np.empty((DOUBTS, latch_count()))
+    kicked, kicked_memory = np.empty((DOUBTS, size)), np.empty((DOUBTS, memory.shape[0]))
+    kicked_latched = np.empty((DOUBTS, latched.shape[0]))
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
     for k in range(common if known > 0 else 0):
@@ -196,7 +196,7 @@ def follow(
     end = zc.shape[0]
     for i in range(known, zc.shape[0]):
         here = at_distance(p, zc[i])
-        if are_lanes_enough() and i >= max(until, 3) and i + AHEAD <= zc.shape[0]:
+        if are_lanes_enough(memory, latched) and i >= max(until, 3) and i + AHEAD <= zc.shape[0]:
             until = i + AHEAD
             look_ahead(
                 orbits, zc, i, best_order(orbits, zc, i, order, vector), first, common, points, memory, latched, tones,
@@ -224,7 +224,7 @@ def follow(
                 y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here,
                 jacobian,
             )  # fmt: skip
-            if not are_lanes_enough():  # then the neighbors have left their samples in the block
+            if not are_lanes_enough(memory, latched):  # then the neighbors have left their samples in the block
                 over_common_period(
                     y, memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, here
                 )

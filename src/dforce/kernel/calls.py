@@ -1,0 +1,27 @@
+"""Calls of compiled functions by their address; this text is copied into the modules that need it."""
+
+from typing import Any
+
+from numba.core import cgutils, sigutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic  # noqa: F401
+
+
+def call_by_address(types: str, tip: int, place: int, *given: Any) -> Any:
+    """Return what an intrinsic function returns that calls a function of these types.
+
+    Its address lies at a place of one of the arguments, the `tip`.
+    """
+    arguments, result = sigutils.normalize_signature(types)  # type: ignore[no-untyped-call]
+    if given != arguments:  # or it would read its arguments where there are none
+        raise TypingError(f"called with {given}, not with {arguments}")
+
+    def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
+        kind = target.call_conv.get_function_type(result, arguments)
+        function = builder.inttoptr(builder.extract_value(values[tip], place), kind.as_pointer())
+        status, found = target.call_conv.call_function(builder, function, result, arguments, values)
+        with cgutils.if_unlikely(builder, status.is_error):  # type: ignore[no-untyped-call]
+            target.call_conv.return_status_propagate(builder, status)
+        return found
+
+    return result(*given), generate
