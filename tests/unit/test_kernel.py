@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 import dforce as df
 from dforce import kernel
@@ -169,6 +170,14 @@ def test_tuples_of_numbers_reach_the_law_as_they_are():
         expected = sample.law(d, 0.0, 0.0, memory, *sample.values()) + neck.law(d, 0.0, 0.0, 1.0, *neck.values())
         assert module.force(d, 0.0, 0.0, memory, latched, p) == expected
     assert module.at_distance(p, 5e-9) == (5e-9, *p[1:])
+
+
+def test_solvers_refuse_arrays_that_the_tip_equation_was_not_compiled_for():
+    """What is called by its address would read them as what they are not."""
+    ready = INTEGRATORS["rk4"](problem([df.forces.Hertz()]), df.SolverSettings(), 3)
+    ready.block = ready.block.T.copy().T  # other strides
+    with pytest.raises(TypingError, match="not with"):
+        ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)
 
 
 class Broken(Force):
