@@ -52,6 +52,8 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; there is nothing to continue")
+    if resume is not None and "over" in resume.attrs:
+        raise ParameterError("this result is that of a sweep, which has no run to continue; give it to df.sweep")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and "restart" in resume else None

@@ -85,6 +85,19 @@ def test_a_run_stopped_beside_a_jump_finds_it_when_it_goes_on(points, method):
         np.testing.assert_allclose(rest[name].values, whole[name].values, rtol=1e-8)
 
 
+def test_a_run_stopped_where_a_branch_ends_jumps_at_the_same_distance_when_it_goes_on():
+    """The attractive orbit goes on beside the kink for twenty of these steps, and each kicks the motion off it."""
+    distances = {"start": "7.3 nm", "stop": "7.17 nm", "points": 25}
+    start = {"amplitude": 7.130e-9, "phase": np.radians(134.6)}
+    case = df.example("figure-3-air-jump").replace(
+        experiment={"kind": "approach", "zc": distances, "start": start, "direction": "approach"}
+    )
+    transient = df.run(case.replace("solver.method", "transient"))
+    for points in (15, 20, 21, 22):
+        rest = df.run(case, resume=df.run(case, stop_after(points)))
+        np.testing.assert_allclose(rest.amplitude.values, transient.amplitude.values, atol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("method", "points"), [("periodic", 1), ("periodic", 15), ("periodic", 31), ("periodic", 50), ("transient", 31)]
 )
@@ -128,6 +141,8 @@ def test_only_an_unfinished_run_of_the_same_case_goes_on():
         df.run(case.replace("cantilever.k", "1 N/m"), resume=part)
     with pytest.raises(df.ParameterError, match="experiment"):
         df.run(case.replace(experiment=None))
+    with pytest.raises(df.ParameterError, match="sweep"):
+        df.run(case, resume=part.assign_attrs(over="drive.A0"))
 
 
 def test_a_result_holds_its_case_and_repeats_itself_from_it():

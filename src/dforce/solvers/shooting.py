@@ -15,7 +15,18 @@ from dforce.kernel.slots import at_distance, from_vector, mode_count
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers._loops import phases, tabulate
 from dforce.solvers.guess import ASTRAY, FRESH, NUDGE, best_order, correction, look_ahead, predict
-from dforce.solvers.kicks import HARD, MEMO, are_lanes_enough, is_suspect, kick, remember, stay, suspicion
+from dforce.solvers.kicks import (
+    HARD,
+    MEMO,
+    SMALL,
+    are_lanes_enough,
+    is_suspect,
+    kick,
+    off_by,
+    remember,
+    stay,
+    suspicion,
+)  # fmt: skip
 from dforce.solvers.lanes import filled, lanes_over_common_period, park
 from dforce.solvers.rk4 import advance, over_common_period
 
@@ -264,8 +275,17 @@ def follow(
                 remember(share, infos[i, 4], memo)
         elif start.shape[0] > 0:
             refill(kicked[asked], start)
-            for k in range(size):
-                infos[0, 4] = max(infos[0, 4], np.inf if abs(start[k] - orbits[0, k]) > AT_ONCE else 0.0)
+            largest = off_by(start, orbits[0])
+            if largest > AT_ONCE:
+                infos[0, 4] = np.inf
+            elif largest > SMALL:
+                after = over_common_period(
+                    from_vector(start), memory_before.copy(), latched_before.copy(), first, common, points, tones,
+                    bases, table, kinks, stage, work, block, here,
+                )  # fmt: skip
+                for k in range(size):
+                    ended[k] = after[k]
+                infos[0, 4] = kick(start, ended, orbits[0], jacobians[0], vector, matrix, away)
         if infos[i, 4] >= HARD:
             refill(kicked_memory[asked], memory_before)
             refill(kicked_latched[asked], latched_before)
