@@ -142,6 +142,17 @@ def test_an_interrupted_result_is_continued_in_place(here, ran):
     assert not df.read(here / "out.nc").attrs["interrupted"]
 
 
+@pytest.mark.parametrize("stopped", [0, 1])
+def test_a_sweep_is_not_replaced_by_one_curve_of_its_case(here, ran, stopped):
+    ran(interrupted)
+    invoke("run", "case.toml", "-o", "out.nc")
+    df.write(df.read("out.nc").assign_attrs(over="drive.A0 cantilever.Q", interrupted=stopped), "sweep.nc")
+    before = (here / "sweep.nc").read_bytes()
+    done = invoke("run", "sweep.nc")
+    assert done.exit_code == 2 and "a sweep over drive.A0, cantilever.Q" in done.stderr
+    assert names(here) == ["case.toml", "out.nc", "sweep.nc"] and (here / "sweep.nc").read_bytes() == before
+
+
 def test_an_interrupted_result_with_other_settings_is_a_new_run(here, ran):
     ran(interrupted)
     invoke("run", "case.toml", "-o", "out.nc")
