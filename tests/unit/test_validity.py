@@ -93,6 +93,10 @@ BEAM = {
 }
 ALTERNATING = over(df.forces.Electrostatic(bias="1 V", ac_bias="1 V", ac_frequency="10 kHz"))
 LAYER = {"geometry": "sphere"}
+STIFF = over(  # a soft lever over mica, in water
+    DMT(hamaker="1.5e-20 J"), cantilever={"f0": "104 kHz", "k": "0.0763 N/m", "Q": 2.51}, drive={"A0": "14 nm"},
+    tip__radius="92 nm", sample={"youngs_modulus": "30 GPa", "poisson_ratio": 0.3}, experiment__zc="7.21 nm",
+)  # fmt: skip
 KEPT = {"min_distance": 0.4e-9, "max_indentation": 0.0}
 
 # Of each piece: the cases (with a result or without) in which it speaks, and those in which it is silent.
@@ -102,6 +106,10 @@ SPEAKS = {
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
     "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9)],
+    "contact_sampling": [
+        tapping(STIFF, min_distance=-0.07e-9),
+        tapping(over(HERTZ(), df.forces.KelvinVoigt(viscosity="200 kPa s")), min_distance=-0.1e-9),
+    ],
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
@@ -169,6 +177,11 @@ SILENT = {
         tapping(CALM, mean_force=1e-11, mean_deflection=1.002e-11 / 0.9),
         tapping(CALM, (5e-9, 4e-9), mean_force=[1e-11, 1e-16], mean_deflection=[1e-11 / 0.9, 2e-16]),
         tapping(over(solver__settle="fixed", solver__method="transient"), mean_force=1e-11, mean_deflection=1.02e-11 / 0.9),
+    ],
+    "contact_sampling": [
+        tapping(CALM, min_distance=-0.06e-9), tapping(STIFF, min_distance=0.2e-9), tapping(STIFF),
+        tapping(over(case=STIFF, solver__points_per_period=1024), min_distance=-0.07e-9),
+        tapping(over(case=STIFF, solver={"method": "transient", "integrator": "adaptive"}), min_distance=-0.07e-9),
     ],
     "energy_gained": [
         tapping(CALM, total_dissipated_energy=2e-20), tapping(CALM, total_dissipated_energy=-2e-20),
@@ -344,6 +357,17 @@ def test_a_steep_wall_passed_in_too_few_samples_is_told():
     )  # fmt: skip
     assert {"amplitude_beyond_the_drive", "not_settled"} <= {piece.name for piece in df.advice_in(coarse)}
     assert not {"amplitude_beyond_the_drive", "sampling"} & {piece.name for piece in df.advice_in(fine)}
+
+
+def test_a_contact_sampled_too_coarsely_is_told_and_the_samples_advised_are_enough():
+    coarse = df.run(STIFF)
+    (piece,) = (one for one in df.advice_in(coarse) if one.name == "contact_sampling")
+    advised = int(piece.text.rstrip(".").split()[-1])
+    better, best = (df.run(STIFF.replace("solver.points_per_period", points)) for points in (advised, 8 * advised))
+    assert "contact_sampling" not in {one.name for one in df.advice_in(better)}
+    assert abs(float(coarse.phase[0] - best.phase[0])) > 1.0
+    assert abs(float(better.phase[0] - best.phase[0])) < 0.05
+    assert float(better.peak_force) == pytest.approx(float(best.peak_force), rel=1e-3)
 
 
 def test_the_mean_force_is_off_by_about_as_much_as_the_advice_on_the_sampling_says():

@@ -12,6 +12,9 @@ from dforce.validity._evidence import Evidence
 CLOSURE = 0.005  # of the mean force
 GAINED = 0.05  # of the energy that the drive can give in a period
 BEYOND = 1.5  # of the amplitude F Q / k at resonance; in a frequency sweep the drive differs a little from the case's
+SWINGS = 12  # samples in an oscillation of the tip held by the contact; RK4 turns its phase by 2e-3 a bounce then
+ENOUGH = 24  # the same where nothing is left to be seen
+MOST_ASKED = 65_536  # the largest solver.points_per_period
 CLEVELAND = "conservation of energy: J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998)"
 
 
@@ -38,6 +41,72 @@ def sampling(seen: Evidence) -> Advice | None:
         "Raise solver.points_per_period until this is gone.",
         "the mean of the equation of motion over a period: <F> = k <z>", ("solver.points_per_period",),
     )  # fmt: skip
+
+
+def contact_sampling(seen: Evidence) -> Advice | None:
+    r"""Compare the samples with the fastest motion of the tip that the contact holds.
+
+    At the nearest distance the force acts as a spring :math:`\kappa = -\partial F/\partial d` and a dashpot
+    :math:`-\partial F/\partial \dot d` between tip and sample; the fastest of the modes on it moves at the rate
+    :math:`|\lambda|`, the largest eigenvalue of their linear equations. RK4 errs by :math:`(|\lambda| h)^4/120` in the phase
+    and :math:`(|\lambda| h)^5/144` in the amplitude, a radian.
+    """
+    settings, problem = seen.case.solver, seen.problem
+    if not seen.computed or settings.integrator != "rk4":
+        return None
+    nearest = seen.values("min_distance")
+    if not nearest.size or nearest.min() >= problem.a0:
+        return None
+    from dforce.solvers.integrator import sample_count
+
+    rate, first = _fastest(seen, float(nearest.min())), problem.tones[0].frequency
+    samples = 2.0 * math.pi * first * sample_count(problem, settings) / rate if rate > 0.0 else math.inf
+    if samples >= SWINGS:
+        return None
+    needed = 256 * math.ceil(ENOUGH * rate / (2.0 * math.pi * first) / 256)
+    way = f"Raise solver.points_per_period to {needed}" if needed <= MOST_ASKED else "Use the adaptive integrator"
+    return Advice(
+        "contact_sampling", samples, SWINGS,
+        f"Held by the contact the tip moves at {shown(rate / (2.0 * math.pi), 'Hz')}, and a period of that has only "
+        f"{samples:.2g} samples: amplitudes, phases and forces may be off by percents, multipliers altogether. {way}.",
+        "the error terms of RK4 for a linear oscillator: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential "
+        "Equations I, Springer (1993), chapter II",
+        ("solver.points_per_period",),
+    )  # fmt: skip
+
+
+def _fastest(seen: Evidence, d: float) -> float:
+    """Return the fastest rate (1/s) at which the modes move while the force holds the tip at a distance (m).
+
+    It is zero where a law has no value.
+    """
+    modes = seen.problem.modes
+    count, step = len(modes), 1e-4 * seen.problem.a0
+    slow = step * seen.problem.tones[0].frequency
+    spring = (_force(seen, d - step, 0.0) - _force(seen, d + step, 0.0)) / (2.0 * step)
+    dashpot = (_force(seen, d, -slow) - _force(seen, d, slow)) / (2.0 * slow)
+    if not math.isfinite(spring + dashpot):
+        return 0.0
+    mass = np.array([mode.k / (2.0 * math.pi * mode.f0) ** 2 for mode in modes])
+    damping = np.array([m * 2.0 * math.pi * mode.f0 / mode.Q for m, mode in zip(mass, modes, strict=True)])
+    stiffness = np.diag([mode.k for mode in modes]) + max(spring, 0.0)
+    linear = np.zeros((2 * count, 2 * count))
+    linear[:count, count:] = np.eye(count)
+    linear[count:, :count] = -stiffness / mass[:, None]
+    linear[count:, count:] = -(np.diag(damping) + max(dashpot, 0.0)) / mass[:, None]
+    return float(np.abs(np.linalg.eigvals(linear)).max())
+
+
+def _force(seen: Evidence, d: float, rate: float) -> float:
+    """Return the sum of the forces (N) in first contact: rested memories, and the branches of a contact that is there."""
+    total, place = 0.0, seen.range_of_zc or (d, d)
+    for force in seen.problem.forces:
+        given = {"d": d, "rate": rate, "t": 0.0, "memory": [0.0] * force.memory, "latched": 1.0, "zc": place[0]}
+        try:
+            total += force.law_function()(*(given[name] for name in force.leading()), *force.values())
+        except (ArithmeticError, ValueError):
+            return math.nan
+    return total
 
 
 def energy_gained(seen: Evidence) -> Advice | None:
@@ -92,4 +161,4 @@ def not_settled(seen: Evidence) -> Advice | None:
     )  # fmt: skip
 
 
-PIECES = (sampling, energy_gained, amplitude_beyond_the_drive, not_settled)
+PIECES = (sampling, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled)
