@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce import kernel
 from dforce.experiments._experiment import initial_motion
 from dforce.observables import measure
 from dforce.solvers.find import make_finder
-from dforce.solvers.integrator import Motion, sample_count
+from dforce.solvers.integrator import Motion, load_kernels, sample_count
 from dforce.solvers.lot import Lot, fits
 from dforce.solvers.orbit import MISS
 from dforce.solvers.side_by_side import SideBySide
@@ -150,9 +149,7 @@ def test_a_curve_of_a_sweep_is_the_curve_of_its_single_run(method):
 
 def test_kernels_of_lanes_and_of_single_runs_are_loaded_once():
     problem = case().problem
-    from dforce.solvers.side_by_side import ENTRIES
-
-    assert kernel.load(problem, ENTRIES) is kernel.load(case(2e9).problem, ENTRIES)
+    assert load_kernels(problem) == load_kernels(case(2e9).problem)
 
 
 def test_coarse_steps_kick_motions_side_by_side_as_they_do_alone():

@@ -109,7 +109,7 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     end = functions.march_lanes(
         np.arange(2), 2, 1, lot.free(), np.full(2, zc), lot.numbers.T.copy(), lot.kinks.T.copy(),
         lot.tones[:, 0, 2:].T.copy(), lot.tones, np.zeros(1), points, np.array([np.cos(angles), np.sin(angles)]),
-        np.zeros(0), np.zeros((9, 1)), block,
+        np.zeros(0), np.zeros((9, 1)), block, None,
     )  # fmt: skip
     ends = []
     for one in problems:

@@ -193,13 +193,11 @@ class Starts:
 
     def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
         """Give what is to be done: blocks of starts side by side where the forces allow it, else one by one."""
-        from dforce import kernel
-        from dforce.solvers import integrator, side_by_side
         from dforce.solvers.find import make_finder
+        from dforce.solvers.integrator import load_kernels
         from dforce.solvers.lot import fits
 
-        for entries in (integrator.ENTRIES, side_by_side.ENTRIES):
-            kernel.load(self.problem, entries)  # before threads ask for them at the same time
+        load_kernels(self.problem)  # before threads ask for them at the same time
         template = make_finder(self.problem, self.settings, self.harmonics).integrator
         motions = [self.motion(template, number) for number in range(len(self))]
         side_by_side_fits = fits(self.problem, self.settings)

@@ -58,10 +58,13 @@ def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: 
     linker = Linker({f: (first + i, native_types(f, modes, count)) for i, f in enumerate(called)})
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(Path(__file__).with_name("calls.py").read_text(encoding="utf-8"))
-    places = range(2 * modes)
+    places, addresses = range(2 * modes), [f"p[{first + i}]" for i in range(count)]
     for text in (
         f"def mode_count():\n    return {modes}",
         f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
+        f"def of_case(p, table, j, zc):\n    others = np.empty(table.shape[0] - {OTHERS})\n"
+        f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
+        f"    return {_tuple(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
         *_samples(places),
     ):
         linker.emit(text, "inlined")

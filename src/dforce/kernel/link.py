@@ -14,12 +14,14 @@ import math
 import textwrap
 from collections.abc import Callable, Mapping
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from dforce.errors import ForceError
 from dforce.kernel import slots
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 # the composed module's own names
 RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "entry", "INNER", "OPTIONS"}
@@ -144,13 +146,13 @@ def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def by_address(signature: str) -> Callable[..., Any]:
+def by_address(signature: str) -> Callable[[Function], Function]:
     """Mark a function that is compiled for each tip equation, while what calls it, by its address, is compiled once for all.
 
     `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {p}.
     """
 
-    def mark(function: Callable[..., Any]) -> Callable[..., Any]:
+    def mark(function: Function) -> Function:
         function.signature = signature  # type: ignore[attr-defined]
         return function
 

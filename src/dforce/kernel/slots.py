@@ -113,6 +113,11 @@ def parameters_of(table: Any, j: int) -> Any:
     raise NotImplementedError
 
 
+def of_case(p: Any, table: Any, j: int, zc: float) -> Any:
+    """Return the tip equation of lane j at a distance (m); `p` is that of another lane."""
+    raise NotImplementedError
+
+
 def lane_drive(amplitudes: Any, j: int, c: float) -> Any:
     """Return the drive on each mode of lane j, its amplitudes times c."""
     raise NotImplementedError

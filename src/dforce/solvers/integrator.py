@@ -16,19 +16,25 @@ from dforce.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
-from dforce.solvers import _loops, adaptive, lanes, lsoda, rk4, shooting
+from dforce.solvers import _loops, adaptive, lane_orbits, lanes, lsoda, rk4, shooting
 from dforce.solvers._settings import SolverSettings
 
 # what the solvers call by its address: compiled for each combination of forces
 CALLED: dict[str, Callable[..., Any]] = {
     "advance": rk4.advance,
     "advance_copies": lanes.advance_copies,
+    "advance_samples": lanes.advance_samples,
     "measure_force": measure.measure_force,
 }
 # compiled once for all forces
-SOLVERS: dict[str, Callable[..., Any]] = {"march_rk4": rk4.march, "follow": shooting.follow}
+SOLVERS: dict[str, Callable[..., Any]] = {
+    "march_rk4": rk4.march,
+    "follow": shooting.follow,
+    "follow_cases": lane_orbits.follow_cases,
+}
 ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
     "march_adaptive": adaptive.march,
+    "advance_cases": lanes.advance_cases,
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
     "lock_in": lockin.lock_in,
@@ -88,6 +94,11 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
     return ROUND * math.ceil(max(needs) / ROUND)
 
 
+def load_kernels(problem: Problem) -> tuple[kernel.Kernel, kernel.Kernel]:
+    """Return the composed tip equation of a problem, and the solvers that call it."""
+    return kernel.load(problem, ENTRIES), kernel.load_solvers(len(problem.modes), SOLVERS, tuple(CALLED.values()))
+
+
 class Integrator(ABC):
     """A problem made ready to be integrated by one method, at one distance after another."""
 
@@ -110,15 +121,13 @@ class Integrator(ABC):
     def take(self, problem: Problem) -> None:
         """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
         self.problem = problem
-        self.kernel = kernel.load(problem, ENTRIES)  # a number may decide which law a force has
+        self.kernel, self.solvers = load_kernels(problem)  # a number may decide which law a force has
         self.scales = kernel.scales(problem)
         self.tones = kernel.tone_table(problem)
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        modes = len(problem.modes)
-        self.solvers = kernel.load_solvers(modes, SOLVERS, tuple(CALLED.values()))
-        self._tip = kernel.Tip(self.kernel, modes, CALLED)
+        self._tip = kernel.Tip(self.kernel, len(problem.modes), CALLED)
 
     def place(self, zc: float) -> None:
         """Go to an average distance (m)."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.slots import at_distance, parameters_of
+from dforce.kernel.slots import of_case
 from dforce.observables.measure import D_MIN, measure
 from dforce.solvers.guess import best_order, correction, predict
 from dforce.solvers.kicks import MEMO, is_suspect, kick, remember, suspicion
@@ -67,7 +67,7 @@ def pack(
 
 def march_lanes(
     which: Any, count: int, each: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any,
-    bases: Any, points: int, cosine: Any, nothing: Any, work: Any, block: Any,
+    bases: Any, points: int, cosine: Any, nothing: Any, work: Any, block: Any, p: Any,
 ) -> int:  # fmt: skip
     """Advance cases by one period; return the row of the block at its end."""
     lanes = block.shape[2]
@@ -79,19 +79,34 @@ def march_lanes(
         case_of,
     )  # fmt: skip
     return advance_samples(
-        block, lane_parameters, lane_drive, lane_kinks, tones, case_of, bases, points, cosine, crossed, nothing, work
+        block, lane_parameters, lane_drive, lane_kinks, tones, case_of, bases, points, cosine, crossed, nothing, work, p
     )
 
 
 def take_tangents(
     which: Any, count: int, motions: Any, ends: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any,
-    bases: Any, points: int, cosine: Any, nothing: Any, work: Any, jacobians: Any,
+    bases: Any, points: int, cosine: Any, nothing: Any, work: Any, p: Any, jacobians: Any,
 ) -> None:  # fmt: skip
     """Write the derivative of the map at the motions of some cases, which lead to `ends`."""
     size = motions.shape[1]
     block = np.empty((2, size + 1, padded(count * size)))
     end = march_lanes(
-        which, count, size, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
+        which,
+        count,
+        size,
+        motions,
+        here,
+        parameters,
+        kinks,
+        drive,
+        tones,
+        bases,
+        points,
+        cosine,
+        nothing,
+        work,
+        block,
+        p,
     )
     for j in range(count):
         case = which[j]
@@ -112,7 +127,7 @@ def predict_tangent(jacobians: Any, zc: Any, i: int, out: Any) -> None:
 
 def take_slopes(
     which: Any, count: int, motions: Any, here: Any, parameters: Any, kinks: Any, drive: Any, tones: Any, bases: Any,
-    points: int, cosine: Any, nothing: Any, work: Any, tangents: Any, slopes: Any,
+    points: int, cosine: Any, nothing: Any, work: Any, p: Any, tangents: Any, slopes: Any,
 ) -> None:  # fmt: skip
     """Write how the orbits of some cases change with the distance (per meter), for the first step along it."""
     size = motions.shape[1]
@@ -120,7 +135,22 @@ def take_slopes(
     block = np.empty((2, size + 1, padded(count)))
     farther = here + NUDGE * parameters[1]
     end = march_lanes(
-        which, count, 1, motions, farther, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block
+        which,
+        count,
+        1,
+        motions,
+        farther,
+        parameters,
+        kinks,
+        drive,
+        tones,
+        bases,
+        points,
+        cosine,
+        nothing,
+        work,
+        block,
+        p,
     )
     for j in range(count):
         case = which[j]
@@ -131,7 +161,7 @@ def take_slopes(
 
 def take_kicks(
     which: Any, count: int, i: int, orbits: Any, tangents: Any, rows: Any, zc: Any, done: Any, here: Any, parameters: Any,
-    kinks: Any, drive: Any, tones: Any, bases: Any, points: int, cosine: Any, nothing: Any, work: Any, infos: Any,
+    kinks: Any, drive: Any, tones: Any, bases: Any, points: int, cosine: Any, nothing: Any, work: Any, p: Any, infos: Any,
     patience: int, memos: Any,
 ) -> None:  # fmt: skip
     """Write how hard the step to distance i kicks the motion of each case that was done there, see ``shooting.kick``."""
@@ -143,7 +173,7 @@ def take_kicks(
         if done[case] != i + 1:
             continue
         nearest[0], nearest[1] = rows[case, i - 1, D_MIN], rows[case, i, D_MIN]
-        share = suspicion(orbits[case], tangents[case], nearest, zc[case], i, kinks[:, case], bent, matrix, away)
+        share = suspicion(orbits[case], tangents[case], nearest, zc[case], i, kinks[:, case].copy(), bent, matrix, away)
         if is_suspect(share, patience, memos[case]):
             suspect[asked], shares[asked] = case, share
             asked += 1
@@ -152,7 +182,7 @@ def take_kicks(
     block = np.empty((2, size + 1, padded(asked)))
     end = march_lanes(
         suspect, asked, 1, orbits[:, i - 1], here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
-        block,
+        block, p,
     )  # fmt: skip
     for j in range(asked):
         case = suspect[j]
@@ -164,7 +194,7 @@ def take_kicks(
 
 def follow_cases(
     starts: Any, zc: Any, counts: Any, parameters: Any, kinks: Any, drive: Any, tones: Any, bases: Any, points: int,
-    cosine: Any, work: Any, tolerance: float, most: int, order: int, patience: int, harmonics: int, orbits: Any,
+    cosine: Any, work: Any, p: Any, tolerance: float, most: int, order: int, patience: int, harmonics: int, orbits: Any,
     jacobians: Any, infos: Any, rows: Any, done: Any,
 ) -> None:  # fmt: skip
     """Follow a stable orbit of each case through its distances `zc`, and measure it at each.
@@ -172,7 +202,7 @@ def follow_cases(
     Each starts from its motion in `starts` and stops before the first distance at which no stable orbit is found, or after
     `counts` of them; `done` gets how many there were. Arrays have the cases first: zc (cases, distances); orbits,
     jacobians, infos and rows like those of ``shooting.follow`` behind the cases. `parameters`, `kinks` and `drive` have
-    the cases last, `tones` first.
+    the cases last, `tones` first; `p` is the tip equation, whose own numbers are not used.
     """
     cases, size = starts.shape
     motions, ends, begun, steps = (
@@ -215,7 +245,7 @@ def follow_cases(
             block = block_of(room, points, size, left)
             march_lanes(
                 marching, left, 1, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
-                block,
+                block, p,
             )  # fmt: skip
             wanted, going = 0, 0
             for j in range(left):
@@ -230,8 +260,8 @@ def follow_cases(
                     for sample in range(points + 1):
                         for k in range(size + 1):
                             record[sample, k] = block[sample, k, j]
-                    p = at_distance(parameters_of(parameters, case), here[case])
-                    measure(record, 0, points, tones[case], bases, p, kinks[:, case], harmonics, rows[case, i])
+                    one = of_case(p, parameters, case, here[case])
+                    measure(record, 0, points, tones[case], bases, one, kinks[:, case].copy(), harmonics, rows[case, i])
                 elif attempt == most or not worst < np.inf:
                     state[case] = GONE
                 else:
@@ -251,7 +281,7 @@ def follow_cases(
             if wanted > 0:
                 take_tangents(
                     wanting, wanted, motions, ends, here, parameters, kinks, drive, tones, bases, points, cosine, nothing,
-                    work, tangents,
+                    work, p, tangents,
                 )  # fmt: skip
             left = going
             if left == 0:
@@ -285,10 +315,10 @@ def follow_cases(
         if i > 0:
             take_kicks(
                 active, count, i, orbits, jacobians, rows, zc, done, here, parameters, kinks, drive, tones, bases, points,
-                cosine, nothing, work, infos, patience, memos,
+                cosine, nothing, work, p, infos, patience, memos,
             )  # fmt: skip
         if i == 0 and zc.shape[1] > 1:
             take_slopes(
-                active, count, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work,
+                active, count, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, p,
                 tangents, slopes,
             )  # fmt: skip

@@ -167,15 +167,19 @@ def add_lock_in(lanes: Any, c: float, s: float, weight: float, lock_ins: Any) ->
             lock_ins[1, j] -= weight * s * lanes[2 * n, j]
 
 
+@by_address(
+    "i8(f8[:,:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],i8[::1],f8[::1],i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],{p})"
+)
 def advance_samples(
     block: Any, parameters: Any, drive: Any, kinks: Any, tones: Any, case_of: Any, bases: Any, points: int, cosine: Any,
-    crossed: Any, nothing: Any, work: Any,
+    crossed: Any, nothing: Any, work: Any, p: Any,
 ) -> int:  # fmt: skip
     """Advance motions of different problems with one tone each by one period, cut at kinks, and keep their samples.
 
     block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
     turns. Returns the row where the period ends. `kinks` has one column a lane, tones[case_of[j]] is the tone table of
-    lane j; `crossed` is scratch, `nothing` an empty array in the place of memory and branches.
+    lane j; `crossed` is scratch, `nothing` an empty array in the place of memory and branches. Each lane's own numbers
+    take the place of those of `p`.
     """
     h = TAU / points
     rows, size = block.shape[0], block.shape[2]
@@ -197,7 +201,7 @@ def advance_samples(
                     end = cut_at_kink(
                         column(here, j), column(there, j), here[place, j], lane_drive(drive, j, c0),
                         lane_drive(drive, j, c1), lane_drive(drive, j, c2), i * h, h, 0, nothing, nothing,
-                        tones[case_of[j]], bases, kinks[:, j], work[0], work, p,
+                        tones[case_of[j]], bases, kinks[:, j].copy(), work[0], work, p,
                     )  # fmt: skip
                     put_column(there, j, end)
     end_row = points % rows

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,16 +11,13 @@ import numpy as np
 from dforce import kernel
 from dforce.kernel import Array
 from dforce.observables import measure
-from dforce.solvers import SolverSettings, lane_orbits, lanes
+from dforce.solvers import SolverSettings, lane_orbits
+from dforce.solvers.integrator import CALLED, load_kernels
 from dforce.solvers.kicks import patience
 from dforce.solvers.lot import Indices, Lot
 from dforce.solvers.orbit import MISS, MOST_CORRECTIONS
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, LEAST_SPANS, Watch
 
-ENTRIES: dict[str, Callable[..., Any]] = {
-    "follow_cases": lane_orbits.follow_cases,
-    "advance_cases": lanes.advance_cases,
-}
 ABREAST = 64  # orbits followed in one call: their samples stay in the cache
 LANES = 256  # motions that settle in one call
 GRAIN = 8  # periods; spans are multiples, so that lanes with nearly the same Q are looked at together
@@ -68,11 +64,12 @@ class SideBySide:
 
     def __init__(self, lot: Lot, settings: SolverSettings, harmonics: int, points: int, watch: Watch) -> None:
         self.lot, self.settings, self.harmonics, self.points, self.watch = lot, settings, harmonics, points, watch
-        self.kernel = kernel.load(lot.example, ENTRIES)
+        modes = len(lot.example.modes)
+        self.kernel, self.solvers = load_kernels(lot.example)
+        self._tip = kernel.Tip(self.kernel, modes, CALLED)
         angles = lot.tones[0, 0, 1] + math.pi / points * np.arange(2 * points + 1)
         self.cosine = np.array([np.cos(angles), np.sin(angles)])
         self.bases = np.array([lot.tones[0, 0, 1]])
-        modes = len(lot.example.modes)
         self.size, self.columns = 2 * modes, measure.FIRST + 2 * (modes + 1) + 2 * harmonics + 2
 
     def follow(self, which: Indices, starts: Array, zc: Array, counts: Indices | None = None) -> Stretch:
@@ -86,14 +83,15 @@ class SideBySide:
             np.empty((cases, steps, self.size)), np.empty((cases, steps, self.size, self.size)),
             np.zeros((cases, steps, 5)), np.empty((cases, steps, self.columns)), np.zeros(cases, np.int64),
         )  # fmt: skip
-        follow = self.kernel.entry("follow_cases")
+        tip = self._tip.at(kernel.parameters(self.lot.example, 0.0), ("advance_samples", "measure_force"))
+        follow = self.solvers.entry("follow_cases")
         for start in range(0, cases, ABREAST):
             part = slice(start, start + ABREAST)
             lot = self.lot.take(which[part])
             follow(
                 np.ascontiguousarray(starts[part]), np.ascontiguousarray(zc[part]), counts[part].astype(np.int64),
                 _lanes(lot.numbers), _lanes(lot.kinks), _lanes(lot.tones[:, 0, 2:]), lot.tones, self.bases, self.points,
-                self.cosine, np.zeros((9, 1)), MISS, MOST_CORRECTIONS, ORDER, patience(lot.jumps.size),
+                self.cosine, np.zeros((9, 1)), tip, MISS, MOST_CORRECTIONS, ORDER, patience(lot.jumps.size),
                 self.harmonics, found.orbits[part],
                 found.tangents[part], found.infos[part], found.rows[part], found.done[part],
             )  # fmt: skip

@@ -155,11 +155,9 @@ class Part:
 
     def _load_kernels(self) -> None:
         """Load the kernels once, before threads ask for them at the same time."""
-        from dforce import kernel
-        from dforce.solvers import integrator, side_by_side
+        from dforce.solvers.integrator import load_kernels
 
-        for entries in (integrator.ENTRIES, side_by_side.ENTRIES):
-            kernel.load(self.grid.example, entries)
+        load_kernels(self.grid.example)
 
     def _jobs(self) -> Iterable[Callable[[], None]]:
         from dforce.solvers.lot import fits

@@ -11,7 +11,7 @@ import numpy as np
 from dforce.case import Case, example
 from dforce.kernel import load
 from dforce.runs import basins, run
-from dforce.solvers import side_by_side
+from dforce.solvers import integrator
 from dforce.solvers.lot import Lot
 from dforce.sweeps import sweep
 from dforce.timing.table import POINTS, Row, Table, U
@@ -79,7 +79,7 @@ def laws_in_lanes(table: Table) -> None:
         lot = Lot.of([case.problem] * LANES)
         numbers, drive = np.array(lot.numbers.T, order="C"), np.array(lot.tones[:, 0, 2:].T, order="C")
         numbers[0] = case.experiment.zc  # type: ignore[union-attr]
-        advance = load(case.problem, side_by_side.ENTRIES).entry("advance_cases")
+        advance = load(case.problem, integrator.ENTRIES).entry("advance_cases")
         angles = math.pi / POINTS * np.arange(2 * POINTS + 1)
         cosine, sums = np.array([np.cos(angles), np.sin(angles)]), np.empty((2, LANES))
         motions = np.array(lot.free().T, order="C")
