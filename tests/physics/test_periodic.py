@@ -129,6 +129,37 @@ def test_a_transient_that_settles_nowhere_lists_no_jump_and_one_that_moves_smoot
         assert "jump_zc" not in curve
 
 
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_a_motion_that_repeats_after_three_periods_says_so_and_is_measured_over_whole_threes(method):
+    case = df.Case(
+        cantilever={"f0": 12.7e3, "k": 2.05, "Q": 119}, drive={"A0": 5.55e-9, "frequency": 0.5632 * 12.7e3},
+        tip={"radius": 2.54e-9}, sample={"youngs_modulus": 38e9, "poisson_ratio": 0.3}, contact={"a0": 0.345e-9},
+        forces=[df.forces.Hertz()], experiment={"kind": "dwell", "zc": 5.28e-9},
+    )  # fmt: skip
+    found = df.run(case.replace("solver.method", method))
+    assert found.status.item() == df.Status.NOT_REPEATING
+    # over 8 periods, which are no whole threes, the amplitude depends on the first of them
+    fixed = {"method": "transient", "settle": "fixed", "periods": 20_000}
+    three, eight = (df.run(case.replace("solver", fixed | {"measured_periods": count})) for count in (3, 8))
+    assert found.amplitude.item() == pytest.approx(three.amplitude.item(), rel=1e-9)
+    assert eight.amplitude.item() != pytest.approx(three.amplitude.item(), rel=1e-4)
+
+
+def test_a_chaotic_motion_is_not_asked_for_more_periods_and_one_that_only_needs_more_is():
+    bouncing = df.Case(
+        cantilever={"f0": 395e3, "k": 0.0853, "Q": 23.7}, drive={"A0": 3.08e-9, "frequency": 0.9767 * 395e3},
+        tip={"radius": 10.7e-9}, sample={"youngs_modulus": 5.3e9, "poisson_ratio": 0.3}, contact={"a0": 0.185e-9},
+        forces=[df.forces.Hertz()], experiment={"kind": "dwell", "zc": 0.0863e-9},
+    )  # fmt: skip
+    chaotic = df.run(bouncing)
+    assert chaotic.status.item() == df.Status.NOT_REPEATING
+    assert "not_settled" not in {piece.name for piece in df.advice_in(chaotic)}
+    hurried = df.example("figure-3-air").set('solver.method="transient"', "solver.max_periods=300")
+    hurried = df.dwell(hurried, zc="9 nm", start="rest")
+    assert hurried.status.item() == df.Status.NOT_SETTLED
+    assert "not_settled" in {piece.name for piece in df.advice_in(hurried)}
+
+
 def test_two_tones_share_a_common_period():
     """Figure 6: the second frequency is 6.2 times the first, so that the motion repeats after five periods."""
     case = df.example("figure-6")

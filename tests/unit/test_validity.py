@@ -347,7 +347,7 @@ def test_a_steep_wall_passed_in_too_few_samples_is_told():
     wall = df.forces.LennardJones(work_of_adhesion="50 mJ/m^2")
     case = over(wall, cantilever__Q=5, drive__A0="10 nm", solver__method="transient")
     start = {"amplitude": "5 nm", "phase": "30 deg"}
-    # the coarse motion is chaotic: it is too large at one distance in five when it is measured
+    # the coarse motion is chaotic
     coarse, fine = (
         df.approach(
             case.replace("solver.points_per_period", samples),
@@ -355,7 +355,7 @@ def test_a_steep_wall_passed_in_too_few_samples_is_told():
         )
         for samples, distances in ((256, 33), (4096, 5))
     )  # fmt: skip
-    assert {"amplitude_beyond_the_drive", "not_settled"} <= {piece.name for piece in df.advice_in(coarse)}
+    assert "sampling" in {piece.name for piece in df.advice_in(coarse)}
     assert not {"amplitude_beyond_the_drive", "sampling"} & {piece.name for piece in df.advice_in(fine)}
 
 

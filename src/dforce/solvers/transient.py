@@ -21,6 +21,12 @@ DECAY_TIMES = 40  # of the slowest mode before giving up, unless max_periods say
 LEAST_MOST = 400  # periods allowed at least
 LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
 CHUNK_SECONDS = 0.1  # between looks at the watch, so that Ctrl-C and Stop answer at once
+LATE = 10  # decay times after which the rest of a transient is below what counts as a change
+LONG, LEAST_LONG = (
+    256,
+    16,
+)  # periods, and common periods at least, over which a motion without a steady state is measured
+WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
 REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
 
 Watch = Callable[[], None]  # called now and then; stops the run by raising
@@ -154,8 +160,13 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
     frequencies = [tone.frequency for tone in problem.tones]
     window = window_length(frequencies)
     count = window * math.ceil(settings.measured_periods / window)
-    motion, rows = observe(integrator, motion, count, watch)
-    values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, count))
+    lasting = not settled and motion.is_finite and common_period(frequencies) is not None
+    lasting = lasting and settings.settle == "converged" and periods >= LATE * decay_periods(problem)
+    long = window * max(LEAST_LONG, LONG // window)
+    motion, rows = observe(integrator, motion, max(count, long) if lasting else count, watch)
+    if lasting:
+        settled, rows, drift = _lasting(integrator, rows, count, window, drift)
+    values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, len(rows)))
     values |= {"settling_periods": float(periods), "drift": drift}
     repeats = _repeats(integrator, rows, frequencies)
     if settings.settle == "fixed":
@@ -163,15 +174,40 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
     return Steady(values, motion, settled, repeats)
 
 
+def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift: float) -> tuple[bool, Array, float]:
+    """Look for a motion that stays although it is no steady state: subharmonic, or without any period.
+
+    Returns
+    -------
+    Whether it is one; the rows that it is to be measured by, whole periods of a subharmonic motion, all of one without
+    period, and `count` where it only has not settled yet; and by how much it misses its period, or wanders, or the drift.
+    """
+    tolerance = integrator.settings.settle_tolerance
+    c = _means(integrator, rows, window)
+    size = float(np.max(np.abs(c - c[0])))
+    if size > REPEATS * tolerance:
+        for n in range(2, 1 + len(c) // 4):
+            miss = float(np.max(np.abs(c[n:] - c[:-n])))
+            if miss < tolerance:
+                return True, rows[: n * window * math.ceil(count / (n * window))], miss
+        if np.abs(np.diff(c)).sum() > WANDERS * size:
+            return True, rows, size
+    return False, rows[:count], drift
+
+
+def _means(integrator: Integrator, rows: Array, size: int) -> Array:
+    """Return the complex amplitude at the first tone in each of the windows of a size in periods."""
+    place = measure.FIRST + 2 * len(integrator.problem.modes)
+    c = rows[:, place] + 1j * rows[:, place + 1]
+    each = weights([tone.frequency for tone in integrator.problem.tones], size)
+    return np.array([each @ c[start : start + size] for start in range(0, len(c) - size + 1, size)])
+
+
 def _repeats(integrator: Integrator, rows: Array, frequencies: list[float]) -> bool:
     """Say whether the amplitude at the first tone is the same in all windows measured.
 
     Tones that never repeat are measured over one window; there its halves are compared.
     """
-    place = measure.FIRST + 2 * len(integrator.problem.modes)
-    c = rows[:, place] + 1j * rows[:, place + 1]
-    size = common_period(frequencies) or len(c) // 2
-    each = weights(frequencies, size)
-    means = np.array([each @ c[start : start + size] for start in range(0, len(c) - size + 1, size)])
+    means = _means(integrator, rows, common_period(frequencies) or len(rows) // 2)
     spread = float(np.max(np.abs(means - means[0])))
     return not spread > REPEATS * integrator.settings.settle_tolerance
