@@ -384,7 +384,7 @@ def test_a_file_that_cannot_be_written_is_one_sentence_and_leaves_nothing(tmp_pa
             b"[tip]\nradius = -1\n[cantilever]\nf0=1\nk=1\nQ=1\n[drive]\nA0=1e-9",
             "case.toml: tip.radius = -1 m is not above 0 nm",
         ),
-        (b"\x89HDF\r\n\x1a\n broken", "case.toml: the file of results holds no case"),
+        (b"\x89HDF\r\n\x1a\n broken", "case.toml: the file of results is damaged or cut off"),
     ],
     ids=shorten,
 )
@@ -392,6 +392,13 @@ def test_a_file_that_is_not_a_case_is_one_sentence_with_its_name(tmp_path, conte
     path = tmp_path / "case.toml"
     path.write_bytes(content)
     assert message in refusal(CaseError, load_case, path)
+
+
+def test_a_result_that_is_not_one_is_not_taken_for_a_case_file(tmp_path):
+    path = tmp_path / "out.nc"
+    for content in (b"", b"\xff\xfe", b"[drive]\n"):
+        path.write_bytes(content)
+        assert "out.nc: the file is damaged, or no file of results" in refusal(CaseError, load_case, path)
 
 
 def test_what_is_not_a_file_is_one_sentence(tmp_path):

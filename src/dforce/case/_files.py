@@ -49,6 +49,8 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         with plugins.beside(file.resolve().parent):
             if content.startswith(HDF5):
                 return Case.from_toml(_case_of_results(file))
+            if file.suffix.lower() == ".nc":
+                raise CaseError("the file is damaged, or no file of results: it does not begin like one")
             if len(content) > MOST_BYTES:
                 raise CaseError(f"the file is larger than {MOST_BYTES // 1000} kB, so it is not a case")
             return Case.from_toml(content.decode("utf-8-sig"))
@@ -69,7 +71,9 @@ def _case_of_results(file: Path) -> str:
     try:
         with h5py.File(file, "r") as results:
             text = results.attrs["case"]
-    except (OSError, KeyError):
+    except OSError:
+        raise CaseError("the file of results is damaged or cut off") from None
+    except KeyError:
         raise CaseError("the file of results holds no case") from None
     return text if isinstance(text, str) else bytes(text).decode("utf-8")
 
