@@ -53,7 +53,7 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; there is nothing to continue")
     if resume is not None and "over" in resume.attrs:
-        raise ParameterError("this result is that of a sweep, which has no run to continue; give it to df.sweep")
+        raise ParameterError("a sweep cannot be continued; sweep the values that are missing, and join both results")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and "restart" in resume else None
