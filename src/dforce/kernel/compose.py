@@ -55,7 +55,7 @@ def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: 
         What they call by its address, in the order of the addresses.
     """
     count, first = len(called), OTHERS + 1
-    linker = Linker({f: (first + i, native_types(f, modes, count)) for i, f in enumerate(called)})
+    linker = Linker(elsewhere={f: (first + i, native_types(f, modes, count)) for i, f in enumerate(called)})
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(Path(__file__).with_name("calls.py").read_text(encoding="utf-8"))
     places, addresses = range(2 * modes), [f"p[{first + i}]" for i in range(count)]
@@ -85,11 +85,13 @@ def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[...
     entries
         The functions to be called from Python, by name, written over :mod:`dforce.kernel.slots`.
     """
-    linker = Linker()
+    sizes = _sizes(modes, forces)
+    linker = Linker(sizes)
     what = " + ".join(force.name for force in forces) or "no force"
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and {what}"))
     count = parameter_count(modes) + sum(len(force.numbers()) for force in forces)
-    for text in (*_sizes(modes, forces), *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, count)):
+    counts = [f"def {name}():\n    return {value}" for name, value in sizes.items()]
+    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, count)):
         linker.emit(text, "inlined")
     for text in _forces(linker, modes, forces):
         linker.emit(text, "inlined")
@@ -103,11 +105,10 @@ def parameter_count(modes: int) -> int:
     return FIRST_MODE + PER_MODE * modes
 
 
-def _sizes(modes: int, forces: Sequence[Force]) -> list[str]:
+def _sizes(modes: int, forces: Sequence[Force]) -> dict[str, int]:
     memory = sum(force.memory for force in forces)
     latches = sum(force.switch is not None for force in forces)
-    sizes = {"mode_count": modes, "memory_size": memory, "latch_count": latches}
-    return [f"def {name}():\n    return {value}" for name, value in sizes.items()]
+    return {"mode_count": modes, "memory_size": memory, "latch_count": latches}
 
 
 def _tuple(parts: Sequence[str]) -> str:

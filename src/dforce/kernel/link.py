@@ -20,6 +20,7 @@ import numpy as np
 
 from dforce.errors import ForceError
 from dforce.kernel import slots
+from dforce.kernel.fold import fold
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,8 +31,16 @@ RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "entry", "
 class Linker:
     """Collects functions and what they call; each is emitted once, callees first."""
 
-    def __init__(self, elsewhere: Mapping[Callable[..., Any], tuple[int, str]] | None = None) -> None:
-        """`elsewhere` are functions of another module, with the place of their address in `p` and their types."""
+    def __init__(
+        self,
+        sizes: Mapping[str, int] | None = None,
+        elsewhere: Mapping[Callable[..., Any], tuple[int, str]] | None = None,
+    ) -> None:
+        """`sizes` are numbers for functions without arguments, known while the text is made.
+
+        `elsewhere` are functions of another module, with the place of their address in `p` and their types.
+        """
+        self._sizes = tuple((sizes or {}).items())
         self._elsewhere = elsewhere or {}
         self._names: dict[Callable[..., Any], str] = {}
         self._tables: dict[str, str] = {}
@@ -48,7 +57,7 @@ class Linker:
         """
         if function in self._names:
             return self._names[function]
-        source = _read(function)
+        source = _read(function, self._sizes)
         wanted = name or f"{function.__module__.rsplit('.', 1)[-1]}_{function.__qualname__}".replace(".", "_")
         chosen = wanted if wanted not in self._taken else f"{wanted}_{len(self._taken)}"
         self._taken.add(chosen)
@@ -85,7 +94,7 @@ class Linker:
         One that others have called already is wrapped; else it is compiled once only, as the entry itself.
         """
         if signature_of(function):
-            head, _, body = self._copy(function, _read(function), name, "compiled").partition("\n")
+            head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
             self.emit(f"{head}\n    p = whole(p)\n{body}", "compiled")
             return
         if function not in self._names:
@@ -215,12 +224,15 @@ def global_names(node: ast.FunctionDef) -> set[str]:
 class _Source:
     """A function as it was read, and the texts made of it: most kernels share most of their functions."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._function = function
-        tree = parse_function(function)
+    def __init__(self, function: Callable[..., Any], sizes: tuple[tuple[str, int], ...]) -> None:
+        self._function, self._sizes = function, dict(sizes)
+        tree = self._tree()
         self.names = sorted(global_names(tree))
         self._unused = [tree]  # the first text uses it up
         self._texts: dict[tuple[Any, ...], str] = {}
+
+    def _tree(self) -> ast.FunctionDef:
+        return fold(parse_function(self._function), self._sizes)
 
     def text(self, name: str, replacements: dict[str, str], plain: bool) -> str:
         """Return the function under this name, with these texts in the place of names from outside."""
@@ -229,7 +241,7 @@ class _Source:
             try:
                 tree = self._unused.pop()
             except IndexError:
-                tree = parse_function(self._function)
+                tree = self._tree()
             tree = _Renamer(replacements).visit(tree)
             tree.name = name
             if plain:

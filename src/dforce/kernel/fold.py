@@ -1,0 +1,86 @@
+"""Leaves out of a function what a combination of forces has no use for: memory or branches that no force has.
+
+The compiler would leave it out as well, but only after it has worked through it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Mapping
+
+
+def fold(function: ast.FunctionDef, sizes: Mapping[str, int]) -> ast.FunctionDef:
+    """Return the function with numbers in the place of calls of these names, without the branches that are not taken."""
+    stored = [name.id for name in _names(function) if isinstance(name.ctx, ast.Store)]
+    known = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            target, size = node.targets[0].id, _called(node.value)
+            if size in sizes and stored.count(target) == 1:
+                known[target] = sizes[size]
+    folded: ast.FunctionDef = _Folder(sizes, known).visit(function)
+    return folded
+
+
+def _names(function: ast.FunctionDef) -> Iterable[ast.Name]:
+    return (node for node in ast.walk(function) if isinstance(node, ast.Name))
+
+
+def _called(node: ast.expr) -> str:
+    """Return the name of what is called without arguments, or nothing."""
+    return node.func.id if isinstance(node, ast.Call) and not node.args and isinstance(node.func, ast.Name) else ""
+
+
+class _Folder(ast.NodeTransformer):
+    def __init__(self, sizes: Mapping[str, int], known: Mapping[str, int]) -> None:
+        self.sizes, self.known = sizes, known
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        self.generic_visit(node)
+        return ast.Constant(self.sizes[_called(node)]) if _called(node) in self.sizes else node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        known = isinstance(node.ctx, ast.Load) and node.id in self.known
+        return ast.Constant(self.known[node.id]) if known else node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        self.generic_visit(node)
+        match node:
+            case ast.BinOp(ast.Constant(value=int(a)), ast.Add(), ast.Constant(value=int(b))):
+                return ast.Constant(a + b)
+            case ast.BinOp(ast.Constant(value=int(a)), ast.Mult(), ast.Constant(value=int(b))):
+                return ast.Constant(a * b)
+        return node
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        self.generic_visit(node)
+        match node:
+            case ast.Compare(ast.Constant(value=int(a)), [ast.Eq()], [ast.Constant(value=int(b))]):
+                return ast.Constant(a == b)
+        return node
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        self.generic_visit(node)
+        values = [value.value for value in node.values if isinstance(value, ast.Constant)]
+        if len(values) < len(node.values):
+            return node
+        return ast.Constant(all(values) if isinstance(node.op, ast.And) else any(values))
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        self.generic_visit(node)
+        if not isinstance(node.test, ast.Constant):
+            return node
+        return node.body if node.test.value else node.orelse
+
+    def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
+        self.generic_visit(node)
+        if not isinstance(node.test, ast.Constant):
+            return node
+        return (node.body if node.test.value else node.orelse) or ast.Pass()
+
+    def visit_For(self, node: ast.For) -> ast.stmt:
+        self.generic_visit(node)
+        match node.iter:
+            case ast.Call(ast.Name(id="range"), [ast.Constant(value=0)]):
+                return ast.Pass()
+        return node
