@@ -5,6 +5,7 @@ import pytest
 
 import dforce as df
 from dforce.errors import ParameterError
+from dforce.validation.curves import random_case
 
 
 @pytest.fixture(scope="module")
@@ -137,3 +138,21 @@ def test_a_sweep_survives_being_written_and_read_and_has_a_picture(both_ways, tm
     assert "frequency (Hz)" in df.write(both_ways, tmp_path / "curve.csv").read_text(encoding="utf-8")
     upper, _ = df.plot.overview(both_ways)
     assert [line.get_label() for line in upper.get_lines()] == ["up →", "← down"]
+
+
+# a step of the frequency throws the motion elsewhere although its orbit goes on: Q from 12 to 194
+@pytest.mark.parametrize(
+    ("seed", "points", "share"), [(87, 25, 0.45), (158, 61, 0.77), (213, 11, 0.48), (230, 25, 0.81), (402, 11, 0.7)]
+)
+def test_coarse_steps_of_the_frequency_kick_the_motion_as_they_do_in_a_transient(seed, points, share):
+    case, _ = random_case(seed)
+    mode, A0 = case.problem.modes[0], case.problem.tones[0].A0
+    half = min(2.5 * mode.f0 / mode.Q, 0.6 * mode.f0)
+    grid = {"start": mode.f0 - half, "stop": mode.f0 + half, "points": points}
+    orbits, transients = (
+        df.frequency_sweep(case.replace("solver.method", method), frequency=grid, zc=share * A0)
+        for method in ("periodic", "transient")
+    )
+    assert (orbits["status"] == 0).all() and (transients["status"] == 0).all()
+    # a transient settles to 1e-6, and what is left is more where multipliers are near one
+    assert float(np.abs(orbits["amplitude"] - transients["amplitude"]).max()) < 2e-5 * A0

@@ -21,10 +21,14 @@ def test_a_leap_goes_as_far_as_the_map_where_the_map_is_linear_but_for_a_constan
 
 
 def test_a_motion_has_stayed_only_when_it_is_nearer_than_it_was_kicked_and_far_from_other_states():
-    near, far = 0.9 * NEAR, 1.1 * NEAR
-    assert has_stayed(0.004, near * 0.004, kicked=0.01, most=0.02, room=0.0)
-    assert not has_stayed(0.004, far * 0.004, kicked=0.01, most=0.02, room=0.0)
-    assert not has_stayed(0.012, near * 0.012, kicked=0.01, most=0.05, room=0.0)
-    assert not has_stayed(0.008, near * 0.008, kicked=0.01, most=0.01, room=0.0)
+    near, far, calm = 0.9 * NEAR, 1.1 * NEAR, {"before": 0.0, "kicked": 0.01, "most": 0.02, "room": 0.0}
+    assert has_stayed(0.004, near * 0.004, **calm)
+    assert not has_stayed(0.004, far * 0.004, **calm)
+    assert not has_stayed(0.012, near * 0.012, **calm | {"most": 0.05})
+    assert not has_stayed(0.008, near * 0.008, **calm | {"most": 0.01})
     # where the map is all but linear and no kink is near, however much of the kick is left
-    assert has_stayed(0.009, 0.5 * CLEAR * 0.009, kicked=0.01, most=0.01, room=1.0)
+    linear = 0.5 * CLEAR * 0.009
+    assert has_stayed(0.009, linear, **calm | {"most": 0.01, "room": 1.0})
+    # what the tangent leaves out may pass through zero once
+    assert not has_stayed(0.004, near * 0.004, **calm | {"before": far})
+    assert not has_stayed(0.009, linear, **calm | {"most": 0.01, "room": 1.0, "before": far})

@@ -24,7 +24,7 @@ MEMO = 5  # numbers that `is_suspect` keeps
 HARD = 0.8  # share from which on it is open where the motion ends
 OVERSHOOT = 1.5  # times a step in distance: how much nearer the tip may come before it has settled
 LOOKS, REST = 32, 7  # looks at a motion after a kick before it is left to settle, and common periods between them
-NEAR = 0.2  # share of the way to other states from which on a motion stays
+NEAR = 0.3  # share of the way to other states from which on a motion stays
 SPANS = 3  # decay times over which looks are spread at least
 GONE = 10.0  # times the kick: a motion so far off goes elsewhere
 CALMED = 0.5  # share of the farthest it was off the orbit that is left then at most
@@ -120,12 +120,15 @@ def apart(before: Any, end: Any, orbit: Any, tangent: Any, bent: Any, matrix: An
     return largest, farthest
 
 
-def has_stayed(largest: float, farthest: float, kicked: float, most: float, room: float) -> bool:
+def has_stayed(largest: float, farthest: float, before: float, kicked: float, most: float, room: float) -> bool:
     """Say whether a motion will settle on the orbit that it is near to, from what `apart` says.
 
-    It was `kicked` off it, and up to `most` since; the least distance on the orbit has `room` on both sides before the next
-    kink.
+    It was `kicked` off it, and up to `most` since; `before` is the share of the way to other states at the look before, for
+    what the tangent leaves out may just pass through zero. The least distance on the orbit has `room` on both sides before
+    the next kink.
     """
+    if not before < NEAR:
+        return False
     within = max(largest, SMALL)
     if farthest < CLEAR * within and largest < LARGE and EXCURSION * largest < room:
         return True
@@ -160,7 +163,7 @@ def stay(
     matrix = np.empty((size, size))
     width = filled(count)
     lanes, other, before = np.empty((size, width)), np.empty((size, width)), np.empty((size, width))
-    here, kicked, most = np.empty(width), np.empty(count), np.zeros(count)
+    here, kicked, most, shares = np.empty(width), np.empty(count), np.zeros(count), np.zeros(count)
     for j in range(width):
         here[j] = zc[j if j < count else 0]
         for k in range(size):
@@ -184,7 +187,8 @@ def stay(
                 start[k], end[k] = before[k, j], lanes[k, j]
             largest, farthest = apart(start, end, orbits[j], tangents[j], bent, matrix, away)
             most[j] = max(most[j], largest)
-            if has_stayed(largest, farthest, kicked[j], most[j], rooms[j]):
+            earlier, shares[j] = shares[j], farthest / max(largest, SMALL)
+            if has_stayed(largest, farthest, earlier, kicked[j], most[j], rooms[j]):
                 answers[j] = 1
             elif largest > GONE * max(kicked[j], SMALL):
                 count = j  # whatever becomes of those after it
@@ -214,7 +218,7 @@ def stays_alone(
     """Say whether one motion settles on an orbit, with memory and branches or without; see `stay`."""
     size = 2 * mode_count()
     start, vector, bent, away = np.empty(size), motion.copy(), np.empty(size), np.empty(size)
-    matrix, kicked, most = np.empty((size, size)), off_by(motion, orbit), 0.0
+    matrix, kicked, most, share = np.empty((size, size)), off_by(motion, orbit), 0.0, 0.0
     for _ in range(LOOKS):
         for k in range(size):
             start[k] = vector[k]
@@ -226,7 +230,8 @@ def stays_alone(
             vector[k] = y[k]
         largest, farthest = apart(start, vector, orbit, tangent, bent, matrix, away)
         most = max(most, largest)
-        if has_stayed(largest, farthest, kicked, most, room):
+        earlier, share = share, farthest / max(largest, SMALL)
+        if has_stayed(largest, farthest, earlier, kicked, most, room):
             return True
         if are_lanes_enough(memory, latched) and largest > GONE * max(kicked, SMALL):  # memory may be kicked, too
             return False

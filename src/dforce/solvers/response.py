@@ -1,7 +1,8 @@
 """The steady motion along a parameter as an experiment finds it: carried from value to value, jumps and all.
 
-Where the orbit of the value before goes on and is stable, Newton's method gives it at once; else the transient from the
-last motion decides, as it would on an instrument.
+Where the orbit of the value before goes on and is stable, Newton's method gives it at once, unless the step kicks the
+motion so hard that it may go elsewhere: then the motion is looked at, see ``kicks``. Where the orbit is lost, or the motion
+leaves it, the transient from the last motion decides, as it would on an instrument.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.solvers.fixed_point import Orbit, PeriodMap, along_parameter, as_steady, correct, orbit_from
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.orbit import MISS, ROUGH, SAME_STATE
-from dforce.solvers.shooting import AT_ONCE
+from dforce.solvers.kicks import LARGE, NEAR, SMALL
+from dforce.solvers.orbit import MISS, ROUGH, SAME_STATE, Follower
+from dforce.solvers.shooting import AT_ONCE, PERIODS
 from dforce.solvers.transient import Steady, Watch, settle, steady
 
 ORDER = 2  # of the extrapolation that predicts the next orbit
@@ -72,18 +74,31 @@ class Response:
             across = along_parameter(self._map.size)
             found = correct(self._map, guess, across, last.latched, (last.jacobian, last.slope))
             if found is not None and found.is_stable and np.abs(found.u - guess).max() < EXPECTED:
-                return self._kept(self._map, found)
+                if self._motion is None or self._stays(self._map, self._motion, found):
+                    return self._kept(self._map, found)
+                return self.settled(self._motion, watch, doubt=True)
         if self._motion is None:
             raise RuntimeError("there is no motion to carry")
         return self.settled(self._motion, watch)
 
-    def settled(self, motion: Motion, watch: Watch) -> Steady:
-        """Return the steady motion that settles from a given one."""
+    def _stays(self, period_map: PeriodMap, motion: Motion, orbit: Orbit) -> bool:
+        """Say whether the motion of the value before settles on the orbit that continues it."""
+        hardest, x = 0.0, period_map.state(motion)
+        for _ in range(PERIODS):
+            end = period_map.end(x, motion.latched)
+            hardest, x = max(hardest, kick(x, end, orbit)), end
+        if hardest < NEAR:
+            return True
+        goal = period_map.motion(orbit.u[:-1], orbit.latched)
+        return Follower(self.integrator).home(motion, goal) is not None
+
+    def settled(self, motion: Motion, watch: Watch, doubt: bool = False) -> Steady:
+        """Return the steady motion that settles from a given one; of an orbit near it there may be `doubt`."""
         integrator, period_map = self.integrator, self._map
         self._orbits = []
         if period_map is None:
             return self._left(steady(integrator, motion, watch))
-        near = self._orbit(period_map, motion, AT_ONCE)
+        near = None if doubt else self._orbit(period_map, motion, AT_ONCE)
         if near is not None:
             return self._kept(period_map, near)
         rough, settled, drift = settle(integrator, motion, watch, ROUGH)
@@ -118,3 +133,15 @@ class Response:
     def _left(self, found: Steady) -> Steady:
         self._motion = found.motion if found.motion.is_finite else None
         return found
+
+
+def kick(before: Array, end: Array, orbit: Orbit) -> float:
+    """Return how hard a state is kicked that the map takes from `before` to `end`, see :func:`dforce.solvers.kicks.kick`."""
+    off = before - orbit.u[:-1]
+    bent = end - orbit.u[:-1] - orbit.jacobian @ off
+    largest = float(np.abs(off).max())
+    if largest < SMALL:
+        return 0.0
+    if not largest <= LARGE:
+        return np.inf
+    return float(np.abs(np.linalg.solve(np.eye(len(off)) - orbit.jacobian, bent)).max()) / largest

@@ -18,6 +18,7 @@ from dforce.solvers.guess import ASTRAY, FRESH, NUDGE, best_order, correction, l
 from dforce.solvers.kicks import (
     HARD,
     MEMO,
+    NEAR,
     SMALL,
     are_lanes_enough,
     is_suspect,
@@ -35,6 +36,7 @@ SHORTEST = 0.01  # of a correction: less than this is not tried
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 AHEAD = 4  # orbits that are guessed side by side
 AT_ONCE = 5e-3  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
+FAR, PERIODS = 0.02, 3  # of the free amplitude: off an orbit by more, a motion is asked for so many common periods
 DOUBTS = 8  # steps at most from one that kicks hard until it is looked into, all together
 CONVERGED, LOST, UNSTABLE, DOUBTED = 0, 1, 2, 3  # what became of an orbit
 
@@ -193,7 +195,7 @@ def follow(
     size = 2 * mode_count()
     jacobian, vector = np.empty((size, size)), np.empty(size)
     guesses, tangents, strays, until = np.empty((AHEAD, size)), np.empty((AHEAD, size, size)), np.empty(AHEAD), 0
-    matrix, away, ended = np.empty((size, size)), np.empty(size), np.empty(size)
+    matrix, away = np.empty((size, size)), np.empty(size)
     nearest, memo = np.full(2, np.inf), np.full(MEMO, np.inf)
     memo[0] = 0.0
     # steps that kick hard, and what was before them
@@ -264,28 +266,24 @@ def follow(
         if i > 0:
             refill(kicked[asked], orbits[i - 1])
             share = suspicion(orbits, jacobians, nearest, zc, i, kinks, vector, matrix, away) if wary else 0.0
-            if is_suspect(share, patience, memo):
-                after = over_common_period(
-                    from_vector(orbits[i - 1]), memory_before.copy(), latched_before.copy(), first, common, points,
-                    tones, bases, table, kinks, stage, work, block, here,
+            far = off_by(orbits[i - 1], orbits[i]) > FAR
+            if far or is_suspect(share, patience, memo):
+                infos[i, 4] = ask(
+                    orbits[i - 1], memory_before.copy(), latched_before.copy(), orbits[i], jacobians[i], far, first,
+                    common, points, tones, bases, table, kinks, stage, work, block, here,
                 )  # fmt: skip
-                for k in range(size):
-                    ended[k] = after[k]
-                infos[i, 4] = kick(orbits[i - 1], ended, orbits[i], jacobians[i], vector, matrix, away)
-                remember(share, infos[i, 4], memo)
+                if not far:
+                    remember(share, infos[i, 4], memo)
         elif start.shape[0] > 0:
             refill(kicked[asked], start)
             largest = off_by(start, orbits[0])
             if largest > AT_ONCE:
                 infos[0, 4] = np.inf
             elif largest > SMALL:
-                after = over_common_period(
-                    from_vector(start), memory_before.copy(), latched_before.copy(), first, common, points, tones,
-                    bases, table, kinks, stage, work, block, here,
+                infos[0, 4] = ask(
+                    start, memory_before.copy(), latched_before.copy(), orbits[0], jacobians[0], False, first, common,
+                    points, tones, bases, table, kinks, stage, work, block, here,
                 )  # fmt: skip
-                for k in range(size):
-                    ended[k] = after[k]
-                infos[0, 4] = kick(start, ended, orbits[0], jacobians[0], vector, matrix, away)
         if infos[i, 4] >= HARD:
             refill(kicked_memory[asked], memory_before)
             refill(kicked_latched[asked], latched_before)
@@ -303,6 +301,28 @@ def follow(
         end, hard, asked, kicked, kicked_memory, kicked_latched, orbits, jacobians, zc, rows, decay, first,
         common, points, tones, bases, table, kinks, stage, work, block, p, infos,
     )  # fmt: skip
+
+
+def ask(
+    motion: Any, memory: Any, latched: Any, orbit: Any, jacobian: Any, far: bool, first: int, common: int, points: int,
+    tones: Any, bases: Any, table: Any, kinks: Any, stage: Any, work: Any, block: Any, p: Any,
+) -> float:  # fmt: skip
+    """Return how hard a motion is kicked off an orbit; memory and branches are changed.
+
+    One common period tells, but where it is `far` off: there some are asked, and less of a kick is a hard one.
+    """
+    size = 2 * mode_count()
+    bent, matrix, away = np.empty(size), np.empty((size, size)), np.empty(size)
+    start, end, hardest = motion.copy(), np.empty(size), 0.0
+    for _ in range(PERIODS if far else 1):
+        y = over_common_period(
+            from_vector(start), memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
+        )
+        for k in range(size):
+            end[k] = y[k]
+        hardest = max(hardest, kick(start, end, orbit, jacobian, bent, matrix, away))
+        refill(start, end)
+    return hardest * HARD / NEAR if far else hardest
 
 
 def sure(
