@@ -24,7 +24,8 @@ def test_a_curve_of_orbits_is_the_curve_of_transients(seed):
 
 # without a look at where the step kicks the motion, each of these curves stays on a branch that its transient leaves
 @pytest.mark.parametrize(
-    ("seed", "step"), [(11, 0.1), (15, 0.3), (33, 0.3), (48, 0.35), (50, 0.5), (55, 0.55), (15, 1.0), (402, 0.1), (418, 0.1)]
+    ("seed", "step"),
+    [(11, 0.1), (15, 0.3), (33, 0.3), (48, 0.35), (50, 0.5), (55, 0.55), (15, 1.0), (402, 0.1), (418, 0.1)],
 )
 def test_coarse_steps_of_the_distance_kick_the_motion_as_they_do_in_a_transient(seed, step):
     case, zc = random_case(seed, step * NM)

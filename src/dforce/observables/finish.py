@@ -105,6 +105,12 @@ def finish_each(
     }
 
 
+def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
+    """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
+    place = m.FIRST + 2 * len(problem.modes)
+    return np.asarray(np.abs(weights @ (rows[:, :, place] + 1j * rows[:, :, place + 1]).T)) * scales.length
+
+
 def driving_tone(problem: Problem, mode: int) -> int:
     """Return which tone drives a mode; the first one where none does."""
     return next((j for j, tone in enumerate(problem.tones) if tone.mode == mode), 0)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.observables.finish import finish_all, multipliers
+from dforce.observables.finish import finish_all, first_amplitudes, multipliers
 from dforce.observables.window import common_period, weights
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.kicks import HARD, patience
@@ -102,6 +102,13 @@ class Orbits:
         """Observables in SI units by name, with the distances first."""
         return self.follower.finish(self)
 
+    @property
+    def amplitudes(self) -> Array:
+        """Amplitude at the first tone (m)."""
+        integrator = self.follower.integrator
+        even = weights(self.follower.frequencies, self.follower.common or 1)
+        return first_amplitudes(integrator.problem, integrator.scales, self.rows, even)
+
     def points(self) -> Iterator[Steady]:
         """Give each of them by itself."""
         for i in range(len(self)):
@@ -114,6 +121,8 @@ _ARRAYS = ("zc", "y", "memory", "latched", "tangents", "rows", "infos", "settlin
 def joined(*stretches: Orbits | None) -> Orbits:
     """Return stretches as one; some may be none."""
     parts = [stretch for stretch in stretches if stretch is not None]
+    if len(parts) == 1:
+        return parts[0]
     both: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
     return replace(parts[0], **both)
 
@@ -136,6 +145,7 @@ class Follower:
         self.patience = patience(sum(len(force.jumps()) for force in problem.forces))
         self.decay = math.ceil(decay_periods(problem) / (self.common or 1))
         self.jumps: list[Jump] = []
+        self._found: list[Orbits] = []
 
     def along(self, motion: Motion, zc: Array, watch: Watch) -> Iterator[Steady]:
         """Give the steady motion at each distance (m), each started from the one before; end where it is lost."""
@@ -186,8 +196,9 @@ class Follower:
             self._note_wide_steps(joined(last[-1:], found))
             done += len(found)
             if len(found) or fresh is not None:
-                yield joined(fresh, found)
-                fresh, last = None, joined(last, found)[-ORDER - 1 :]
+                self._found.append(joined(fresh, found))
+                yield self._found[-1]
+                fresh, last = None, joined(last[-ORDER - 1 :], found[-ORDER - 1 :])[-ORDER - 1 :]
                 motion = last.motion
             if len(found) == len(part):
                 continue
@@ -209,7 +220,7 @@ class Follower:
         """Return the steady motion at the integrator's distance: at once by Newton, else after a rough settling."""
         if self.common is None:
             return steady(self.integrator, motion, watch)
-        near = None if doubt else self.home(motion)
+        near = self._again(motion) if doubt else self.home(motion)
         if near is not None:
             return near
         begun, decay = motion.period, max(4, decay_periods(self.integrator.problem))
@@ -228,6 +239,15 @@ class Follower:
             if len(polished) and _distance(polished.motion, rough) < SAME_STATE * max(drift, MISS):
                 return replace(polished, settling=polished.settling + (rough.period - begun))
         return steady(self.integrator, rough if rough.is_finite else motion, watch)
+
+    def _again(self, motion: Motion) -> Orbits | None:
+        """Return the orbit that was found at this distance before, if the motion is sure to settle on it."""
+        for orbits in self._found:
+            for i in np.flatnonzero(orbits.zc == self.integrator.p[0])[:1]:
+                goal = orbits.motion_at(int(i))
+                if (goal.period - motion.period) % (self.common or 1) == 0:
+                    return self.home(motion, replace(goal, period=motion.period))
+        return None
 
     @property
     def _here(self) -> Array:
@@ -349,10 +369,8 @@ class Follower:
             if len(found):
                 last, low = found[-1:], float(found.zc[-1])
         way = "approach" if zc[-1] < zc[0] else "retract"
-        if isinstance(first, Orbits):
-            before, after = joined(last[-1:], first[:1]).columns["amplitude"][:, 0].tolist()
-        else:
-            before, after = last[-1:].columns["amplitude"][0, 0].item(), float(first.columns["amplitude"][0, 0])
+        before = float(last[-1:].amplitudes[0])
+        after = float(first.amplitudes[0] if isinstance(first, Orbits) else first.columns["amplitude"][0, 0])
         self.jumps.append(Jump(0.5 * (low + high), before, after, way))
 
 

@@ -316,8 +316,9 @@ def ask(
     start, end, hardest = motion.copy(), np.empty(size), 0.0
     for _ in range(PERIODS if far else 1):
         y = over_common_period(
-            from_vector(start), memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block, p
-        )
+            from_vector(start), memory, latched, first, common, points, tones, bases, table, kinks, stage, work, block,
+            p,
+        )  # fmt: skip
         for k in range(size):
             end[k] = y[k]
         hardest = max(hardest, kick(start, end, orbit, jacobian, bent, matrix, away))
