@@ -127,10 +127,10 @@ def has_stayed(largest: float, farthest: float, before: float, kicked: float, mo
     what the tangent leaves out may just pass through zero. The least distance on the orbit has `room` on both sides before
     the next kink.
     """
-    if not before < NEAR:
+    if not (before < NEAR and largest < LARGE):
         return False
     within = max(largest, SMALL)
-    if farthest < CLEAR * within and largest < LARGE and EXCURSION * largest < room:
+    if farthest < CLEAR * within and EXCURSION * largest < room:
         return True
     return largest < max(SMALL, min(kicked, CALMED * most)) and farthest < NEAR * within
 
