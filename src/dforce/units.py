@@ -6,9 +6,11 @@ Inside dForce every quantity is a float in SI units; a unit appears only where a
 from __future__ import annotations
 
 import functools
+import hashlib
 import math
 import re
 from decimal import Decimal, InvalidOperation
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dforce.errors import UnitError, shorten
@@ -46,7 +48,18 @@ def registry() -> pint.UnitRegistry[Any]:
     """Return the one unit registry of the process."""
     import pint
 
-    return pint.UnitRegistry(cache_folder=":auto:")
+    try:
+        return pint.UnitRegistry(cache_folder=_cache_folder(Path(pint.__file__)))
+    except Exception:  # what was kept is cut short, or may not be written: the definitions are read anew
+        return pint.UnitRegistry()
+
+
+def _cache_folder(where: Path) -> Path:
+    """Return where pint keeps its definitions: each copy of it by itself, for they name files beside it."""
+    import platformdirs
+
+    own = hashlib.sha256(str(where).encode()).hexdigest()[:16]
+    return Path(platformdirs.user_cache_dir("dforce", appauthor=False)) / "units" / own
 
 
 @functools.lru_cache(maxsize=4096)
@@ -57,9 +70,10 @@ def unit_scale(unit: str) -> tuple[float, float]:
     """
     if not UNIT.fullmatch(unit) or EXPONENT.search(unit):
         raise UnitError(f"'{shorten(unit, 40)}' is not a unit")
+    quantity = registry().Quantity
     try:
-        one = registry().Quantity(1.0, _pint_unit(unit)).to_base_units()
-        zero = registry().Quantity(0.0, _pint_unit(unit)).to_base_units()
+        one = quantity(1.0, _pint_unit(unit)).to_base_units()
+        zero = quantity(0.0, _pint_unit(unit)).to_base_units()
     except Exception as error:  # pint raises a dozen kinds, tokenizer errors of Python among them
         raise UnitError(f"'{shorten(unit, 40)}' is not a known unit") from error
     return float(one.magnitude - zero.magnitude), float(zero.magnitude)

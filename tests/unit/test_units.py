@@ -1,6 +1,11 @@
 """Text with a unit to SI numbers and back."""
 
 import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,3 +137,29 @@ def test_units_are_chosen_for_the_reader(value, unit, text):
 def test_a_value_is_shown_with_as_many_digits_as_asked_for():
     assert units.show(4.0553735e-9, "m", 5) == "4.0554 nm"
     assert units.show(math.inf, "m", 3).startswith("inf")
+
+
+def test_units_are_known_whatever_became_of_the_copy_of_pint_that_read_them_first(tmp_path):
+    import pint
+
+    def tell(libraries):
+        code = "from dforce import units; print(units.parse('1 GPa', 'Pa'))"
+        places = [str(libraries), str(Path(units.__file__).parents[1])]
+        env = os.environ | {
+            "PYTHONPATH": os.pathsep.join(places),
+            "XDG_CACHE_HOME": str(tmp_path),
+            "LOCALAPPDATA": str(tmp_path),
+        }
+        return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False).stdout
+
+    first, second = tmp_path / "first", tmp_path / "second"
+    for libraries in (first, second):
+        shutil.copytree(
+            Path(pint.__file__).parent, libraries / "pint"
+        )  # with the times of the files, as installers copy them
+    assert tell(first) == "1000000000.0\n"
+    shutil.rmtree(first)
+    assert tell(second) == "1000000000.0\n"
+    for kept in tmp_path.rglob("*.pickle"):
+        kept.write_bytes(b"")
+    assert tell(second) == "1000000000.0\n"
