@@ -53,7 +53,7 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; there is nothing to continue")
     if resume is not None and "over" in resume.attrs:
-        raise ParameterError("a sweep cannot be continued; sweep the values that are missing, and join both results")
+        raise ParameterError("this result is a sweep; df.sweep(case, over=..., resume=...) continues it")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and "restart" in resume else None

@@ -142,14 +142,14 @@ def test_an_interrupted_result_is_continued_in_place(here, ran):
     assert not df.read(here / "out.nc").attrs["interrupted"]
 
 
-@pytest.mark.parametrize("stopped", [0, 1])
-def test_a_sweep_is_not_replaced_by_one_curve_of_its_case(here, ran, stopped):
+@pytest.mark.parametrize(("stopped", "how"), [(0, "df.sweep repeats"), (1, "df.sweep(..., resume=...) continues")])
+def test_a_sweep_is_not_replaced_by_one_curve_of_its_case(here, ran, stopped, how):
     ran(interrupted)
     invoke("run", "case.toml", "-o", "out.nc")
     df.write(df.read("out.nc").assign_attrs(over="drive.A0 cantilever.Q", interrupted=stopped), "sweep.nc")
     before = (here / "sweep.nc").read_bytes()
     done = invoke("run", "sweep.nc")
-    assert done.exit_code == 2 and "a sweep over drive.A0, cantilever.Q" in done.stderr
+    assert done.exit_code == 2 and f"a sweep over drive.A0, cantilever.Q, which {how}" in done.stderr
     assert names(here) == ["case.toml", "out.nc", "sweep.nc"] and (here / "sweep.nc").read_bytes() == before
 
 

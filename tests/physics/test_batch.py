@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import dforce as df
 from dforce.experiments._experiment import initial_motion
 from dforce.observables import measure
+from dforce.solvers.batch import Block
+from dforce.solvers.crew import Stopped
 from dforce.solvers.find import make_finder
 from dforce.solvers.integrator import Motion, load_kernels, sample_count
 from dforce.solvers.lot import Lot, fits
@@ -188,3 +192,36 @@ def test_jumps_of_a_sweep_are_those_of_its_single_runs(name, method):
             assert of_sweep[which].values[:count] == pytest.approx(alone[which].values, abs=1e-3 * NM)
         told = [[found.text for found in df.summary(one) if found.name == "jumps"] for one in (alone, of_sweep)]
         assert told[0] == told[1]
+
+
+def test_a_block_that_is_stopped_has_the_jumps_of_the_points_that_it_has(monkeypatch):
+    one = df.example("figure-3-air").replace(
+        experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}, "direction": "retract",
+                    "start": {"amplitude": "9.1 nm", "phase": "70 deg"}}
+    )  # fmt: skip
+    single, start = df.run(one), one.experiment.start
+    zc = np.sort(single.zc.values)
+    zc = np.tile(zc[: np.searchsorted(zc, float(single.jump_zc[0])) + 1], (2, 1))  # ends behind the jump
+    lot = Lot.of([one.problem] * 2)
+    motions = lot.moving(0, start.amplitude, start.phase)
+
+    def block() -> Block:
+        return Block(lot, lambda i: one.problem, one.solver, 10, int(lot.samples(one.solver)[0]), nothing)
+
+    whole, stopped = block(), block()
+    whole.walk(motions, zc, lambda points: None)
+    settle = SideBySide.settle
+
+    def settle_but_the_second_at_the_last(lanes: SideBySide, which, begun, there, tolerance):
+        rough = settle(lanes, which, begun, there, tolerance)
+        return replace(rough, settled=rough.settled & ~((which == 1) & (there == zc[0, -1])))
+
+    def stop(*_: object) -> None:
+        raise Stopped
+
+    monkeypatch.setattr(SideBySide, "settle", settle_but_the_second_at_the_last)
+    monkeypatch.setattr("dforce.solvers.batch.steady", stop)
+    with pytest.raises(Stopped):
+        stopped.walk(motions, zc, lambda points: None)
+    assert stopped.points.orbit[0].all() and np.flatnonzero(~stopped.points.orbit[1]).tolist() == [zc.shape[1] - 1]
+    assert stopped.jumps == [whole.jumps[0], []] and len(whole.jumps[0]) == 1

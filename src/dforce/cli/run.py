@@ -48,14 +48,15 @@ def run(
     Ctrl-C keeps the points that are done.
     """  # fmt: skip
     source = open_source(case, settings)
+    continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
     over = "" if source.result is None else source.result.attrs.get("over", "")
     if over:
         first, *_ = over.split()
+        how = "df.sweep(..., resume=...) continues" if continued else "df.sweep repeats"
         raise df.ResultError(
-            f"{quoted(case)} is a sweep over {over.replace(' ', ', ')}, which df.sweep repeats in Python; "
+            f"{quoted(case)} is a sweep over {over.replace(' ', ', ')}, which {how} in Python; "
             f"to run one case of it, give the value: --set {first}=..."
         )
-    continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
     if output is None and continued:
         output = source.path
     df.check_target(output or _free_name(source.stem))

@@ -126,11 +126,15 @@ class Block:
             if carry and self.periodic:
                 ended = todo[(at[todo] > 0) & points.orbit[todo, at[todo] - 1]]
                 self._origins[ended], self._orbits[ended] = at[ended] - 1, y[ended]
-            on_orbit = self._settle(points, todo, at, y, zc, doubt)
-            if self.periodic:
-                self._note_jumps(points, todo[self._origins[todo] >= 0], at, y, zc)
-            elif carry:
-                self._note_jumps_of_transients(points, todo, at, y, zc)
+            was = at[todo]
+            try:
+                on_orbit = self._settle(points, todo, at, y, zc, doubt)
+            finally:  # points that were found before a stop have their jumps, too
+                reached = todo[at[todo] > was]
+                if self.periodic:
+                    self._note_jumps(points, reached[self._origins[reached] >= 0], at, y, zc)
+                elif carry:
+                    self._note_jumps_of_transients(points, reached, at, y, zc)
             doubt[:] = False
             lost = ~np.isfinite(y).all(axis=1)
             y[lost] = starts[lost]

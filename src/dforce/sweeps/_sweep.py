@@ -13,22 +13,20 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case._paths import changed
-from dforce.errors import ParameterError, nearest
+from dforce.errors import ParameterError
 from dforce.experiments import Approach, Dwell, InitialMotion
 from dforce.experiments._experiment import Progress, initial_motion
-from dforce.quantities import JUMPS, OBSERVABLES
 from dforce.runs import watched
 from dforce.solvers.crew import Crew, Stopped
-from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
-from dforce.validity import attributes
+from dforce.sweeps._result import Found, Layout, dataset, split
+from dforce.sweeps._resume import check_same, quantities_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
     from dforce.solvers.lot import Lot
-    from dforce.solvers.orbit import Jump
     from dforce.sweeps._grid import Grid
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
@@ -41,6 +39,7 @@ def sweep(
     workers: int | None = None,
     progress: Progress | bool | None = None,
     quantities: Iterable[str] | None = None,
+    resume: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the result of a case's experiment for all combinations of parameter values, many cases at once.
 
@@ -64,7 +63,10 @@ def sweep(
     progress
         True for a bar, or a function called as ``progress(points done, points in all, note)``; Ctrl-C keeps what is done.
     quantities
-        Names of the quantities to keep; left out: all.
+        Names of the quantities to keep; left out: all, or those of `resume`.
+    resume
+        An interrupted result of the same case over the same values, to be continued: cases with all their points are
+        kept as they are, the others are computed.
 
     Returns
     -------
@@ -76,47 +78,41 @@ def sweep(
     Raises
     ------
     ParameterError
-        For a path that the case does not have, a value that is not allowed, or a case without such an experiment.
+        For a path that the case does not have, a value that is not allowed, a case without such an experiment, or a
+        `resume` that is complete or belongs to another sweep.
     """
     if not isinstance(case.experiment, Approach | Dwell):
         raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
     axes = make_axes(case, over)
-    kept = _kept(quantities)
-    visits = case.experiment.visits() if isinstance(case.experiment, Approach) else [()]
-    if count(axes) * len(visits) > MOST_POINTS:
+    layout = Layout(case.experiment, axes)
+    points = count(axes) * len(layout.visits)
+    if points > MOST_POINTS:
         raise ParameterError(
-            f"the sweep has {count(axes)} cases of {len(visits)} points; at most {MOST_POINTS} are allowed"
+            f"the sweep has {count(axes)} cases of {len(layout.visits)} points; at most {MOST_POINTS} are allowed"
         )
-    choices = [axis for axis in axes if axis.quantity is None]
-    numbers = [axis for axis in axes if axis.quantity is not None]
+    if resume is not None:
+        check_same(case, layout, resume)
+    kept = quantities_of(quantities, resume)
     cases = [
-        type(case)(**changed(case, zip((axis.path for axis in choices), values, strict=True)))
-        for values in itertools.product(*(axis.values for axis in choices))
+        type(case)(**changed(case, zip((axis.path for axis in layout.choices), values, strict=True)))
+        for values in itertools.product(*(axis.values for axis in layout.choices))
     ]
-    parts, interrupted = [], False
+    founds = (
+        [Found.nothing((layout.cases, len(layout.visits))) for _ in cases] if resume is None else split(resume, layout)
+    )
     with watched(progress, case.title) as tell:
-        crew = Crew(count(axes) * len(visits), tell, workers)
-        for chosen in cases:
-            part = Part(chosen, numbers, crew, kept)
-            parts.append(part)
-            if not interrupted:
-                interrupted = not part.run()
-    return _dataset(case, axes, choices, numbers, parts, interrupted)
-
-
-def _kept(given: Iterable[str] | None) -> frozenset[str]:
-    known = OBSERVABLES | JUMPS
-    names = frozenset(known if given is None else given)
-    for name in sorted(names - known.keys()):
-        raise ParameterError(f"there is no quantity '{name}'{nearest(name, known)}")
-    return names
+        crew = Crew(points, tell, workers)
+        crew.add(sum(int(found.whole.sum()) for found in founds) * len(layout.visits))
+        done = all(
+            Part(chosen, layout.numbers, crew, kept, found).run() for chosen, found in zip(cases, founds, strict=True)
+        )
+    return dataset(case, layout, founds, kept, interrupted=not done)
 
 
 class Part:
-    """The cases of a sweep that differ in numbers only."""
+    """The cases of a sweep that differ in numbers only; those that are whole in `found` are not computed again."""
 
-    def __init__(self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str]) -> None:
-        from dforce.results import Status
+    def __init__(self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found) -> None:
         from dforce.sweeps._grid import Grid
 
         self.case, self.crew, self.kept = case, crew, kept
@@ -128,9 +124,7 @@ class Part:
         of_grid = [i for i, axis in zip(place, axes, strict=True) if axis.path != DISTANCE]
         self.numbers = np.ravel_multi_index(of_grid, self.grid.shape) if of_grid else np.zeros(size, dtype=np.int64)
         self.zc = self._distances(axes, place, size)
-        self.status = np.full(self.zc.shape, Status.NOT_COMPUTED, dtype=np.int8)
-        self.arrays: dict[str, Array] = {}
-        self.jumps: list[list[Jump]] = [[] for _ in range(size)]
+        self.found, self.todo = found, ~found.whole
         self._lock = threading.Lock()
 
     def _distances(self, axes: list[Axis], place: Any, size: int) -> Array:
@@ -147,10 +141,12 @@ class Part:
         """Compute all points; return False when stopped before the end."""
         from dforce.results import Status
 
-        self._load_kernels()
+        if self.todo.any():
+            self._load_kernels()
         whole = self.crew.run(self._jobs())
-        for array in self.arrays.values():
-            array[self.status == Status.FAILED] = np.nan
+        empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED))
+        for array in self.found.arrays.values():
+            array[empty] = np.nan
         return whole
 
     def _load_kernels(self) -> None:
@@ -164,17 +160,17 @@ class Part:
         from dforce.sweeps._grid import NOWHERE
 
         if not self.grid.alike or not fits(self.grid.example, self.case.solver):
-            for number in range(len(self.numbers)):
+            for number in np.flatnonzero(self.todo).tolist():
                 yield functools.partial(self._alone, number)
             return
         lot = self.grid.lot(self.numbers)
         # where the force jumps, orbits are lost so often that lanes gain nothing
         alone = (lot.jumps != NOWHERE).any(axis=1)
-        for number in np.flatnonzero(alone).tolist():
+        for number in np.flatnonzero(alone & self.todo).tolist():
             yield functools.partial(self._alone, number)
         samples, phase = lot.samples(self.case.solver), lot.tones[:, 0, 1]
         order = np.lexsort((phase, samples))
-        order = order[~alone[order]]
+        order = order[(self.todo & ~alone)[order]]
         same = (np.diff(samples[order]) == 0) & (np.diff(phase[order]) == 0.0)
         size = min(BLOCK, max(LEAST_BLOCK, -(-len(order) // self.crew.workers)))
         for group in np.split(order, np.flatnonzero(~same) + 1):
@@ -196,7 +192,7 @@ class Part:
         with contextlib.suppress(Stopped):  # what is done is kept
             block.walk(self._starts(lot), self.zc[which], self.crew.add, carry)
         for number, found_on_the_way in zip(which, block.jumps, strict=True):
-            self.jumps[number] = found_on_the_way
+            self.found.jumps[number] = found_on_the_way
         points = block.points
         for name, values in points.values(lot, self.experiment.harmonics).items():
             if name in self.kept:
@@ -204,10 +200,11 @@ class Part:
         status = np.where(points.orbit, Status.OK, Status.NOT_COMPUTED)
         for place, found in points.others.items():
             status[place] = self._outcome(found)
-        self.status[which] = status
+        self.found.status[which] = status
 
     def _alone(self, number: int) -> None:
         """Compute one case by itself."""
+        from dforce.results import Status
         from dforce.solvers.batch import walk_alone
         from dforce.solvers.find import make_finder
 
@@ -217,13 +214,14 @@ class Part:
             for name, value in found.values.items():
                 if name in self.kept:
                     self._array(name, np.shape(value))[number, at] = value
-            self.status[number, at] = self._outcome(found)
+            self.found.status[number, at] = self._outcome(found)
             self.crew.add(1)
 
         finder = make_finder(
             self.grid.problem(int(self.numbers[number])), self.case.solver, self.experiment.harmonics
         )  # fmt: skip
-        self.jumps[number] = finder.jumps  # grows on the way
+        self.found.status[number] = Status.NOT_COMPUTED  # what a stopped sweep has of this case is found anew
+        self.found.jumps[number] = finder.jumps  # grows on the way
         walk_alone(
             finder, lambda integrator: initial_motion(integrator, self.experiment.start), self.zc[number],
             approach is not None and approach.carry_state, self.crew.watch, put,
@@ -243,80 +241,7 @@ class Part:
 
     def _array(self, name: str, inner: tuple[int, ...]) -> Array:
         with self._lock:
-            if name not in self.arrays:
-                self.arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
-            return self.arrays[name]
-
-
-def _dataset(
-    case: Case, axes: list[Axis], choices: list[Axis], numbers: list[Axis], parts: list[Part], interrupted: bool
-) -> xr.Dataset:
-    """Put the parts together, and give everything its words."""
-    import xarray as xr
-
-    from dforce.results import Status, describe, provenance
-
-    experiment = case.experiment
-    inner: dict[str, Any] = {}
-    visits: list[tuple[int, ...]] = [()]
-    if isinstance(experiment, Approach):
-        visits = experiment.visits()
-        inner["zc"] = experiment.distances()
-        if experiment.direction == "both":
-            inner["direction"] = ["approach", "retract"]
-    order = [axes.index(axis) for axis in (*choices, *numbers)]
-    places = tuple(np.array(visits, dtype=int).reshape(len(visits), -1).T)
-
-    def over_axes(table: Any) -> Any:
-        """Return an array with a row for each part and each of its cases as one over the axes."""
-        split = [len(axis.values) for axis in (*choices, *numbers)]
-        return np.moveaxis(table.reshape(*split, *table.shape[2:]), range(len(order)), order)
-
-    def whole(filled: list[Any], fill: Any) -> Any:
-        """Return one array over the axes, the inner dimensions, and what is behind."""
-        behind = next((array.shape[2:] for array in filled if array is not None), ())
-        out = np.full((len(parts), len(parts[0].zc), *map(len, inner.values()), *behind), fill)
-        for row, array in zip(out, filled, strict=True):
-            if array is not None and inner:
-                row[(slice(None), *places)] = array
-            elif array is not None:
-                row[:] = array[:, 0]
-        return over_axes(out)
-
-    dims = (*(axis.dim for axis in axes), *inner)
-    names = {name for part in parts for name in part.arrays}
-    variables: dict[str, Any] = {
-        name: ((*dims, *OBSERVABLES[name].dims), whole([part.arrays.get(name) for part in parts], np.nan))
-        for name in OBSERVABLES
-        if name in names
-    }
-    variables["status"] = dims, whole([part.status for part in parts], np.int8(Status.NOT_COMPUTED))
-    for name, table in _jumps([part.jumps for part in parts]).items():
-        if name in parts[0].kept:
-            variables[name] = (*(axis.dim for axis in axes), "jump"), over_axes(table)
-    counted = {
-        dim: np.arange(1, variables[name][1].shape[len(dims)] + 1)
-        for name in variables.keys() & OBSERVABLES
-        for dim in OBSERVABLES[name].dims
-    }
-    data = describe(xr.Dataset(variables, coords=inner | counted))
-    if isinstance(experiment, Dwell) and all(axis.path != DISTANCE for axis in axes):
-        data = describe(data.assign_coords(zc=experiment.zc))
-    data = data.assign_coords({axis.dim: axis.coordinate() for axis in axes})
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
-    data.attrs |= attributes(advice_on_sweep(case, axes, data))
-    return data.assign_attrs(interrupted=1) if interrupted else data
-
-
-def _jumps(found: list[list[list[Jump]]]) -> dict[str, Any]:
-    """Return the jumps of all cases as tables (parts, cases, jumps), filled up to the most that a case has; none: nothing."""
-    most = max(len(jumps) for cases in found for jumps in cases)
-    tables: dict[str, Any] = {}
-    for name in JUMPS if most else ():
-        empty = "" if name == "jump_direction" else np.nan
-        rows = [
-            [getattr(jump, name.removeprefix("jump_")) for jump in jumps] + [empty] * (most - len(jumps))
-            for cases in found for jumps in cases
-        ]  # fmt: skip
-        tables[name] = np.array(rows).reshape(len(found), -1, most)
-    return tables
+            arrays = self.found.arrays
+            if name not in arrays:
+                arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
+            return arrays[name]
