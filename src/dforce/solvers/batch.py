@@ -199,6 +199,8 @@ class Block:
             before, origin, now = self._orbits[case], int(self._origins[case]), int(at[case]) - 1
             alone = points.others.get((case, now))
             if alone is not None and not (alone.settled and alone.repeats):
+                if not alone.motion.is_finite:
+                    self._origins[case] = -1  # it starts anew
                 continue
             if origin >= 0 and np.abs(y[case] - before).max() >= SUDDEN:  # else not worth an integrator
                 finder = Transient(self._integrator(case))

@@ -22,11 +22,9 @@ LEAST_MOST = 400  # periods allowed at least
 LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
 CHUNK_SECONDS = 0.1  # between looks at the watch, so that Ctrl-C and Stop answer at once
 LATE = 10  # decay times after which the rest of a transient is below what counts as a change
-LONG, LEAST_LONG = (
-    256,
-    16,
-)  # periods, and common periods at least, over which a motion without a steady state is measured
+LONG, LEAST_LONG = 256, 16  # periods, and common periods at least: what has no steady state is measured so long
 WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
+CALMS = 0.7  # share of the range of the first half: what moves less in the second one does come to rest
 REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
 
 Watch = Callable[[], None]  # called now and then; stops the run by raising
@@ -186,13 +184,21 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
     c = _means(integrator, rows, window)
     size = float(np.max(np.abs(c - c[0])))
     if size > REPEATS * tolerance:
-        for n in range(2, 1 + len(c) // 4):
+        for n in range(1, 1 + len(c) // 4):
             miss = float(np.max(np.abs(c[n:] - c[:-n])))
             if miss < tolerance:
-                return True, rows[: n * window * math.ceil(count / (n * window))], miss
-        if np.abs(np.diff(c)).sum() > WANDERS * size:
+                if n == 1:  # it drifts, slowly
+                    return False, rows[:count], drift
+                cycles = min(math.ceil(count / (n * window)), len(c) // n)
+                return True, rows[: cycles * n * window], miss
+        calms = _range(c[len(c) // 2 :]) < CALMS * _range(c[: len(c) // 2])
+        if np.abs(np.diff(c)).sum() > WANDERS * size and not calms:
             return True, rows, size
     return False, rows[:count], drift
+
+
+def _range(c: np.ndarray[Any, Any]) -> float:
+    return float(max(np.ptp(c.real), np.ptp(c.imag)))
 
 
 def _means(integrator: Integrator, rows: Array, size: int) -> Array:
