@@ -187,9 +187,9 @@ def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:
         source = textwrap.dedent(inspect.getsource(function))
     except (OSError, TypeError):
         raise ForceError(f"the source of '{function.__qualname__}' cannot be read; define it in a file") from None
-    tree = ast.parse(source)
-    found = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    if not found or any(isinstance(node, ast.Lambda | ast.Nonlocal | ast.Global) for node in ast.walk(tree)):
+    nodes = list(ast.walk(ast.parse(source)))
+    found = [node for node in nodes if isinstance(node, ast.FunctionDef)]
+    if not found or any(isinstance(node, ast.Lambda | ast.Nonlocal | ast.Global) for node in nodes):
         raise ForceError(f"'{function.__qualname__}' must be a plain function without lambda, global or nonlocal")
     node = found[0]
     if len(found) > 1:
@@ -198,10 +198,11 @@ def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:
     node.returns = None
     for argument in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
         argument.annotation = None
-    for inner in ast.walk(node):
-        for name, value in ast.iter_fields(inner):
-            if isinstance(value, list):
-                setattr(inner, name, [_without_annotation(item) for item in value])
+    for inner in nodes:
+        for name in ("body", "orelse", "finalbody"):
+            block = getattr(inner, name, None)
+            if isinstance(block, list):
+                setattr(inner, name, [_without_annotation(statement) for statement in block])
     if ast.get_docstring(node) is not None:
         node.body = node.body[1:] or [ast.Pass()]
     return node
@@ -215,8 +216,9 @@ def _without_annotation(item: Any) -> Any:
 
 def global_names(node: ast.FunctionDef) -> set[str]:
     """Return the names that a function reads from outside itself."""
-    local = {argument.arg for argument in ast.walk(node) if isinstance(argument, ast.arg)}
-    names = [inner for inner in ast.walk(node) if isinstance(inner, ast.Name)]
+    nodes = list(ast.walk(node))
+    local = {argument.arg for argument in nodes if isinstance(argument, ast.arg)}
+    names = [inner for inner in nodes if isinstance(inner, ast.Name)]
     local |= {name.id for name in names if isinstance(name.ctx, ast.Store)}
     return {name.id for name in names if isinstance(name.ctx, ast.Load)} - local
 
@@ -253,9 +255,14 @@ class _Source:
 _read = functools.lru_cache(maxsize=1024)(_Source)
 
 
+@functools.lru_cache(maxsize=4096)
+def _expression(text: str) -> ast.expr:
+    return ast.parse(text, mode="eval").body
+
+
 class _Renamer(ast.NodeTransformer):
     def __init__(self, replacements: dict[str, str]) -> None:
-        self.replacements = {used: ast.parse(text, mode="eval").body for used, text in replacements.items()}
+        self.replacements = {used: _expression(text) for used, text in replacements.items()}
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         if isinstance(node.ctx, ast.Load) and node.id in self.replacements:
@@ -288,7 +295,7 @@ class _Plainer(ast.NodeTransformer):
         if not isinstance(value, ast.Constant) or not isinstance(value.value, int):
             return value
         kind = "np.bool_" if isinstance(value.value, bool) else "np.int64"
-        return ast.parse(f"{kind}({value.value})", mode="eval").body
+        return _expression(f"{kind}({value.value})")
 
 
 def _literal(value: Any) -> str | None:
