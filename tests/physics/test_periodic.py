@@ -131,6 +131,21 @@ def test_a_transient_that_settles_nowhere_lists_no_jump_and_one_that_moves_smoot
 
 
 @pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_long_steps_along_one_state_are_no_jumps(method):
+    """Steps of an eighth of the range kick hard, but where the state goes on, it goes on in finer steps as well."""
+    case = df.example("figure-3-air").set("cantilever.Q=400", 'drive.A0="35.53 nm"', f'solver.method="{method}"')
+    curve = df.approach(case, zc={"start": "46.19 nm", "stop": "3.553 nm", "points": 9}, direction="both")
+    # on a fine grid as well there is one each way, between the states of high and of low amplitude
+    ways = {
+        str(way): after.item() - before.item()
+        for way, before, after in zip(curve.jump_direction.values, curve.jump_before, curve.jump_after, strict=True)
+    }
+    assert len(curve.jump_zc) == 2
+    assert ways["approach"] < -1e-9
+    assert ways["retract"] > 1e-9
+
+
+@pytest.mark.parametrize("method", ["periodic", "transient"])
 def test_a_motion_that_repeats_after_three_periods_says_so_and_is_measured_over_whole_threes(method):
     case = df.Case(
         cantilever={"f0": 12.7e3, "k": 2.05, "Q": 119}, drive={"A0": 5.55e-9, "frequency": 0.5632 * 12.7e3},

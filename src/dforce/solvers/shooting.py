@@ -266,7 +266,7 @@ def follow(
         if i > 0:
             refill(kicked[asked], orbits[i - 1])
             share = suspicion(orbits, jacobians, nearest, zc, i, kinks, vector, matrix, away) if wary else 0.0
-            far = off_by(orbits[i - 1], orbits[i]) > FAR
+            far = wary and off_by(orbits[i - 1], orbits[i]) > FAR
             if far or is_suspect(share, patience, memo):
                 infos[i, 4] = ask(
                     orbits[i - 1], memory_before.copy(), latched_before.copy(), orbits[i], jacobians[i], far, first,
