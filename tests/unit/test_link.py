@@ -153,3 +153,26 @@ def test_a_function_without_source_is_refused():
     exec("def law(d):\n    return d", space)
     with pytest.raises(ForceError, match="define it in a file"):
         Linker().add(space["law"])
+
+
+PAIR = (3, 4)
+
+
+def unpacks_a_pair(x):
+    a, b = PAIR
+    return a * x + b
+
+
+def unpacks_it_as_well(x):
+    a, b = PAIR
+    return b * x + a
+
+
+def test_how_one_function_is_compiled_changes_nothing_in_the_text_of_another():
+    for function, decorator, first in (
+        (unpacks_a_pair, "compiled", "np.int64(3)"),
+        (unpacks_it_as_well, "inlined", "3"),
+    ):
+        linker = Linker()
+        linker.add(function, decorator=decorator)
+        assert f"({first}, " in linker.text[0]

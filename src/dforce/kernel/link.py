@@ -279,7 +279,8 @@ class _Plainer(ast.NodeTransformer):
     def visit_Assign(self, node: ast.Assign) -> ast.Assign:
         self.generic_visit(node)
         if isinstance(node.value, ast.Tuple) and isinstance(node.targets[0], ast.Tuple):
-            node.value.elts = [self._plain(value) for value in node.value.elts]
+            # a new one: other functions have the same one, too
+            node.value = ast.Tuple([self._plain(value) for value in node.value.elts], node.value.ctx)
         else:
             node.value = self._plain(node.value)
         return node
