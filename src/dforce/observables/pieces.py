@@ -27,7 +27,7 @@ def cubic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -
 def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float) -> float:
     """Return where the interpolant passes a level that lies between its ends, by Newton's steps kept in a bracket.
 
-    The last step squares an error of 1e-5.
+    It is a first guess: the last step squares an error of 1e-5, but may miss by half a step where the interpolant turns.
     """
     low, high, s = 0.0, 1.0, (level - d0) / (d1 - d0)
     for _ in range(12):
