@@ -390,9 +390,11 @@ def test_exit_codes_reach_the_shell():
 
 
 STOPPABLE = """
-import sys, time
+import signal, sys, time
 import dforce as df, synthetic
 from dforce.cli import main
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # as in a terminal, also where the tests run in the background
 
 def run(case, progress=None, resume=None):
     dataset = synthetic.approach(directions=("approach",), spoiled=False)
