@@ -91,23 +91,9 @@ def take_tangents(
     size = motions.shape[1]
     block = np.empty((2, size + 1, padded(count * size)))
     end = march_lanes(
-        which,
-        count,
-        size,
-        motions,
-        here,
-        parameters,
-        kinks,
-        drive,
-        tones,
-        bases,
-        points,
-        cosine,
-        nothing,
-        work,
-        block,
+        which, count, size, motions, here, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block,
         p,
-    )
+    )  # fmt: skip
     for j in range(count):
         case = which[j]
         for k in range(size):
@@ -135,23 +121,9 @@ def take_slopes(
     block = np.empty((2, size + 1, padded(count)))
     farther = here + NUDGE * parameters[1]
     end = march_lanes(
-        which,
-        count,
-        1,
-        motions,
-        farther,
-        parameters,
-        kinks,
-        drive,
-        tones,
-        bases,
-        points,
-        cosine,
-        nothing,
-        work,
-        block,
+        which, count, 1, motions, farther, parameters, kinks, drive, tones, bases, points, cosine, nothing, work, block,
         p,
-    )
+    )  # fmt: skip
     for j in range(count):
         case = which[j]
         for k in range(size):
