@@ -29,7 +29,8 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 import dforce as df
 from dforce.experiments._experiment import initial_motion
-from dforce.solvers.find import make_finder
+from dforce.solvers.block import Block
+from dforce.solvers.protocols import settle_at
 
 RATIO = math.sqrt(39.0)
 FAR, NEAR, STEPS = 11.5e-9, 8e-9, 8
@@ -111,9 +112,8 @@ def balanced(problem, grid):
 
 def integrated(chosen, samples, tolerance=1e-6):
     settings = df.SolverSettings(method="transient", points_per_period=samples, settle_tolerance=tolerance)
-    finder = make_finder(chosen.problem, settings, 1)
-    motion = initial_motion(finder.integrator, "free")
-    (found,) = finder.along(motion, np.array([NEAR]), lambda: None)
+    block = Block.of_one(chosen.problem, settings, 1, lambda: None)
+    found = settle_at(block, initial_motion(block.integrator(0, NEAR), "free"), NEAR)
     return found.values["amplitude"] * np.exp(-1j * np.radians(found.values["phase"]))
 
 

@@ -63,7 +63,7 @@ html_sidebars = {
     page: []
     for page in (
         "index", "install", "first-curve", "how-to", "window", "glossary", "observables", "experiments", "solvers",
-        "validation", "performance",
+        "validation", "performance", "cite",
     )
 }  # fmt: skip
 html_math_renderer = "mathml"

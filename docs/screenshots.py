@@ -47,7 +47,7 @@ def turn(window: Window, theme: str) -> None:
 
 def for_pages(window: Window) -> Iterator[str]:
     """Give the names of the pictures of README and documentation, each when the window shows it."""
-    click_curve(window, 0.45)
+    click_curve(window, 0.29)
     yield "window"
 
 
@@ -58,7 +58,7 @@ def click_curve(window: Window, share: float) -> None:
     motion.get_by_role("button", name="Pause").click()
     motion.get_by_label("place in the motion").evaluate(
         """(one) => {
-            one.value = 0.31 * one.max;  // in contact
+            one.value = 0.353 * one.max;  // in contact
             one.dispatchEvent(new Event("input"));
         }"""
     )

@@ -1,8 +1,14 @@
 """Settings that every test shares."""
 
 import os
+import sys
 
+import pytest
 from hypothesis import settings
+
+# The readline of a parent sets these for its children: what a command prints would be wrapped at 80 columns.
+for name in ("COLUMNS", "LINES"):
+    os.environ.pop(name, None)
 
 # Before anything imports matplotlib: no test needs a screen.
 os.environ["MPLBACKEND"] = "Agg"
@@ -12,3 +18,11 @@ settings.register_profile("here", deadline=None)
 # In CI the same examples every time, so that a red run is a change's own fault.
 settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "here")
+
+
+@pytest.fixture(autouse=True)
+def no_figure_is_left_open():
+    """Close what a test has drawn on pyplot's figures, which stay open by themselves."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")

@@ -48,11 +48,15 @@ class Window:
     def __init__(self, page: Any, server: Server) -> None:
         self.page, self.server = page, server
 
-    def open(self) -> None:
-        """Open the address that the server printed, and wait for the first curve."""
+    def go(self) -> None:
+        """Open the address that the server printed."""
         # a class is told the name of the computer, which need not lead to it here
         address = urllib.parse.urlsplit(self.server.address)
         self.page.goto(f"{self.server.home}/?{address.query}")
+
+    def open(self) -> None:
+        """Open the window, and wait for the first curve."""
+        self.go()
         self.drawn()
 
     def revision(self, chart: str = ".df-main") -> int:

@@ -14,6 +14,7 @@ import dforce as df
 from dforce.gui.document import Document
 from dforce.gui.pages import Page
 from dforce.gui.session import Session
+from dforce.gui.view import Curve
 
 CASE = "figure-3-air"  # its curve takes some 20 ms
 
@@ -58,6 +59,19 @@ def send(element, name, args=None):
     for listener in element._event_listeners.values():
         if listener.type == name:
             element._handle_event({"listener_id": listener.id, "args": args})
+
+
+def show(page, result):
+    """Show a result as if it had just been computed, and return its figure."""
+    page.view.curve = Curve(page.view.document, result)
+    figure = page.view.compose(result)
+    page.view.show_beside()
+    return figure
+
+
+def click(page, **point):
+    """Click on a point of the main chart."""
+    send(page.view.main, "point", {"revision": page.view.main.revision, **point})
 
 
 async def until(true, seconds=20.0):

@@ -17,12 +17,13 @@ from types import TracebackType
 from typing import Any, Self
 
 import matplotlib as mpl
+from matplotlib import pyplot
 from typer.testing import CliRunner
 
 from dforce.cli import app as program
 from dforce.forces import REGISTRY
 
-COLUMNS = "96"
+COLUMNS = "88"  # what a page shows beside its lists of contents on a screen of 1366 pixels
 FENCE = re.compile(r"^```(?P<head>[^\n`]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 OPTION = re.compile(r":(?P<key>[a-z]+):[ ]?(?P<value>[^\n]*)\n")
 
@@ -50,8 +51,9 @@ class Page:
         self.close()
 
     def close(self) -> None:
-        """Remove the folder and forget the force models that the page has defined."""
+        """Remove the folder, close the figures and forget the force models that the page has defined."""
         self.temporary.cleanup()
+        pyplot.close("all")
         forget_own_models()
 
     def run(self, language: str, code: str, options: dict[str, Any]) -> str:

@@ -62,9 +62,8 @@ set_points = np.array([0.95, 0.9, 0.8, 0.7, 0.6])
 
 
 def at_set_points(curve, tone):
-    ratio = curve.amplitude.sel(tone=1).values / 12e-9
-    order = np.argsort(ratio)
-    return np.interp(set_points, ratio[order], curve.phase.sel(tone=tone).values[order])
+    states = (df.at_set_point(curve, set_point, ["phase"]).isel(crossing=0) for set_point in set_points)
+    return np.array([float(state.phase[tone - 1]) for state in states])
 
 
 def contrast(pair, tone):
@@ -124,8 +123,7 @@ assert np.all(table[0, 1:4] > table[-1, 1:4])
 # -------------
 
 for name, curve in curves.items():
-    ratio = curve.amplitude.sel(tone=1).values / 12e-9
-    one = curve.isel(zc=int(np.argmin(abs(ratio - 0.8))))
+    one = df.at_set_point(curve, 0.8).isel(crossing=0)
     force, depth = df.show(float(one.min_force), "N", 3), df.show(float(one.max_indentation), "m", 2)
     print(f"{name}: lowest force {force}, indentation {depth}")
 

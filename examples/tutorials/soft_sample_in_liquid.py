@@ -44,7 +44,7 @@ for piece in df.advice(case):
 # ---------
 
 curve = df.run(case)
-df.plot.curve(curve, ["amplitude", "peak_force"], plt.figure(figsize=(6, 4)))
+df.plot.curve(curve, ["amplitude", "peak_force"])
 plt.show()
 
 # %%
@@ -60,7 +60,8 @@ plt.show()
 # `sweep` repeats the approach for many free amplitudes, side by side. It takes a few seconds for all 37.
 
 free_amplitudes = np.linspace(1e-9, 19e-9, 37)
-grid = df.sweep(case, over={"drive.A0": free_amplitudes}, quantities=["amplitude", "peak_force", "max_indentation"])
+quantities = ["amplitude_ratio", "peak_force", "max_indentation"]
+grid = df.sweep(case, over={"drive.A0": free_amplitudes}, quantities=quantities)
 print(dict(grid.sizes))
 
 # %%
@@ -68,20 +69,18 @@ print(dict(grid.sizes))
 # the forces where the amplitude is 50 % to 98 % of the free one.
 
 set_points = np.linspace(0.5, 0.98, 49)
+states = [df.at_set_point(grid, set_point, ["peak_force", "max_indentation"]) for set_point in set_points]
+print(states[0])
 
+# %%
+# `crossing` counts the states: here each amplitude is met once, at the distance `zc`.
 
-def at_set_points(name):
-    rows = []
-    for A0 in free_amplitudes:
-        one = grid.sel(A0=A0, tone=1)
-        ratio = one.amplitude.values / A0
-        order = np.argsort(ratio)
-        rows.append(np.interp(set_points, ratio[order], one[name].values[order]))
-    return np.array(rows)
+force = np.transpose([state.peak_force.isel(crossing=0) * 1e12 for state in states])
+depth = np.transpose([state.max_indentation.isel(crossing=0) * 1e9 for state in states])
 
-
-force = at_set_points("peak_force") * 1e12
-depth = at_set_points("max_indentation") * 1e9
+# sphinx_gallery_start_ignore
+assert all(state.sizes["crossing"] == 1 and state.zc.notnull().all() for state in states)
+# sphinx_gallery_end_ignore
 
 figure, axes = plt.subplots(figsize=(6.5, 4.5), layout="constrained")
 filled = axes.contourf(
@@ -115,17 +114,12 @@ for set_point in (0.7, 0.8, 0.9, 0.95):
 
 moduli = np.geomspace(2e6, 200e6, 9)
 careful = case.set('drive.A0 = "2 nm"', 'experiment.zc = { start = "4 nm", stop = "-4 nm", points = 161 }')
-softer = df.sweep(
-    careful, over={"sample.youngs_modulus": moduli}, quantities=["amplitude", "peak_force", "max_indentation"]
-)
+softer = df.sweep(careful, over={"sample.youngs_modulus": moduli}, quantities=quantities)
+chosen = df.at_set_point(softer, 0.9).isel(crossing=0)
 
-felt, deep = [], []
-for modulus in moduli:
-    one = softer.sel(youngs_modulus=modulus, tone=1)
-    order = np.argsort(one.amplitude.values)
-    felt.append(np.interp(1.8e-9, one.amplitude.values[order], one.peak_force.values[order]))
-    deep.append(np.interp(1.8e-9, one.amplitude.values[order], one.max_indentation.values[order]))
-    print(f"{modulus / 1e6:6.1f} MPa: {felt[-1] * 1e12:6.1f} pN, {deep[-1] * 1e9:.2f} nm")
+felt, deep = chosen.peak_force.values, chosen.max_indentation.values
+for modulus, force_felt, depth_felt in zip(moduli, felt, deep, strict=True):
+    print(f"{modulus / 1e6:6.1f} MPa: {force_felt * 1e12:6.1f} pN, {depth_felt * 1e9:.2f} nm")
 
 # sphinx_gallery_start_ignore
 # what the text says of the numbers
@@ -145,11 +139,9 @@ assert force[ten, 0] < 1.7 * force[ten, 40] < 1.7 * force[ten, 0]
 # The motion at the chosen point
 # ------------------------------
 
-order = np.argsort(softer.sel(youngs_modulus=20e6, method="nearest").amplitude.sel(tone=1).values)
-chosen = softer.sel(youngs_modulus=20e6, method="nearest").amplitude.sel(tone=1).values[order]
-zc = float(np.interp(1.8e-9, chosen, softer.zc.values[order]))
+zc = float(chosen.zc.sel(youngs_modulus=20e6, method="nearest"))
 trace = df.dwell(careful, zc=zc)
-df.plot.traces(trace, figure=plt.figure(figsize=(7, 5)))
+df.plot.traces(trace)
 plt.show()
 for finding in df.summary(trace):
     if finding.name in ("peak_force", "max_indentation", "contact_fraction", "contact_time"):

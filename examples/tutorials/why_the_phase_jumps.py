@@ -27,7 +27,7 @@ case = df.Case(
     forces=[df.forces.DMT(hamaker="4e-20 J")],
 )
 curve = df.approach(case, zc=np.linspace(30e-9, 10e-9, 201), direction="both")
-df.plot.amplitude_phase(curve, figure=plt.figure(figsize=(6, 6)))
+df.plot.amplitude_phase(curve)
 plt.show()
 
 for finding in df.summary(curve):
@@ -41,28 +41,70 @@ for finding in df.summary(curve):
 #
 # A phase above 90° says that attraction wins over a period, below 90° that repulsion wins. No energy is lost
 # here: the forces depend on the distance alone. The loop is not dissipation but **two steady motions at the
-# same distance**.
+# same distance**. The distance changes so slowly in this curve that the motion stays on its state until that
+# state ends (`protocol = "quasi_static"`, the default).
 #
 # All states
 # ----------
 #
-# `branches` does not wait for a motion to settle; it follows the periodic motions themselves, stable or not:
+# `branches` follows the periodic motions themselves, stable or not. Here they lie behind the curve:
 
 states = df.branches(case, zc=("30 nm", "10 nm"))
-df.plot.branches(states, figure=plt.figure(figsize=(6, 6)))
+df.plot.amplitude_phase(curve, states=states)
 plt.show()
 
 for finding in df.summary(states):
     print(f"{finding.label}: {finding.text}")
 
 # %%
-# *All steady motions. The full lines are stable: an experiment can see them. The dashed line is a motion that
-# exists but falls to one side or the other at the slightest disturbance; it joins the two at the folds. The
-# jumps of the first picture lie where a full line ends.*
+# *The curve, and all steady motions behind it. An experiment can see the stable ones. The dashed line is a motion
+# that exists but falls to one side or the other at the slightest disturbance; it joins the two stable ones at the
+# folds (dots). Both jumps lie at a fold: there the stable and the unstable motion meet, and beyond neither exists.*
 #
-# The jump inward comes at the fold, or a little earlier: at how far depends on how coarse the steps of the
-# approach are, and in an experiment on noise and on the feedback. **The place of a jump is no property of the
-# sample.** The folds are.
+# In sudden steps
+# ---------------
+#
+# Many simulations, and dForce's earlier versions, do something else: they move the tip by a sudden step, wait until the
+# motion has settled, and take the next step. Each step shakes the motion, and a large one throws it out of its
+# state long before that ends. `protocol = "stepwise"` does the same:
+
+steps = (0.5, 0.2, 0.1, 0.05, 0.02)  # nm
+jumps = {}
+upper, lower = df.plot.amplitude_phase(curve.sel(direction="approach"), states=states)
+upper.lines[0].set_label("followed slowly")
+print("step (nm)   stepwise   quasi-static: jump on approach (nm)")
+for step in steps:
+    for protocol in ("stepwise", "quasi_static"):
+        zc = np.arange(30.0, 10.0 - step / 2, -step) * 1e-9
+        way = df.approach(case, zc=zc, direction="approach", protocol=protocol)
+        (jumps[protocol, step],) = 1e9 * way.jump_zc.values
+        if protocol == "stepwise" and step >= 0.2:
+            color = "C1" if step == 0.2 else "C2"
+            upper.plot(
+                1e9 * way.zc, 1e9 * way.amplitude, "o-", color=color, lw=0.8, ms=2.5, label=f"steps of {step} nm"
+            )
+            lower.plot(1e9 * way.zc, way.phase, "o-", color=color, lw=0.8, ms=2.5)
+    print(f"{step:9g} {jumps['stepwise', step]:10.2f} {jumps['quasi_static', step]:14.4f}")
+upper.legend(fontsize="small")
+plt.show()
+
+# sphinx_gallery_start_ignore
+ends = 1e9 * np.sort(states.zc.values[states.special.values == "fold"])
+assert len(ends) == 2
+outward = 1e9 * float(curve.jump_zc.values[curve.jump_direction.values == "retract"][-1])
+assert abs(outward - ends[1]) < 1e-6 * 25.0
+assert all(abs(jumps["quasi_static", step] - ends[0]) < 1e-6 * 25.0 for step in steps)
+early = [jumps["stepwise", step] - ends[0] for step in steps]
+assert early == sorted(early, reverse=True) and early[0] > 3.0 and early[1] > 0.9 and -0.02 <= early[-1] < 0.05
+# sphinx_gallery_end_ignore
+
+# %%
+# *The approach in sudden steps of 0.5 and 0.2 nm leaves the attractive state 3.6 nm and 1 nm before it ends. The
+# states are the same: only the way along them differs.*
+#
+# In ever smaller steps the jump comes to the fold; followed slowly, it is at the fold on any grid. **The place of a
+# jump is no property of the sample, nor of its simulation in steps. The folds are.** Use `stepwise` to repeat what
+# such a simulation gave.
 #
 # Which state you get
 # -------------------
@@ -75,24 +117,18 @@ starts = {
 }
 figure = plt.figure(figsize=(9.5, 5), layout="constrained")
 shares = {}
-for zc, part in zip(("24 nm", "23 nm"), figure.subfigures(1, 2), strict=True):
-    map_of_starts = df.basins(case, zc=zc, **starts)
+for place, part in zip(("24 nm", "23 nm"), figure.subfigures(1, 2, squeeze=False)[0], strict=True):
+    map_of_starts = df.basins(case, zc=place, amplitude=starts["amplitude"], phase=starts["phase"])
     df.plot.basins(map_of_starts, figure=part)
     for state in map_of_starts.state.values:
         one = map_of_starts.sel(state=state)
         regime = "attractive" if float(one.phase.sel(tone=1)) > 90.0 else "repulsive"
-        shares[zc, regime] = float(one.share)
-        print(f"{zc}: {float(one.share):6.1%} of the starts end in the {regime} state")
+        shares[place, regime] = float(one.share)
+        print(f"{place}: {float(one.share):6.1%} of the starts end in the {regime} state")
 plt.show()
 
 # sphinx_gallery_start_ignore
 assert shares["24 nm", "attractive"] > 0.9 and shares["23 nm", "repulsive"] > 0.9
-folds = states.zc.values[states.special.values == "fold"]
-inward = float(curve.jump_zc.values[curve.jump_direction.values == "approach"][0])
-outward = float(curve.jump_zc.values[curve.jump_direction.values == "retract"][-1])
-assert len(folds) == 2
-assert -0.01e-9 < inward - folds.min() < 0.5e-9
-assert abs(outward - folds.max()) < 0.05e-9
 # sphinx_gallery_end_ignore
 
 # %%
@@ -101,8 +137,105 @@ assert abs(outward - folds.max()) < 0.05e-9
 # repulsive state, and only a small island around the attractive one is left.*
 #
 # The approach of the first picture stayed in that island all the way down to the fold, because nothing
-# disturbed it. A real tip meets noise and edges, and leaves it earlier. That is why the jump of an instrument
-# comes and goes.
+# disturbed it. A real tip leaves it earlier, for two reasons.
+#
+# Thermal motion
+# --------------
+#
+# `escape` says of each stable state how far it is from the nearest unstable one. The thermal motion of the lever,
+# :math:`\sqrt{k_B T/k}` on average, is to be held against it. It changes at random within a decay time,
+# :math:`Q/\pi f_0`; of the many values of a second the largest is some :math:`\sqrt{2 \ln N}` times the average, with
+# :math:`N` decay times in a second:
+
+lever = case.problem.modes[0]
+thermal = np.sqrt(1.380649e-23 * case.medium.temperature / lever.k)
+in_a_second = thermal * np.sqrt(2.0 * np.log(np.pi * lever.f0 / lever.Q))
+print(f"thermal motion: {1e12 * thermal:.0f} pm on average, {1e12 * in_a_second:.0f} pm at most in a second")
+
+figure, axes = plt.subplots(figsize=(6.5, 4.0), layout="constrained")
+unstable = np.flatnonzero(~states.stable.values)  # the states stand in their order along the curve, from far away on
+parts = {"attractive": slice(0, unstable[0]), "repulsive": slice(unstable[-1] + 1, None)}
+folds = np.sort(states.zc.values[states.special.values == "fold"])
+within_reach = {}
+for (regime, part), fold in zip(parts.items(), folds, strict=True):
+    one = states.isel(point=part)
+    one = one.isel(point=np.flatnonzero(np.isfinite(one.escape.values))).sortby("escape")
+    axes.semilogy(1e9 * one.zc, 1e9 * one.escape, ".-", markersize=3, label=f"{regime} state")
+    squares, before = np.append(0.0, one.escape**2), np.append(0.0, np.abs(one.zc - fold))
+    within_reach[regime] = np.interp(in_a_second**2, squares, before)  # a straight line near the fold
+    print(f"{regime}: within reach of the thermal motion {1e12 * within_reach[regime]:.2g} pm before its end")
+axes.axhline(1e9 * thermal, color="0.5", linestyle=":", label="thermal motion, average")
+axes.axhline(1e9 * in_a_second, color="0.5", linestyle="--", label="largest in a second")
+axes.set(xlabel="average distance (nm)", ylabel="distance to the unstable state (nm)")
+axes.legend(fontsize="small")
+plt.show()
+
+# sphinx_gallery_start_ignore
+assert 37e-12 < thermal < 39e-12 and 140e-12 < in_a_second < 150e-12
+assert 0.2e-9 < within_reach["attractive"] < 0.3e-9 and within_reach["repulsive"] < 1e-12
+# sphinx_gallery_end_ignore
+
+# %%
+# *How far each stable state is from the unstable one. Towards its fold the distance falls to zero, as a square root.
+# The attractive state comes within reach of the thermal motion a quarter of a nanometer before it ends, the repulsive
+# one less than a picometer before.*
+#
+# So a microscope that waits a second at each distance jumps inward some tenths of a nanometer before the fold, at a
+# place that differs from approach to approach, and outward at the fold. This is an estimate: near the fold the motion returns
+# more slowly and wanders farther, and `escape` is the distance to the unstable state, not to the nearest place of the
+# border between the two basins. A softer lever moves more: a tenth of the stiffness, three times the thermal motion.
+#
+# Finite speed
+# ------------
+#
+# A decay time is 0.76 ms here. A tip that moves by a nanometer in that time leaves its motion behind: the amplitude
+# is still that of a larger distance, and so nearer to that of the unstable state. To see it, let the sample
+# rise towards the tip at a constant speed. This is a force that depends on time, DMT's with the surface at a height
+# `P1 t` until it stops at `P2`; a dwell records the whole motion:
+
+law = "-H*R/6/max(d - min(P1*t, P2), a0)**2 + 4/3*E_eff*sqrt(R)*max(a0 - d + min(P1*t, P2), 0)**1.5"
+far, rise = 27e-9, 10e-9
+speeds = {3e-6: "C1", 1e-6: "C4", 1e-7: "C2"}  # m/s, and a color
+below = {}
+upper, lower = df.plot.amplitude_phase(curve.sel(direction="approach"), states=states)
+upper.lines[0].set_label("followed slowly")
+for speed, color in speeds.items():
+    periods = int(rise / speed * lever.f0) + 2000  # and until the motion has settled over the sample at rest
+    rising = case.replace(
+        forces=[df.forces.Custom(law=law, hamaker="4e-20 J", P1=speed, P2=rise)],
+        solver={"settle": "fixed", "periods": periods},
+    )
+    motion = df.dwell(rising, zc=far, record="all", recorded_periods=1)
+    samples = int(motion.attrs["samples_per_period"])
+    turn = np.exp(-2j * np.pi * np.arange(samples) / samples)
+    lock_in = 2.0 * np.mean(motion.deflection.values.reshape(-1, samples) * turn, axis=1)  # a value for each period
+    zc = far - np.minimum(speed * (np.arange(len(lock_in)) + 0.5) / lever.f0, rise)
+    phase = -np.degrees(np.angle(lock_in))
+    below[speed] = 1e9 * zc[np.flatnonzero((phase < 90.0) & (zc < 26e-9))[0]]
+    print(f"{1e6 * speed:g} µm/s: the phase falls below 90° at {below[speed]:.2f} nm")
+    upper.plot(1e9 * zc, 1e9 * np.abs(lock_in), color=color, linewidth=0.9, label=f"{1e6 * speed:g} µm/s")
+    lower.plot(1e9 * zc, phase, color=color, linewidth=0.9)
+for axes in (upper, lower):
+    axes.set_xlim(17.5, 27.0)
+upper.set_ylim(17.0, 25.5)
+upper.legend(fontsize="small")
+plt.show()
+
+# sphinx_gallery_start_ignore
+assert 4.5 < below[3e-6] - ends[0] < 4.9 and 0.6 < below[1e-6] - ends[0] < 0.9
+assert -0.12 < below[1e-7] - ends[0] < 0.0
+assert round(1e3 * lever.Q / (np.pi * lever.f0), 2) == 0.76
+# sphinx_gallery_end_ignore
+
+# %%
+# *Amplitude and phase of every period while the sample rises, over the curve followed slowly and all states. At
+# 3 µm/s the motion hardly comes to the attractive state, and leaves it nearly 5 nm before its end; at 1 µm/s it
+# leaves 0.7 nm before. At 0.1 µm/s it leaves at the fold; its phase falls below 90° a little later, because leaving
+# takes time, too.*
+#
+# A feedback, an edge of the sample and the steps of a piezo disturb the motion in the same way. All of this decides
+# *when* the tip jumps. *Between which states* it jumps, and how far each reaches, is what `branches` and the slow
+# curve tell.
 
 # %%
 # Stay in one regime
@@ -134,21 +267,21 @@ axes.set(xlabel="set point $A/A_0$", ylabel="free amplitude $A_0$ (nm)")
 plt.show()
 
 # sphinx_gallery_start_ignore
-assert (phase[free_amplitudes < 20e-9] > 90.0).all()
-assert (phase[free_amplitudes > 45e-9][:, set_points <= 0.95] < 90.0).all()
+assert (phase[free_amplitudes < 23.5e-9] > 90.0).all()
+assert (phase[free_amplitudes > 39.5e-9][:, set_points <= 0.95] < 90.0).all()
 between = phase[(free_amplitudes > 25e-9) & (free_amplitudes < 35e-9)]
 assert (between > 90.0).any() and (between < 90.0).any()
 # sphinx_gallery_end_ignore
 
 # %%
 # *Phase at each set point and free amplitude, on approach. Blue: net attraction at every set point, with a
-# free amplitude below some 20 nm. Red: net repulsion. At the amplitudes in between a change of set point
+# free amplitude below some 23 nm. Red: net repulsion. At the amplitudes in between a change of set point
 # crosses the border.*
 #
 # So, for this cantilever and sample:
 #
-# - to stay **attractive** (gentle, long-ranged), use a free amplitude well below 20 nm;
-# - to stay **repulsive** (sharp, sensitive to stiffness), use one above 45 nm and a set point of 95 % or
+# - to stay **attractive** (gentle, long-ranged), use a free amplitude well below 23 nm;
+# - to stay **repulsive** (sharp, sensitive to stiffness), use one above 40 nm and a set point of 95 % or
 #   less, or come from a point that is safely in the red and do not go near the border;
 # - **avoid the middle**: there a phase image shows the border, not the sample.
 #

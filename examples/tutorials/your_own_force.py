@@ -41,7 +41,7 @@ brushed = bare.replace("forces", [attraction, brush])
 # Look at the force before anything moves: is it what you meant?
 
 force = df.force_curve(brushed, distance=np.linspace(12e-9, -0.5e-9, 400))
-df.plot.force_curve(force, plt.figure(figsize=(6, 4)))
+df.plot.force_curve(force)
 plt.show()
 
 # %%
@@ -134,11 +134,10 @@ print(Brush.name, "passes every check")
 #    energy = "3 mJ/m^2"
 #    length = "4 nm"
 #
-# In Python, use the class. It gives the same force as the expression:
+# In Python, a table with the same keys does. It gives the same force as the expression:
 
-same = df.force_curve(
-    bare.replace("forces", [attraction, Brush(energy="3 mJ/m^2", length="4 nm")]), distance=force.distance
-)
+own = {"model": "brush", "energy": "3 mJ/m^2", "length": "4 nm"}
+same = df.force_curve(bare.replace("forces", [attraction, own]), distance=force.distance)
 difference = float(abs(same.force - force.force).max())
 print(f"largest difference: {difference:.1g} N")
 

@@ -32,9 +32,11 @@ if TYPE_CHECKING:
         InitialMotion,
         Span,
     )
+    from dforce.files import check_target, write_whole
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
+    from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.notation import first_sentence, html_symbol, plain_math, unmarked
     from dforce.notices import listening
@@ -43,12 +45,13 @@ if TYPE_CHECKING:
     from dforce.prescribed import force_along, force_curve
     from dforce.problem import values_used
     from dforce.reports import Report, report
-    from dforce.results import Status, check_target, read, reader_unit, whole_file, write
+    from dforce.results import Status, read, reader_unit, write
     from dforce.revisit import motion_at
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding, row_of
     from dforce.setpoint import at_set_point, regime
     from dforce.solvers import SolverSettings
+    from dforce.stopping import late_stop_waits, sigterm_as_ctrl_c
     from dforce.sweeps import sweep
     from dforce.testing import check_force
     from dforce.timing import benchmark
@@ -88,6 +91,7 @@ _HOMES = {
     ),
     "forces": ("Force",),
     "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
+    "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "notation": ("first_sentence", "html_symbol", "plain_math", "unmarked"),
     "notices": ("listening",),
@@ -96,12 +100,14 @@ _HOMES = {
     "problem": ("values_used",),
     "prescribed": ("force_along", "force_curve"),
     "reports": ("Report", "report"),
-    "results": ("Status", "check_target", "read", "reader_unit", "whole_file", "write"),
+    "files": ("check_target", "write_whole"),
+    "results": ("Status", "read", "reader_unit", "write"),
     "revisit": ("motion_at",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
     "series": ("Line", "Picture", "drawable", "goes_along", "lines_of", "pictures_of", "rounding", "row_of"),
     "solvers": ("SolverSettings",),
     "setpoint": ("at_set_point", "regime"),
+    "stopping": ("late_stop_waits", "sigterm_as_ctrl_c"),
     "sweeps": ("sweep",),
     "testing": ("check_force",),
     "timing": ("benchmark",),
@@ -135,6 +141,7 @@ __all__ = [
     "FrequencySweep",
     "Grid",
     "InitialMotion",
+    "KernelCache",
     "Line",
     "Medium",
     "Mode",
@@ -162,6 +169,7 @@ __all__ = [
     "case_schema",
     "check_force",
     "check_target",
+    "clear_kernel_cache",
     "cost_of_accuracy",
     "count_status",
     "drawable",
@@ -175,6 +183,8 @@ __all__ = [
     "frequency_sweep",
     "goes_along",
     "html_symbol",
+    "kernel_cache",
+    "late_stop_waits",
     "lines_of",
     "listening",
     "load_case",
@@ -197,6 +207,7 @@ __all__ = [
     "shared",
     "shorten",
     "show",
+    "sigterm_as_ctrl_c",
     "split_unit",
     "summary",
     "sweep",
@@ -206,8 +217,8 @@ __all__ = [
     "validate",
     "validation_page",
     "values_used",
-    "whole_file",
     "write",
+    "write_whole",
 ]
 
 

@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import ParamSpec, TypeVar
+
+from dforce.kinds import misfit
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+SAYS_SOMETHING = 3  # letters; fewer begin too many names
 
 
 class DForceError(Exception):
@@ -31,9 +40,33 @@ class ResultError(DForceError, OSError):
     """A file of results cannot be read or written."""
 
 
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a public function refuse arguments of a wrong kind, as its annotations tell it, with one sentence.
+
+    Raises
+    ------
+    ParameterError
+        At a call: which argument, what was given, and what is taken.
+    """
+
+    @functools.wraps(function)
+    def careful(*args: P.args, **kwargs: P.kwargs) -> R:
+        found = misfit(function, args, kwargs)
+        if found is not None:
+            raise ParameterError(found)
+        return function(*args, **kwargs)
+
+    return careful
+
+
+@checked
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'x'?" for the known name nearest to `name`, else the list of known names."""
     names = sorted(known)
+    bare = _bare(name)
+    begun = [other for other in names if _bare(other).startswith(bare)] if len(bare) >= SAYS_SOMETHING else []
+    if begun:  # figure3 for figure-3-air: the first letters say more than the length
+        return f"; did you mean '{min(begun, key=len)}'?"
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     if close:
         return f"; did you mean '{close[0]}'?"
@@ -42,6 +75,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"; known: {', '.join(names)}"
 
 
+def _bare(name: str) -> str:
+    """Return a name without what people leave out: dashes, spaces, capitals."""
+    return "".join(c for c in name.casefold() if c.isalnum())
+
+
+@checked
 def shorten(value: object, length: int = 60) -> str:
     """Return the value as text of at most `length` characters, safe to print in a sentence."""
     if isinstance(value, str):

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.errors import DForceError
+from dforce.case import case_of
+from dforce.errors import DForceError, ParameterError, checked
+from dforce.jumps import Jump, jumps, jumps_of_all
+from dforce.listing import Listing, aligned, html_table
 from dforce.results import Status, unit_for
+from dforce.series import goes_along, swept
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIGITS = 5
+DIGITS = 3  # of what is computed: the default accuracy promises them, and not always one more
+GIVEN_DIGITS = 5  # of what a user gave, and of frequencies: a narrow resonance is told from the drive by them
+GIVEN = ("zc", "frequency", "distance", "free_amplitude")
 LEAST = 0.001
-JUMP = 0.1  # smallest jump that is reported, as a share of the free (or largest) amplitude
 
 
 @dataclass(frozen=True)
@@ -31,17 +37,36 @@ class Finding:
     direction: str = ""
 
 
-@dataclass(frozen=True)
-class Jump:
-    """A sudden change of the first tone's motion from one distance (or frequency) to the next, in order of travel."""
+class Findings(Listing[Finding]):
+    """What :func:`summary` returns: a list, shown as a table with a column for each direction."""
 
-    at: float
-    phase_before: float
-    phase_after: float
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return a row for each label, with a text for each direction; where there are several, the first names them."""
+        ways = list(dict.fromkeys(finding.direction for finding in self))
+        rows: dict[str, dict[str, str]] = {}
+        for finding in self:
+            rows.setdefault(finding.label, {})[finding.direction] = finding.text
+        body = [(label, *(texts.get(way, "") for way in ways)) for label, texts in rows.items()]
+        return [("", *ways), *body] if len(ways) > 1 else body
+
+    def as_text(self) -> str:
+        """Return the rows in columns."""
+        return aligned(self.rows()) or "nothing found"
+
+    def as_html(self) -> str:
+        """Return the rows as a table."""
+        return html_table(self.rows())
 
 
-def summary(dataset: xr.Dataset) -> list[Finding]:
-    """Return what a reader looks for first in the result of any experiment."""
+@checked
+def summary(dataset: xr.Dataset) -> Findings:
+    """Return what a reader looks for first in the result of any experiment, or of a sweep; the list shows itself as a table."""
+    return Findings(_found(dataset))
+
+
+def _found(dataset: xr.Dataset) -> list[Finding]:
+    if swept(dataset):
+        return list(_sweep(dataset, swept(dataset)))
     if "point" in dataset.dims:
         return list(_branches(dataset))
     if "reached" in dataset:
@@ -61,6 +86,7 @@ def _along(dataset: xr.Dataset) -> str:
     return "frequency" if swept else "zc"
 
 
+@checked
 def count_status(dataset: xr.Dataset) -> dict[Status, int]:
     """Return how many points have each status; a status that no point has is left out."""
     values = np.ravel(dataset["status"].values) if "status" in dataset else np.array([])
@@ -68,7 +94,7 @@ def count_status(dataset: xr.Dataset) -> dict[Status, int]:
 
 
 def number(value: float, unit: str, name: str = "") -> str:
-    """Return an SI number as a reader likes it: ``217.99 pN``, ``54.204°``, ``10.4 %``."""
+    """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``."""
     if not np.isfinite(value):
         return "-"
     if value == 0.0:
@@ -77,52 +103,19 @@ def number(value: float, unit: str, name: str = "") -> str:
     suffix = "" if shown == "1" else shown if shown == "°" else f" {shown}"
     if abs(value) < LEAST * scale and unit != "1":  # below the smallest unit that anyone uses
         return f"< {LEAST}{suffix}"
-    return f"{value / scale:.{DIGITS}g}{suffix}"
+    if shown == "1" and float(value).is_integer():
+        return f"{value:.0f}"  # a count
+    digits = GIVEN_DIGITS if unit == "Hz" or name.startswith(GIVEN) else DIGITS
+    return f"{float(f'{value / scale:.{digits}g}'):.{GIVEN_DIGITS}g}{suffix}"  # 1230, not 1.23e+03
 
 
 def free_amplitudes(dataset: xr.Dataset) -> list[float]:
     """Return the amplitude (m) of each tone far from the sample, from the case that a result carries."""
-    from dforce.case import Case
-
     try:
-        free = Case.from_toml(str(dataset.attrs.get("case", ""))).problem.free
+        free = case_of(dataset).problem.free
     except DForceError:  # the case of a version that knew other keys: still worth a summary
         return []
     return [float(amplitude) for amplitude in np.abs(free.sum(axis=1))]
-
-
-def jumps(sweep: xr.Dataset, direction: str = "") -> list[Jump]:
-    """Return the jumps of a curve over distance or frequency in one direction.
-
-    Where orbits were followed, or jumps noted, those that were noted on the way count. Else a jump is a step of the first
-    tone's complex amplitude of at least a tenth of the largest amplitude, three times larger than the steps before and
-    after it and twice the median step: a coarse grid shows none.
-    """
-    along = _along(sweep)
-    rising = np.argsort(sweep[along].values)
-    order = rising if direction in ("retract", "up") else rising[::-1]
-    first = sweep.isel({along: order, "tone": 0})
-    x, amplitude, phase = first[along].values, first["amplitude"].values, first["phase"].values
-    there = np.isfinite(amplitude) & np.isfinite(phase)
-    x, amplitude, phase = x[there], amplitude[there], phase[there]
-    if along == "zc" and ("corrections" in sweep or "jump_zc" in sweep):
-        return list(_noted(sweep, direction, x, phase))
-    if len(x) < 5:
-        return []
-    steps = np.abs(np.diff(amplitude * np.exp(-1j * np.radians(phase))))
-    beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
-    large = (steps > JUMP * amplitude.max()) & (steps > 3.0 * beside) & (steps > 2.0 * np.median(steps))
-    return [Jump(float(x[i + 1]), float(phase[i]), float(phase[i + 1])) for i in np.flatnonzero(large)]
-
-
-def _noted(sweep: xr.Dataset, direction: str, x: np.ndarray[Any, Any], phase: np.ndarray[Any, Any]) -> Iterator[Jump]:
-    """Give the jumps noted in a result that belong to a direction, with the phases at the points on either side."""
-    if "jump_zc" not in sweep:
-        return
-    for at, way in zip(sweep["jump_zc"].values, sweep["jump_direction"].values, strict=True):
-        after = int(np.argmax((x <= at) if way == "approach" else (x >= at)))
-        if direction in ("", way) and after > 0:
-            yield Jump(float(at), float(phase[after - 1]), float(phase[after]))
 
 
 def _ways(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
@@ -179,25 +172,34 @@ EXTREMES = (
 def _curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
     along = sweep[_along(sweep)]
     free = free_amplitudes(sweep)
-    for index, tone in enumerate(sweep["tone"].values):
+    for index, tone in enumerate(sweep["tone"].values if "tone" in sweep else ()):
         one = sweep.sel(tone=tone)
         tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
         if index < len(free):
             yield _finding(f"free_amplitude_tone{tone}", f"free amplitude{tag}", free[index], "m", way)
         for name, label in (("amplitude", "amplitude"), ("phase", "phase lag")):
-            yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
-    found = jumps(sweep, way)
-    texts = [
-        f"{number(jump.at, _unit(along))} ({jump.phase_before:.0f}° to {jump.phase_after:.0f}°)" for jump in found[:3]
-    ] + ([f"{len(found) - 3} more"] if len(found) > 3 else [])
-    yield Finding("jumps", "jumps", "; ".join(texts) or "none", [jump.at for jump in found], _unit(along), way)
+            if name in sweep:  # one case of a sweep may keep neither
+                yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
+    if "amplitude" in sweep or "amplitude_ratio" in sweep:
+        found = jumps(sweep, way)
+        texts = [f"{number(jump.at, _unit(along), str(along.name))}{_change(sweep, jump)}" for jump in found[:3]]
+        texts += [f"{len(found) - 3} more"] if len(found) > 3 else []
+        yield Finding("jumps", "jumps", "; ".join(texts) or "none", [jump.at for jump in found], _unit(along), way)
     for name, label in EXTREMES:
         if name in sweep and np.isfinite(sweep[name].values).any():
             values = sweep[name].values
             index = int(np.nanargmin(values) if name == "min_force" else np.nanargmax(values))
-            place = f" at {number(float(along[index]), _unit(along))}" if values[index] else ""
+            place = f" at {number(float(along[index]), _unit(along), str(along.name))}" if values[index] else ""
             yield _finding(name, label, float(values[index]), _unit(sweep[name]), way, place)
     yield _points(sweep, way)
+
+
+def _change(sweep: xr.Dataset, jump: Jump) -> str:
+    """Return how the phase changes in a jump, where it is known."""
+    if "phase" not in sweep:
+        return ""
+    lag = sweep["phase"].isel(tone=0).values
+    return f" ({lag[jump.before]:.0f}° to {lag[jump.after]:.0f}°)"
 
 
 def _peak(sweep: xr.Dataset, way: str) -> Finding:
@@ -207,6 +209,42 @@ def _peak(sweep: xr.Dataset, way: str) -> Finding:
     index = int(np.nanargmax(amplitude))
     more = f" ({number(float(amplitude[index]), 'm')})"
     return _finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
+
+
+def _sweep(dataset: xr.Dataset, over: list[str]) -> Iterator[Finding]:
+    """Give the parameters of a sweep, then the extremes over all its cases, with the case in which they are met."""
+    for name in over:
+        yield _values_of(dataset[name])
+    cases = math.prod(dataset.sizes[name] for name in over)
+    yield Finding("cases", "cases", str(cases), float(cases), "1")
+    along = goes_along(dataset)
+    for way, sweep in _ways(dataset):
+        for name in ("amplitude", "phase"):
+            for tone in sweep["tone"].values if name in sweep else ():
+                tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
+                yield _range(sweep[name].sel(tone=tone), f"{name}_tone{tone}", _label(sweep[name]) + tag, way)
+        if along and ("amplitude" in sweep or "amplitude_ratio" in sweep):
+            count = sum(bool(found) for _, _, found in jumps_of_all(sweep, along, way))
+            yield Finding("jumps", "curves with jumps", f"{count} of {cases}", float(count), "1", way)
+        for name, label in EXTREMES:
+            if name in sweep and np.isfinite(sweep[name].values).any():
+                where = sweep[name].argmin(...) if name == "min_force" else sweep[name].argmax(...)
+                found = sweep[name].isel(where)
+                place = ", ".join(f"{dim} = {_one(sweep[dim][at])}" for dim, at in where.items())
+                yield _finding(name, label, float(found), _unit(found), way, f" at {place}" if float(found) else "")
+        yield _points(sweep, way)
+
+
+def _values_of(axis: xr.DataArray) -> Finding:
+    """Return the values of a parameter, of many the first and the last."""
+    few = axis.size <= 3
+    text = ", ".join(_one(value) for value in axis) if few else f"{_one(axis[0])} ... {_one(axis[-1])}"
+    numbers = [float(value) for value in axis.values] if axis.dtype.kind in "fi" else None
+    return Finding(str(axis.name), str(axis.name), text + (f" ({axis.size} values)" * (not few)), numbers, _unit(axis))
+
+
+def _one(value: xr.DataArray) -> str:
+    return number(float(value), _unit(value), str(value.name)) if value.dtype.kind == "f" else str(value.item())
 
 
 SPECIALS = (
@@ -240,12 +278,21 @@ def _branches(dataset: xr.Dataset) -> Iterator[Finding]:
         stable = dataset.isel(point=np.flatnonzero(dataset["stable"].values)).sel(tone=tone)
         for name, label in (("amplitude", "stable amplitudes"), ("phase", "stable phase lags")):
             yield _range(stable[name], f"{name}_tone{tone}", label + tag, "")
+    several = dataset["repeat_periods"].values if "repeat_periods" in dataset else np.empty(0)
+    for periods in np.unique(several)[1:]:
+        of_them = dataset.isel(point=np.flatnonzero(several == periods))
+        yield _range(of_them[str(along.name)], f"repeats_{periods}", f"states that repeat after {periods} periods", "")
     for name, label in SPECIALS:
         places = [float(value) for value in along.values[dataset["special"].values == name]]
         if places or name == "fold":
-            text = ", ".join(number(value, _unit(along)) for value in places[:5]) or "none"
+            text = ", ".join(number(value, _unit(along), str(along.name)) for value in places[:5]) or "none"
             more = f", {len(places) - 5} more" if len(places) > 5 else ""
             yield Finding(name, label, text + more, places, _unit(along))
+    if "completeness" in dataset.attrs:
+        said = str(dataset.attrs["completeness"])
+        proven = "index_sum" in dataset and not said.startswith("not ")
+        closed = float((dataset["index_sum"].values == 1).mean()) if proven else None
+        yield Finding("completeness", "completeness", said, closed, "1")
     yield _points(dataset, "")
 
 
@@ -254,30 +301,40 @@ def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:
     if not values.size:
         return Finding(name, label, "-", None, _unit(variable), way)
     ends: list[float] = [float(values.min()), float(values.max())]
-    text = " to ".join(number(end, _unit(variable)) for end in ends)
+    text = " to ".join(number(end, _unit(variable), name) for end in ends)
     return Finding(name, label, text, ends, _unit(variable), way)
 
 
 def _points(sweep: xr.Dataset, way: str) -> Finding:
     counted = count_status(sweep)
     total = sum(counted.values())
-    computed = total - counted.get(Status.NOT_COMPUTED, 0) - counted.get(Status.FAILED, 0)
+    computed = (
+        total - counted.get(Status.NOT_COMPUTED, 0) - counted.get(Status.FAILED, 0) - counted.get(Status.UNRESOLVED, 0)
+    )
     words = [str(computed) if computed == total else f"{computed} of {total}"]
     words += [
         f"{counted[status]} {word}"
-        for status, word in ((Status.NOT_SETTLED, "not settled"), (Status.FAILED, "failed"))
+        for status, word in (
+            (Status.NOT_SETTLED, "not settled"),
+            (Status.FAILED, "failed"),
+            (Status.UNRESOLVED, "unresolved"),
+        )
         if status in counted
     ]
     return Finding("points", "points", ", ".join(words), float(computed), "1", way)
 
 
 def _force_curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
+    if not {"force", "distance"} <= {*sweep.variables}:
+        raise ParameterError(
+            "this dataset is the result of no experiment, nor a force curve; there is no summary of it"
+        )
     force, distance = sweep["force"].values, sweep["distance"].values
     for name, label, chosen in (
         ("min_force", "lowest force", np.nanargmin), ("peak_force", "largest force", np.nanargmax),
     ):  # fmt: skip
         index: Any = chosen(force)
-        place = f" at {number(float(distance[index]), 'm')}" if force[index] else ""
+        place = f" at {number(float(distance[index]), 'm', 'distance')}" if force[index] else ""
         yield _finding(name, label, float(force[index]), "N", way, place)
     if "energy" in sweep and way != "approach":  # it is known once the tip is back
         yield _finding("energy", "energy taken", float(sweep["energy"]), "J", way)

@@ -11,7 +11,7 @@ import pydantic
 
 from dforce import beam, library, units
 from dforce.errors import ParameterError, nearest, shorten
-from dforce.parameters import Parameters, param
+from dforce.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
 
 # J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011)
 A0_DEFAULT = "0.165 nm"
@@ -67,14 +67,14 @@ class Medium(Parameters):
     """What the cantilever moves in: a name (`medium = "water"`), numbers, or a name and some numbers."""
 
     name: str | None = pydantic.Field(
-        None,
+        default=None,
         max_length=50,
         examples=sorted(library.media()),
         description="a known medium: air, water or vacuum, with its values at 298.15 K",
     )
-    density: float | None = param(None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid")
-    viscosity: float | None = param(None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid")
-    permittivity: float | None = param(
+    density: MaybeNumber = param(None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid")
+    viscosity: MaybeNumber = param(None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid")
+    permittivity: MaybeNumber = param(
         None,
         unit="1",
         symbol=r"\epsilon",
@@ -82,7 +82,7 @@ class Medium(Parameters):
         high=1e6,
         doc="relative permittivity between tip and sample",
     )
-    temperature: float = param(
+    temperature: Number = param(
         "298.15 K", symbol="T", above="0 K", high="1e4 K",
         doc="temperature; the values of a medium known by name stay those at 298.15 K",
     )  # fmt: skip
@@ -109,10 +109,10 @@ class Medium(Parameters):
 class Mode(Parameters):
     """One eigenmode of the cantilever, a point mass m = k / (2 pi f0)^2 on a spring with viscous damping."""
 
-    f0: float = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
-    k: float = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
+    f0: Number = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
+    k: Number = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
     # at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
-    Q: float = param(
+    Q: Number = param(
         unit="1",
         symbol="Q",
         above=0.5,
@@ -134,15 +134,15 @@ class Beam(Parameters):
         "youngs_modulus": "169 GPa", "density": "2330 kg/m^3", "length": "225 um", "width": "30 um", "thickness": "3 um",
     }  # fmt: skip
 
-    youngs_modulus: float = param(
+    youngs_modulus: Number = param(
         unit="Pa", symbol="E", above="0 GPa", high="10 TPa", doc="Young's modulus of the beam"
     )
-    density: float = param(unit="kg/m^3", symbol=r"\rho_c", above=0.0, high=1e5, doc="density of the beam")
-    length: float = param(unit="m", symbol="L", above="0 um", high="0.1 m", doc="length of the beam")
-    width: float = param(unit="m", symbol="b", above="0 um", high="0.1 m", doc="width of the beam")
-    thickness: float = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
-    modes: int = pydantic.Field(1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
-    Q: tuple[float, ...] = param(
+    density: Number = param(unit="kg/m^3", symbol=r"\rho_c", above=0.0, high=1e5, doc="density of the beam")
+    length: Number = param(unit="m", symbol="L", above="0 um", high="0.1 m", doc="length of the beam")
+    width: Number = param(unit="m", symbol="b", above="0 um", high="0.1 m", doc="width of the beam")
+    thickness: Number = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
+    modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
+    Q: Numbers = param(
         (), unit="1", symbol="Q", above=0.5, high=1e9,
         doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
     )  # fmt: skip
@@ -193,7 +193,7 @@ class Cantilever(Parameters):
         "one mode": ("f0", "k", "Q"), "several modes": ("modes",), "a beam": ("beam",),
     }  # fmt: skip
 
-    f0: float | None = param(
+    f0: MaybeNumber = param(
         None,
         unit="Hz",
         symbol="f_0",
@@ -201,7 +201,7 @@ class Cantilever(Parameters):
         high="10 GHz",
         doc="resonance frequency; of several modes each has its own",
     )
-    k: float | None = param(
+    k: MaybeNumber = param(
         None,
         unit="N/m",
         symbol="k",
@@ -209,11 +209,11 @@ class Cantilever(Parameters):
         high="1e8 N/m",
         doc="spring constant; of several modes each has its own",
     )
-    Q: float | None = param(
+    Q: MaybeNumber = param(
         None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
     )
-    modes: tuple[Mode, ...] = pydantic.Field((), max_length=MOST_MODES, description="modes, the softest first")
-    beam: Beam | None = pydantic.Field(None, description="a rectangular cantilever, instead of its modes")
+    modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
+    beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
@@ -244,10 +244,10 @@ class Cantilever(Parameters):
 class Tone(Parameters):
     """One tone of the drive, by the free amplitude that it gives its mode."""
 
-    A0: float = param(
+    A0: Number = param(
         unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude of its mode at its frequency"
     )
-    frequency: float | None = param(
+    frequency: MaybeNumber = param(
         None,
         unit="Hz",
         symbol="f",
@@ -256,12 +256,12 @@ class Tone(Parameters):
         doc="drive frequency; left out: the f0 of its mode",
     )
     mode: int | None = pydantic.Field(
-        None,
+        default=None,
         ge=1,
         le=MOST_MODES,
         description="mode that A0 is meant for, from 1; left out: the tone's place in the list",
     )
-    phase: float = param(
+    phase: Number = param(
         "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the tone at time zero"
     )
 
@@ -273,10 +273,10 @@ class Drive(Parameters):
         "one tone": ("A0", "frequency", "mode", "phase"), "several tones": ("tones",),
     }  # fmt: skip
 
-    A0: float | None = param(
+    A0: MaybeNumber = param(
         None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of several tones each has its own"
     )
-    frequency: float | None = param(
+    frequency: MaybeNumber = param(
         None,
         unit="Hz",
         symbol="f",
@@ -284,13 +284,16 @@ class Drive(Parameters):
         high="10 GHz",
         doc="drive frequency; left out: the f0 of its mode",
     )
-    mode: int | None = pydantic.Field(None, ge=1, le=MOST_MODES, description="mode that is driven, from 1; left out: 1")
-    phase: float = param(
+    mode: int | None = pydantic.Field(
+        default=None, ge=1, le=MOST_MODES, description="mode that is driven, from 1; left out: 1"
+    )
+    phase: Number = param(
         "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the drive at time zero"
     )
-    tones: tuple[Tone, ...] = pydantic.Field((), max_length=MOST_MODES, description="tones, instead of a single one")
+    tones: Part[tuple[Tone, ...]] = part((), max_length=MOST_MODES, description="tones, instead of a single one")
     acts_on: Literal["all_modes", "own_mode"] = pydantic.Field(
-        "all_modes",
+        default="all_modes",
+        title="A tone acts on",
         description="all_modes: a tone is a force on the tip, so on every mode; own_mode: only on its own",
     )
 
@@ -331,8 +334,8 @@ def _tone(path: str, A0: float, given: Tone | Drive, mode: int, modes: tuple[Mod
 class Tip(Parameters):
     """The tip; without a Young's modulus it is rigid."""
 
-    radius: float | None = param(None, unit="m", symbol="R", above="0 nm", high="1 mm", doc="radius of the tip's apex")
-    youngs_modulus: float | None = param(
+    radius: MaybeNumber = param(None, unit="m", symbol="R", above="0 nm", high="1 mm", doc="radius of the tip's apex")
+    youngs_modulus: MaybeNumber = param(
         None,
         unit="Pa",
         symbol="E_t",
@@ -340,10 +343,10 @@ class Tip(Parameters):
         high="10 TPa",
         doc="Young's modulus of the tip; left out: rigid",
     )
-    poisson_ratio: float = param(
+    poisson_ratio: Number = param(
         0.28, unit="1", symbol=r"\nu_t", low=0.0, high=0.5, doc="Poisson's ratio of the tip (silicon: 0.28)"
     )
-    half_angle: float | None = param(
+    half_angle: MaybeNumber = param(
         None,
         unit="rad",
         symbol=r"\theta",
@@ -356,11 +359,13 @@ class Tip(Parameters):
 class Sample(Parameters):
     """The sample; flat and thick, unless a model asks for a thickness or a radius."""
 
-    youngs_modulus: float | None = param(
+    youngs_modulus: MaybeNumber = param(
         None, unit="Pa", symbol="E_s", above="0 GPa", high="10 TPa", doc="Young's modulus of the sample"
     )
-    poisson_ratio: float = param(0.3, unit="1", symbol=r"\nu_s", low=0.0, high=0.5, doc="Poisson's ratio of the sample")
-    thickness: float | None = param(
+    poisson_ratio: Number = param(
+        0.3, unit="1", symbol=r"\nu_s", low=0.0, high=0.5, doc="Poisson's ratio of the sample"
+    )
+    thickness: MaybeNumber = param(
         None,
         unit="m",
         symbol="h_s",
@@ -368,7 +373,7 @@ class Sample(Parameters):
         high="1 m",
         doc="thickness of a thin sample on a stiff support",
     )
-    radius: float | None = param(
+    radius: MaybeNumber = param(
         None, unit="m", symbol="R_s", above="0 nm", high="1 m", doc="radius of a spherical sample"
     )
 
@@ -376,7 +381,7 @@ class Sample(Parameters):
 class Contact(Parameters):
     """Where contact begins, the same for all forces."""
 
-    a0: float = param(
+    a0: Number = param(
         A0_DEFAULT,
         symbol="a_0",
         above="0 nm",

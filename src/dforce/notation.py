@@ -8,6 +8,8 @@ import re
 import unicodedata
 from collections.abc import Callable
 
+from dforce.errors import checked
+
 GAP = "\0"  # stands for a wide space until the others have been counted
 SIGNS = {
     "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "ne": "≠", "approx": "≈", "sim": "~", "simeq": "≈",
@@ -29,6 +31,7 @@ TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[{}^_&]|\s+|[^\\{}^_&\s]", re.DOTALL)
 CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
 
 
+@checked
 def plain_math(latex: str) -> str:
     """Return an equation in LaTeX as text; the cases of a piecewise one stand on lines of their own."""
     latex = CASES.sub(lambda match: "\n" + _cases(match[1]), latex)
@@ -36,6 +39,7 @@ def plain_math(latex: str) -> str:
     return "\n".join(_spaced(line) for line in lines if line.strip())
 
 
+@checked
 def html_symbol(latex: str) -> str:
     """Return a symbol in LaTeX as HTML with subscripts and superscripts, safe to show whatever it holds."""
     return _Reader(html.escape(latex, quote=True), _html_script).everything().strip()
@@ -137,6 +141,7 @@ def _closed(text: str) -> str:
     return text if alone else f"({text})"
 
 
+@checked
 def unmarked(text: str) -> str:
     """Return a paragraph without marks: equations as text, code and names as they are typed."""
     text = re.sub(r":math:`([^`]*)`", lambda match: plain_math(match[1]).strip(), text)
@@ -144,6 +149,7 @@ def unmarked(text: str) -> str:
     return re.sub(r"``?([^`]*)``?", r"\1", text)
 
 
+@checked
 def first_sentence(docstring: str) -> str:
     """Return the first line of a docstring, without its marks."""
     return unmarked(inspect.cleandoc(docstring).split("\n")[0])

@@ -15,13 +15,47 @@ import operator
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar, get_args
 
 import pydantic
 from pydantic_core import PydanticUndefined
 
 from dforce import units
-from dforce.errors import ParameterError, UnitError, nearest, shorten
+from dforce.errors import ParameterError, checked, nearest, shorten
+
+TOLD = 6  # digits of a number in a sentence
+
+if TYPE_CHECKING:
+    # What type checkers see of a field: what it is once it is read, and what may be given for it.
+    Read = TypeVar("Read")
+
+    class Number:
+        """A number in SI, for which text with a unit may be given."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> float: ...
+        def __set__(self, owner: object, value: float | str) -> None: ...
+
+    class MaybeNumber:
+        """A number that may be left out."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> float | None: ...
+        def __set__(self, owner: object, value: float | str | None) -> None: ...
+
+    class Part(Generic[Read]):
+        """An object, for which a table with its keys may be given, or several in a list; the run checks which."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> Read: ...
+        def __set__(self, owner: object, value: object) -> None: ...
+
+    Numbers = Part[tuple[float, ...]]
+else:
+    Number, MaybeNumber, Numbers = float, float | None, tuple[float, ...]
+
+    class Part:
+        """What a field is, for pydantic."""
+
+        def __class_getitem__(cls, kind: Any) -> Any:
+            return kind
 
 
 @dataclass(frozen=True)
@@ -67,9 +101,15 @@ class Quantity:
             (self.high, operator.gt, "is above"),
             (self.below, operator.ge, "is not below"),
         ):
-            if bound is not None and broken(value, units.parse(bound, self.unit)):
+            if bound is None:
+                continue
+            edge = units.parse(bound, self.unit)
+            if broken(value, edge):
                 limit = bound if isinstance(bound, str) else units.show(bound, self.unit)
-                raise ParameterError(f"= {units.show(value, self.unit)} {words} {limit}")
+                brief = units.show(value, self.unit, TOLD)
+                # one that lies beyond the bound by less than that is told in full
+                told = brief if broken(units.parse(brief, self.unit), edge) else units.show(value, self.unit)
+                raise ParameterError(f"= {told} {words} {limit}")
 
     def bounds(self) -> tuple[float, float]:
         """Return the lower and upper bound in SI, infinite where there is none."""
@@ -92,6 +132,7 @@ class Shared:
         schema["sharedFrom"] = self.path
 
 
+@checked
 def param(
     default: Any = PydanticUndefined,
     *,
@@ -125,6 +166,12 @@ def param(
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 
+def part(default: Any, *, description: str, **limits: Any) -> Any:
+    """Declare a field of the kind :class:`Part`, which has a default."""
+    return pydantic.Field(default, description=description, **limits)
+
+
+@checked
 def shared(path: str) -> Any:
     """Declare a parameter that comes from the instrument, so that one tip serves every force."""
     return pydantic.Field(None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path))
@@ -179,10 +226,31 @@ class Parameters(pydantic.BaseModel):
         try:
             super().__init__(**data)
         except pydantic.ValidationError as error:
-            raise ParameterError(sentence(error, type(self), self.root())) from None
+            raise refusal(error, type(self), self.root()) from None
 
     # Inside another model pydantic then validates without __init__, so that an error keeps its whole path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self._refuse_change(name)
+        super().__setattr__(name, value)  # a name with an underscore is the class's own business
+
+    def __delattr__(self, name: str) -> None:
+        self._refuse_change(name)
+        super().__delattr__(name)
+
+    def _refuse_change(self, name: str) -> None:
+        if name.startswith("_"):
+            return
+        if name not in type(self).model_fields:
+            raise ParameterError(f"{self.section()} has no parameter '{name}'{nearest(name, self.keys())}")
+        raise ParameterError(
+            f"{self.section()}.{name} cannot be changed, because nothing in a case can; {self._other_way(name)}"
+        )
+
+    def _other_way(self, name: str) -> str:
+        """Return how a copy with another value is made."""
+        return f"{self.section().split('.')[-1]}.replace({name}=...) gives a changed copy, and so does case.replace"
 
     @classmethod
     def root(cls) -> str:
@@ -242,7 +310,8 @@ class Parameters(pydantic.BaseModel):
             return given
         if given is None or isinstance(given, dict | pydantic.BaseModel):
             return given  # a table that stands for many values, such as a grid
-        if not isinstance(given, str) and getattr(given, "shape", None) != () and hasattr(given, "__iter__"):
+        one = isinstance(given, str | type) or getattr(given, "shape", None) == ()
+        if not one and hasattr(given, "__iter__"):
             return tuple(cls._one(item, quantity) for item in given)  # such as the Q of every mode
         return cls._one(given, quantity)
 
@@ -284,10 +353,11 @@ class Parameters(pydantic.BaseModel):
     __str__ = __repr__
 
 
-def sentence(error: pydantic.ValidationError, model: type[pydantic.BaseModel], root: str = "") -> str:
-    """Return one sentence for the first problem that validation found.
+def refusal(error: pydantic.ValidationError, model: type[pydantic.BaseModel], root: str = "") -> ParameterError:
+    """Return the error that tells the first problem that validation found, in one sentence.
 
-    `root` is the path of the model itself; empty for a whole case.
+    It is a :class:`UnitError` where a quantity could not be read. `root` is the path of the model itself; empty for a whole
+    case.
     """
     found = [(_path(model, item["loc"]), item) for item in error.errors(include_url=False)]
     start = found[0][0]
@@ -297,14 +367,15 @@ def sentence(error: pydantic.ValidationError, model: type[pydantic.BaseModel], r
     if first["type"] == "value_error":
         inner = first["ctx"]["error"]
         text = str(inner)
-        if isinstance(inner, UnitError) or text.startswith(("= ", "is ", "has ", "takes ")):
-            return f"{path} {text}"
-        return text if isinstance(inner, ParameterError) else f"{path}: {text}"
+        kind = type(inner) if isinstance(inner, ParameterError) else ParameterError
+        if text.startswith(("= ", "is ", "has ", "takes ")):  # else it names its path by itself
+            return kind(f"{path} {text}")
+        return kind(text if isinstance(inner, ParameterError) else f"{path}: {text}")
     if first["type"] == "missing":
         field = _field(model, steps)
         meaning = f" ({field.description})" if field is not None and field.description else ""
-        return f"{path}{meaning} is missing"
-    return f"{path} {_words(first)}"
+        return ParameterError(f"{path}{meaning} is missing")
+    return ParameterError(f"{path} {_words(first)}")
 
 
 def _words(problem: Any) -> str:

@@ -20,9 +20,10 @@ from pathlib import Path
 from types import ModuleType
 
 from dforce import notices
-from dforce.errors import ForceError, ParameterError, shorten
+from dforce.errors import ForceError, ParameterError, checked, shorten
 from dforce.forces import REGISTRY, Force
 
+PREFIX = "dforce_plugin_"  # of the modules that files become
 MOST_BYTES = 1_000_000  # a larger file is no force model
 
 _folder: ContextVar[Path | None] = ContextVar("folder", default=None)
@@ -52,11 +53,12 @@ def folder() -> Path:
     return _folder.get() or Path.cwd()
 
 
+@checked
 def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     """Run a Python file and return the force models that it defines; a case may then use them.
 
-    A file that has not changed since is not run again. The first time is announced, see
-    :func:`dforce.notices.announce`.
+    A file that has not changed since, or that belongs to an imported package, is not run again. The first time is
+    announced, see :func:`dforce.notices.announce`.
 
     Parameters
     ----------
@@ -84,6 +86,8 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
         raise ParameterError(f"the plug-in '{name}' cannot be read: {error.strerror or error}") from None
     if len(content) > MOST_BYTES:
         raise ParameterError(f"the plug-in '{name}' is larger than {MOST_BYTES // 1000} kB")
+    if imported := _imported(file):
+        return imported
     digest = hashlib.sha256(content).hexdigest()
     if file not in _LOADED:
         notices.announce(f"Running code that is not part of dForce: {shorten(str(file), 300)}")
@@ -94,11 +98,22 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     return models
 
 
+def _imported(file: Path) -> tuple[type[Force], ...]:
+    """Return the models of a file that is imported as part of a package; run anew, it would clash with itself."""
+    found = []
+    for model in REGISTRY.values():
+        module = sys.modules.get(model.__module__)
+        own = getattr(module, "__file__", None)
+        if own and not model.__module__.startswith(PREFIX) and Path(own).resolve() == file:
+            found.append(model)
+    return tuple(found)
+
+
 def _run(file: Path, content: bytes, name: str) -> tuple[type[Force], ...]:
     """Run a file as a module of its own; after a failure everything is as it was."""
     # the file's name comes last, so that kernels call its functions the same wherever it lies
     place = hashlib.sha256(str(file).encode()).hexdigest()[:8]
-    module = ModuleType(f"dforce_plugin_{place}.{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}")
+    module = ModuleType(f"{PREFIX}{place}.{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}")
     module.__file__ = str(file)
     before, older = dict(REGISTRY), sys.modules.get(module.__name__)
     for model in [key for key, value in REGISTRY.items() if value.__module__ == module.__name__]:

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from dforce.errors import ForceError, ParameterError, nearest
+from dforce.errors import ForceError, ParameterError, checked, nearest
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import (
     Cantilever,
@@ -46,7 +46,10 @@ class Problem:
     acts_on
         ``"all_modes"`` or ``"own_mode"``.
     forces
-        Force models, bound to the instrument.
+        Force models, bound to the instrument, in the order of their names: what is asked decides the numbers, and the
+        compiled code, not the order in which it is asked.
+    places
+        Place of each of them in the case, counted from 0.
     a0
         Intermolecular distance (m): contact is at d < a0.
     """
@@ -55,6 +58,7 @@ class Problem:
     tones: tuple[ToneNumbers, ...]
     acts_on: str
     forces: tuple[Force, ...]
+    places: tuple[int, ...]
     a0: float
 
     @classmethod
@@ -84,11 +88,14 @@ class Problem:
         chosen = tuple(forces)
         _refuse_double_counting(chosen)
         _refuse_extremes(modes, tones, values)
+        bound = [_bound(force, values) for force in chosen]
+        places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
         return cls(
             modes=modes,
             tones=tones,
             acts_on=drive.acts_on,
-            forces=tuple(_bound(force, values) for force in chosen),
+            forces=tuple(bound[place] for place in places),
+            places=tuple(places),
             a0=contact.a0,
         )
 
@@ -152,6 +159,7 @@ DERIVED = {
 }  # what :func:`instrument_values` makes of values that a user gives
 
 
+@checked
 def values_used(models: Iterable[type[Force]]) -> frozenset[str]:
     """Return the paths of the instrument's values that force models read, such as ``tip.radius``."""
     paths = {path for model in models for path in model.shared_fields().values()}
@@ -176,6 +184,11 @@ def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
         raise ParameterError(
             f"{force.name} cannot be computed with the values given: one is too small or too large"
         ) from None
+
+
+def _rank(force: Force) -> tuple[str, ...]:
+    """Return what a force is sorted by: its name and its text, but no number, which a sweep may change."""
+    return (force.name, *(value for _, value in force if isinstance(value, str)))
 
 
 def _missing(name: str, path: str) -> str:

@@ -21,6 +21,11 @@ class Observable:
     dims: tuple[str, ...] = ()
 
 
+def jumps_along(place: str) -> list[str]:
+    """Return the names of what a result notes of jumps along the distance ("zc") or the frequency."""
+    return [f"jump_{word}" for word in (place, "before", "after", "direction")]
+
+
 def _table(*rows: Observable) -> dict[str, Observable]:
     return {row.name: row for row in rows}
 
@@ -72,10 +77,10 @@ OBSERVABLES = _table(
                "settling, or by how much a periodic orbit misses its start"),
     Observable("corrections", "N", "1", "1", "Newton corrections", "corrections by which the periodic orbit was found"),
     Observable("multiplier_modulus", r"|\mu|", "1", "1", "Floquet multiplier",
-               "factor by which a small disturbance of the orbit grows over a common period of the tones: stable below 1",
+               "factor by which a small disturbance of the orbit grows until the motion repeats: stable below 1",
                ("multiplier",)),
     Observable("multiplier_angle", r"\arg\mu", "degree", "°", "angle of the Floquet multiplier",
-               "angle by which a small disturbance turns over a common period of the tones", ("multiplier",)),
+               "angle by which a small disturbance turns until the motion repeats", ("multiplier",)),
 )  # fmt: skip
 
 TRACES = _table(
@@ -93,12 +98,19 @@ TRACES = _table(
                "amplitude spectrum of the deflection", ("frequency",)),
 )  # fmt: skip
 
+MOTION, REPEATS = "motion", "repeat_periods"  # the motion at each point, from which anything can go on
+
 JUMPS = _table(
     Observable("jump_zc", "z_c", "m", "nm", "distance of the jump",
-               "average distance at which the motion jumped to another state; located to better than the step", ("jump",)),
+               "average distance at which the motion went to another state: where its own ended, or behind a sudden step",
+               ("jump",)),
+    Observable("jump_frequency", "f", "Hz", "kHz", "frequency of the jump",
+               "drive frequency at which the motion went to another state: where its own ended, or behind a sudden step",
+               ("jump",)),
     Observable("jump_before", "A", "m", "nm", "amplitude before the jump", "amplitude before the jump", ("jump",)),
     Observable("jump_after", "A", "m", "nm", "amplitude after the jump", "amplitude after the jump", ("jump",)),
-    Observable("jump_direction", "", "1", "1", "direction of the jump", "approach or retract", ("jump",)),
+    Observable("jump_direction", "", "1", "1", "direction of the jump",
+               "approach or retract; of a frequency sweep up or down", ("jump",)),
 )  # fmt: skip
 
 AXES = _table(
@@ -119,6 +131,16 @@ AXES = _table(
     Observable("special", "", "", "", "special point",
                "fold (the curve turns back), period_doubling, torus (stability is lost to a slow beat), grazing (the tip just "
                "reaches a distance where a force is not smooth), end (the curve could not be followed beyond), or nothing"),
+    Observable("escape", "", "m", "nm", "distance to the unstable state",
+               "how far a stable state is from the nearest unstable one, at the start of the period: the largest change, over "
+               "the modes, of the deflection and of the velocity over the angular frequency; a measure of how fragile it is"),
+    Observable("repeat_periods", "n", "1", "1", "periods until the motion repeats",
+               "periods of the first tone after which the motion repeats: the common period of the tones, or twice that and "
+               "more behind a period doubling"),
+    Observable("searched", "", "1", "1", "searched value", "value at which states on other curves were looked for"),
+    Observable("index_sum", "", "1", "1", "sum of the indices",
+               "sum of sign det(1 - M) over the states found at a searched value, M the monodromy matrix of each: other than 1 "
+               "where a state is missing, unless a force jumps, has branches or a memory"),
     Observable("start_amplitude", "A", "m", "nm", "initial amplitude", "amplitude that the motion starts with"),
     Observable("start_phase", r"\phi", "degree", "°", "initial phase lag",
                "lag behind the first tone that the motion starts with"),
@@ -126,5 +148,9 @@ AXES = _table(
     Observable("start_velocity", r"\dot z", "m/s", "µm/s", "initial velocity", "velocity that the motion starts with"),
     Observable("state", "", "1", "1", "state", "steady state, counted from the one that most starts lead to"),
     Observable("reached", "", "1", "1", "state reached", "steady state that the motion settles to; 0: none"),
+    Observable("motion", "", "SI", "", "motion",
+               "motion at the start of a common period: deflection and velocity of each mode, then memory and branches of "
+               "the forces"),
+    Observable("component", "", "", "", "component", "number of the motion; component_units gives its unit"),
     Observable("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip

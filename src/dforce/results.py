@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import datetime
 import enum
 import functools
+import hashlib
 import importlib.metadata
 import io
 import os
 import platform
 import re
-import secrets
-import stat
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,15 +19,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce import quantities, units
-from dforce.errors import ResultError, shorten
+from dforce.errors import ResultError, checked, shorten
+from dforce.files import check_target, reason, write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SUFFIXES = (".nc", ".csv")
+HDF5 = b"\x89HDF\r\n\x1a\n"  # how a netCDF file starts
+SEAL = b"\ndForce sha256 "  # before the hash at the end of a file
+SEAL_LENGTH = len(SEAL) + 64
 ELECTRONVOLT = 1.602176634e-19  # J; exact in the SI since 2019
 COLUMN_DIMS = ("tone", "mode", "harmonic", "multiplier", "model")  # columns of a table; others are its rows
+TO_GO_ON = ("restart", "motion", "component", "component_units")  # variables from which a stopped run goes on
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
+# Where a spreadsheet would see a formula: at the start of a cell, whatever it takes for a separator; the number with a
+# unit that a list in a case may go on with is none.
+FORMULA = re.compile(
+    r"""(^[\s"]*|[,;\t][\s"]*)(?![+-]?[\d.]+(?:e[+-]?\d+)?(?: [\w/^µ°%]+)?[\s"'\]})]*(?:$|[,;\t]))([=+@＝＋－＠-])""",
+    re.IGNORECASE,
+)
 BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names those kept as 0 and 1
 
 
@@ -50,6 +58,7 @@ class Status(enum.IntEnum):
     NOT_REPEATING = 2, "the motion settled into one that does not repeat from period to period"
     NOT_COMPUTED = 3, "the run was stopped before this point"
     FAILED = 4, "the motion grew beyond all bounds, so that there is no result here"
+    UNRESOLVED = 5, "the force is too steep for the samples, so that there is no result here"
 
     @property
     def meaning(self) -> str:
@@ -103,6 +112,7 @@ def _surroundings() -> dict[str, str]:
     return versions | {"python_version": platform.python_version(), "platform": platform.platform()}
 
 
+@checked
 def reader_unit(variable: xr.DataArray) -> tuple[float, str]:
     """Return (scale, name) of the unit in which a variable reads best: nm rather than 1e-9 m.
 
@@ -130,86 +140,7 @@ def unit_for(size: float, unit: str, name: str = "") -> tuple[float, str]:
     return scale, re.sub(r"^u(?=[a-zA-Z])", "µ", chosen)
 
 
-def check_target(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
-    """Return the path of a file to be written, after checking that it can be.
-
-    Raises
-    ------
-    ResultError
-        When the ending is none of `suffixes`, the folder does not exist, or the place is taken by something
-        that may not be replaced.
-    """
-    target, name = Path(path), f"'{shorten(str(path))}'"
-    if target.suffix.lower() not in suffixes:
-        ending = f"ends in '{target.suffix}'" if target.suffix else "has no ending"
-        raise ResultError(f"{name} {ending}; a file ending in {', '.join(suffixes)} can be written")
-    folder = target.resolve().parent
-    if not folder.is_dir():
-        raise ResultError(f"{name} cannot be written: there is no folder '{shorten(str(folder))}'")
-    if target.exists() and not target.is_file():
-        raise ResultError(f"{name} cannot be written: it is not a file")
-    if not os.access(target if target.exists() else folder, os.W_OK):
-        raise ResultError(f"{name} cannot be written: it may not be changed by this user")
-    return target
-
-
-@contextlib.contextmanager
-def whole_file(path: str | os.PathLike[str], *, overwrite: bool = True) -> Iterator[Path]:
-    """Give a temporary file to write; on leaving, it takes the place of `path` in one step.
-
-    After a failure, Ctrl-C or a power cut `path` is what it was before.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    FileExistsError
-        When `overwrite` is off and `path` exists.
-    """
-    target = Path(os.path.realpath(path))  # a link stays a link
-    temporary = target.with_name(f".dforce-{secrets.token_hex(8)}.tmp")
-    try:
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # the user's umask applies
-        if target.exists():
-            temporary.chmod(stat.S_IMODE(target.stat().st_mode))
-        yield temporary
-        _to_disk(temporary, os.O_RDWR)
-        if overwrite:
-            temporary.replace(target)
-        else:
-            _move_beside(temporary, target)
-        if os.name == "posix":  # the name, too, has to survive a power cut
-            _to_disk(target.parent, os.O_RDONLY)
-    except FileExistsError:
-        raise
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ResultError(f"'{shorten(str(path))}' could not be written: {reason.lower()}") from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
-def _to_disk(path: Path, flags: int) -> None:
-    descriptor = os.open(path, flags)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _move_beside(temporary: Path, target: Path) -> None:
-    """Move a file to a name that is free; a name taken in this very moment is an error, not a loss."""
-    try:
-        os.link(temporary, target)
-    except FileExistsError:
-        raise
-    except OSError:  # a file system without hard links
-        if target.exists():
-            raise FileExistsError(target) from None
-        temporary.rename(target)
-
-
+@checked
 def write(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
     """Write a result to netCDF (``.nc``) or a table (``.csv``), whole or not at all, and return the path.
 
@@ -226,23 +157,42 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool 
         When `overwrite` is off and the file exists.
     """
     target = check_target(path)
-    with whole_file(target, overwrite=overwrite) as temporary:
-        if target.suffix.lower() == ".csv":
-            temporary.write_text(_table(dataset), encoding="utf-8", newline="")
-        else:
-            _to_netcdf(dataset, temporary)
+    write_whole(target, encoded(dataset, target.suffix), overwrite=overwrite)
     return target
 
 
-def _to_netcdf(dataset: xr.Dataset, path: Path) -> None:
+def encoded(dataset: xr.Dataset, suffix: str) -> bytes | memoryview:
+    """Return the bytes of a result's file with this ending, ``.nc`` or ``.csv``."""
+    return _table(dataset).encode() if suffix.lower() == ".csv" else _netcdf(dataset)
+
+
+def _netcdf(dataset: xr.Dataset) -> memoryview:
+    """Return a netCDF file; it is made in memory, for HDF5 ends the process where a disk is full."""
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
     stored = dataset.copy().drop_encoding()
     stored.attrs = _plain_attributes(dataset.attrs)
     for name in stored.variables:
         stored[name].attrs = _plain_attributes(dataset[name].attrs)
-    try:
-        stored.to_netcdf(path, engine="h5netcdf")
-    except RuntimeError as error:  # HDF5's word for a full disk
-        raise OSError(str(error)) from error
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        stored.dump_to_store(H5NetCDFStore(file))
+    seal = _seal(content.getbuffer())
+    content.seek(0, io.SEEK_END)
+    content.write(seal)
+    return content.getbuffer()  # no copy: a sweep may be large
+
+
+def _seal(content: bytes | memoryview) -> bytes:
+    """Return what stands at the end of a file, where HDF5 does not look: the hash of all before it."""
+    return SEAL + hashlib.sha256(content).hexdigest().encode()
+
+
+def is_whole(content: bytes) -> bool:
+    """Say whether a file is as it was written, as far as it tells: one that another program has written says nothing."""
+    end = len(content) - SEAL_LENGTH
+    return content[max(end, 0) :][: len(SEAL)] != SEAL or _seal(memoryview(content)[:end]) == content[end:]
 
 
 def _plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
@@ -261,10 +211,12 @@ def _python_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """Undo :func:`_plain_attributes`."""
     python = {str(k): v.item() if isinstance(v, np.generic) else v for k, v in attributes.items()}
     for key in str(python.pop(BOOLEANS, "")).split():
-        python[key] = bool(python[key])
+        if key in python:  # a file that others wrote may name one that it lacks
+            python[key] = bool(python[key])
     return python
 
 
+@checked
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
     """Return the result in a netCDF file that dForce wrote.
 
@@ -273,28 +225,25 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     ResultError
         When there is no such file, or it is not netCDF, damaged, cut short, or not written by dForce.
     """
-    import xarray as xr
-
     name = f"'{shorten(str(path))}'"
     try:
-        with Path(path).open("rb") as file:
-            start = file.read(8)
+        content = Path(path).read_bytes()
     except FileNotFoundError:
         raise ResultError(f"there is no file {name}") from None
-    except OSError as error:
-        raise ResultError(f"{name} cannot be read: {(error.strerror or str(error)).lower()}") from None
-    if not start:
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{name} cannot be read: {reason(error)}") from None
+    if not content:
         raise ResultError(f"{name} is empty")
-    if start[:3] == b"CDF":
+    if content.startswith(b"CDF"):
         raise ResultError(f"{name} was not written by dForce: it is of the older netCDF-3 kind")
-    if start != b"\x89HDF\r\n\x1a\n":
+    if not content.startswith(HDF5):
         table = Path(path).suffix.lower() == ".csv"
         hint = "; pandas.read_csv(path, comment='#') reads a table" if table else ""
         raise ResultError(f"{name} is not a netCDF file{hint}")
-    try:
-        dataset = xr.load_dataset(path, engine="h5netcdf", decode_times=False).drop_encoding()
-    except Exception as error:  # a damaged file surfaces as any error of h5py, h5netcdf or xarray
-        raise ResultError(f"{name} is damaged or was cut short") from error
+    # HDF5 may run for ever on a damaged file, so it is asked only about what may be whole
+    dataset = _decoded(content) if is_whole(content) else None
+    if dataset is None:
+        raise ResultError(f"{name} is damaged or was cut short")
     if "dforce_version" not in dataset.attrs:
         raise ResultError(f"{name} was not written by dForce")
     dataset.attrs = _python_attributes(dataset.attrs)
@@ -306,9 +255,25 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     return dataset
 
 
+def _decoded(content: bytes) -> xr.Dataset | None:
+    """Return what a netCDF file holds, None where it is damaged."""
+    import h5netcdf
+    import h5py
+    import xarray as xr
+    from xarray.backends import H5NetCDFStore
+
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            dict(file.attrs)  # h5netcdf prints a traceback when it cannot read these
+        with h5netcdf.File(io.BytesIO(content), "r", decode_vlen_strings=True) as file:
+            return xr.load_dataset(H5NetCDFStore(file), decode_times=False).drop_encoding()
+    except Exception:  # a damaged file surfaces as any error of h5py, h5netcdf or xarray
+        return None
+
+
 def _table(dataset: xr.Dataset) -> str:
     """Return a result as text: comment lines, then a table as in RFC 4180."""
-    scalars, tables = _columns(dataset.drop_vars("restart", errors="ignore"))  # a table is never continued
+    scalars, tables = _columns(dataset.drop_vars(TO_GO_ON, errors="ignore"))  # a table is never continued
     lines = [
         str(dataset.attrs.get("title", "")),
         f"written by dForce {dataset.attrs.get('dforce_version', '')}",
@@ -319,10 +284,10 @@ def _table(dataset: xr.Dataset) -> str:
     text = io.StringIO(newline="")
     for line in lines:
         # a line break in a title must not end the comment
-        text.write("# " + " ".join(line.splitlines()) + "\r\n")
+        text.write("# " + FORMULA.sub(r"\1'\2", " ".join(line.splitlines())) + "\r\n")
     columns = {name: values for table in tables for name, values in table.items()} or scalars
     writer = csv.writer(text)
-    writer.writerow(columns)
+    writer.writerow([_cell(name) for name in columns])
     rows = max(len(values) for values in columns.values())
     for row in range(rows):
         writer.writerow([_cell(values[row]) if row < len(values) else "" for values in columns.values()])
@@ -331,6 +296,8 @@ def _table(dataset: xr.Dataset) -> str:
 
 def _cell(value: Any) -> Any:
     """Return a value as a table holds it: the shortest text that gives the same number back; NaN is empty."""
+    if isinstance(value, str):
+        return FORMULA.sub(r"\1'\2", value)
     if isinstance(value, float | np.floating):
         return "" if np.isnan(value) else repr(float(value))
     return value

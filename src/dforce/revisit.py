@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import Case
-from dforce.errors import DForceError, ParameterError, ResultError
+from dforce.case import case_of
+from dforce.errors import ParameterError, ResultError, checked
+from dforce.quantities import MOTION
 from dforce.runs import LOOKS_A_SECOND
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from dforce.case import Case
     from dforce.problem import Problem
     from dforce.solvers.integrator import Integrator, Motion
     from dforce.solvers.transient import Steady
@@ -31,11 +33,13 @@ UNSTABLE = (
 UNSETTLED = "The motion did not settle here, so this is a stretch of it; it does not repeat."
 
 
+@checked
 def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | None = None) -> xr.Dataset:
     """Return the motion at one point of a result, as traces over two periods of the first tone.
 
-    The motion is sought from the amplitudes, phases and harmonics of the point: the periodic orbit itself where there is
-    one, stable or not, else what a transient from there settles into. It is the state of the point, or there is an error.
+    The motion is sought from the one that the result keeps, or from the amplitudes, phases and harmonics of the point: the
+    periodic orbit itself where there is one, stable or not, else what a transient from there settles into. It is the state
+    of the point, or there is an error.
 
     Parameters
     ----------
@@ -66,9 +70,10 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     case, problem = _origin(point)
     reached = int(point["status"]) if point["status"].ndim == 0 else int(Status.OK)  # of basins only states are kept
     status = next(one for one in Status if one == reached)
-    if status in (Status.NOT_COMPUTED, Status.FAILED):
+    if status in (Status.NOT_COMPUTED, Status.FAILED, Status.UNRESOLVED):
         raise ResultError(f"there is no motion at this point: {status.sentence}")
-    integrator = INTEGRATORS[case.solver.integrator](problem, case.solver, point.sizes.get("harmonic", 1))
+    points = point.attrs.get("samples_per_period")
+    integrator = INTEGRATORS[case.solver.integrator](problem, case.solver, point.sizes.get("harmonic", 1), points)
     integrator.place(float(point["zc"]))
     start = _start(integrator, point)
     looked = time.monotonic()
@@ -103,20 +108,20 @@ def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
     more = [str(dim) for name in ("amplitude", "zc") for dim in point[name].dims if dim != "tone"]
     if more:
         raise ParameterError(f"the motion is that of one point; choose one along {more[0]} with .isel")
-    try:
-        case = Case.from_toml(str(point.attrs.get("case", "")))
-    except DForceError as error:
-        raise ParameterError(f"the result does not say what it was computed from: {error}") from None
+    case = case_of(point)
     if case.experiment is None:
         raise ParameterError("the result does not say which experiment it is from")
     return case, case.experiment.problem_at(case.problem, point, case)
 
 
 def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
-    """Return the state at the start of a period that moves as a point says, as far as it says it."""
+    """Return the motion that a result keeps of a point, else one that moves as the point says, as far as it says it."""
+    from dforce.experiments._motion import motion_of
     from dforce.solvers.integrator import with_amplitudes
 
     problem = integrator.problem
+    if MOTION in point.variables:
+        return motion_of(point, problem)
     tones, modes = len(problem.tones), len(problem.modes)
     amplitudes = np.zeros((tones, modes), dtype=complex)
     for n in range(modes):
@@ -142,6 +147,7 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
 def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady | None:
     """Return the periodic orbit that Newton's method finds from a motion, None where it is none of the point's state."""
     from dforce.observables.window import common_period
+    from dforce.solvers.doubling import doubled_beside
     from dforce.solvers.fixed_point import PeriodMap, as_steady, orbit_from
 
     problem = integrator.problem
@@ -149,11 +155,26 @@ def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady |
     if common_period([tone.frequency for tone in problem.tones]) is None:
         return None
     period_map = PeriodMap(integrator, integrator.place, zc - A0, zc + A0)
+    repeats = _repeats(point, period_map.common)
+    if MOTION in point.variables:
+        period_map = period_map.repeated(repeats)
     found = orbit_from(period_map, start, zc / period_map.span)
+    if found is not None and repeats > period_map.repeats:
+        doubled = doubled_beside(period_map, found, repeats)
+        deepest = float(point["min_distance"])
+        found = min(doubled, key=lambda orbit: abs(orbit.values["min_distance"] - deepest), default=None)
+        if found is not None and abs(found.values["min_distance"] - deepest) > SAME * A0:
+            found = None
     integrator.place(zc)  # derivatives were taken beside it
     if found is None or _apart(found.values, point) > SAME * A0:
         return None
     return as_steady(period_map, found)
+
+
+def _repeats(point: xr.Dataset, common: int) -> int:
+    """Return after how many common periods the motion at a point repeats."""
+    periods = float(point["repeat_periods"]) if "repeat_periods" in point else np.nan
+    return int(periods) // common if np.isfinite(periods) else 1
 
 
 def _apart(values: Any, point: xr.Dataset) -> float:
@@ -168,10 +189,12 @@ def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Da
     from dforce.experiments.dwell import record_traces
     from dforce.observables.window import common_period
 
-    table = Table((), {}, integrator)
-    table.put([()], found)
+    table = Table((), {}, integrator.problem, integrator.harmonics)
+    table.put((), found, integrator.problem)
     data = table.dataset().assign_coords(zc=float(point["zc"]))
     common = common_period([tone.frequency for tone in integrator.problem.tones])
+    if common is not None:
+        common *= _repeats(point, common)
     count = common if common is not None and PERIODS < common <= MOST_PERIODS else PERIODS
     record_traces(data, integrator, found.motion, count)
     data.attrs["periods"] = count

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from dforce.bars import ProgressBar
 from dforce.case import Case
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
 from dforce.experiments._experiment import Progress
+from dforce.quantities import MOTION
+from dforce.stopping import at_end, late_stop_waits
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 LOOKS_A_SECOND = 20.0  # at most, so that showing progress costs nothing
 
 
+@checked
 def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset | None = None) -> xr.Dataset:
     """Do what a case's experiment says and return the result.
 
@@ -38,7 +41,7 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     -------
     xarray.Dataset
         SI units in ``attrs["units"]``, phases in degrees, a status for each point; the case, the versions and the
-        date in its attributes. After Ctrl-C it holds what was computed, and ``attrs["interrupted"]`` is 1.
+        date in its attributes. After Ctrl-C or SIGTERM it holds what was computed, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------
@@ -56,14 +59,17 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
         raise ParameterError("this result is a sweep; df.sweep(case, over=..., resume=...) continues it")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
-    usable = resume if resume is not None and "restart" in resume else None
-    with watched(progress, case.title) as tell:
+    usable = resume if resume is not None and ("restart" in resume or MOTION in resume) else None
+    with late_stop_waits() as stop, watched(progress, case.title) as tell:
         data = case.experiment.run(case.problem, case.solver, tell, usable, case)
-    data.attrs = provenance(text, case.title) | data.attrs
-    data.attrs |= attributes(advice(case, data))
+        data.attrs = provenance(text, case.title) | data.attrs
+        data.attrs |= attributes(advice(case, data))
+        if stop.asked:
+            data.attrs["interrupted"] = 1
     return data
 
 
+@checked
 def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return amplitude, phase and every other quantity against the average distance.
 
@@ -76,11 +82,21 @@ def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None
     progress
         See :func:`run`.
     settings
-        Other keys of the experiment: `direction`, `carry_state`, `start`, `harmonics`.
+        Other keys of the experiment: `direction` (``"approach"``, ``"retract"``, ``"both"``), `protocol`
+        (``"quasi_static"``: the distance changes so slowly that the motion stays on its state until that ends;
+        ``"stepwise"``: by sudden steps), `carry_state`, `start`, `harmonics`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Every quantity along `zc`, and along `direction` of both; `motion` along `component`: the motion at each point at
+        the start of a period; `repeat_periods`. The distances at which the motion went to another state, `jump_zc`, with the
+        amplitudes before and after and the direction, where there are any.
     """
     return run(_with_experiment(case, Approach, {"zc": zc} | settings), progress)
 
 
+@checked
 def dwell(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return the motion at one average distance: traces over time, spectrum and every scalar quantity.
 
@@ -98,6 +114,7 @@ def dwell(case: Case, zc: Any = None, progress: Progress | bool | None = None, *
     return run(_with_experiment(case, Dwell, {"zc": zc} | settings), progress)
 
 
+@checked
 def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return all steady states along the distance or another parameter, stable and unstable, through folds.
 
@@ -118,11 +135,14 @@ def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None
     -------
     xarray.Dataset
         Along the dimension `point`: the scalars of an approach, the parameter, `branch` (number of the connected curve),
-        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), and the Floquet multipliers.
+        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `escape` (m, how far a stable state is from the nearest
+        unstable one), `motion`, `repeat_periods` and the Floquet multipliers. Along `search`: the values `searched` and
+        `index_sum`, which is 1 where no single state is missing; ``attrs["completeness"]`` says it in a sentence.
     """
     return run(_with_experiment(case, Branches, {"zc": zc} | settings), progress)
 
 
+@checked
 def frequency_sweep(
     case: Case, frequency: Any = None, zc: Any = None, progress: Progress | bool | None = None, **settings: Any
 ) -> xr.Dataset:
@@ -142,12 +162,13 @@ def frequency_sweep(
     progress
         See :func:`run`.
     settings
-        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `carry_state`, `start`,
-        `harmonics`.
+        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `protocol`, `carry_state` and `start`
+        as of :func:`approach`, `harmonics`.
     """
     return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
 
 
+@checked
 def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
     """Return which of the steady states at one distance is reached from which start, and the share of each.
 
@@ -181,12 +202,26 @@ def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any
 
 @contextlib.contextmanager
 def watched(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
-    """Give a progress function that passes on few enough calls, to a bar where one is asked for."""
-    if progress is True:
-        with ProgressBar(title) as bar:
-            yield throttled(bar)
-    else:
-        yield throttled(progress or None)
+    """Give a progress function that passes on few enough calls, to a bar where one is asked for.
+
+    SIGTERM acts as Ctrl-C; neither does from the moment when progress is complete until the context ends.
+    """
+    with late_stop_waits():
+        if progress is True:
+            with ProgressBar(title) as bar:
+                yield _ended(throttled(bar))
+        else:
+            yield _ended(throttled(progress or None))
+
+
+def _ended(progress: Progress) -> Progress:
+    """Return a progress function that lets a stop wait once all points are done."""
+
+    def told(done: int, total: int, note: str) -> None:
+        progress(done, total, note)
+        at_end(done == total)
+
+    return told
 
 
 def throttled(progress: Progress | None) -> Progress:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.errors import ParameterError, nearest
+from dforce.errors import ParameterError, checked, nearest, shorten
 from dforce.results import COLUMN_DIMS
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Places = np.ndarray[Any, np.dtype[np.int64]]
 
-LISTS = ("jump", "state")  # dimensions of lists, along which nothing is drawn
+LISTS = ("jump", "state", "search", "component")  # dimensions of lists, along which nothing is drawn
 ROUNDING = 1e-6
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 OF_CURVES = {
@@ -90,6 +90,7 @@ class Line:
     marks: Mapping[int, str]
 
 
+@checked
 def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
     """Return the names of the quantities that can be drawn, those it goes along first.
 
@@ -105,20 +106,60 @@ def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
     return [name for name, row in rows.items() if row and (along is None or row == wanted)]
 
 
+def _variable(dataset: xr.Dataset, name: str) -> xr.Variable:
+    if name not in dataset.variables:
+        raise ParameterError(f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables))}")
+    return dataset.variables[name]
+
+
+@checked
 def row_of(dataset: xr.Dataset, name: str) -> str:
-    """Return the dimension along which a quantity makes a line; empty where it makes none."""
-    variable = dataset.variables[name]
+    """Return the dimension along which a quantity makes a line; empty where it makes none.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no such quantity.
+    """
+    variable = _variable(dataset, name)
     rows = [str(dim) for dim in variable.dims if dim not in (*COLUMN_DIMS, "direction")]
     return rows[0] if variable.dtype.kind == "f" and len(rows) == 1 and rows[0] not in LISTS else ""
 
 
+def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
+    """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
+    paths = str(dataset.attrs.get("over", "")).split()
+    names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
+    return [name for name in names if name in dataset.dims and name != along]
+
+
+def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np.ndarray[Any, np.dtype[Any]]:
+    """Return a quantity of a sweep over parameters `over` as (cases, directions, points of a row, columns ...).
+
+    Any other result is one case, and where there are no directions there is one; what has no such dimensions is repeated.
+    """
+    dims = [*over, *(dim for dim in ("direction",) if dim in dataset.dims), row]
+    variable = dataset.variables[name]
+    values = variable.transpose(*(dim for dim in dims if dim in variable.dims), ...).values
+    values = values[tuple(slice(None) if dim in variable.dims else None for dim in dims)]
+    columns = values.shape[len(dims) :]
+    values = np.broadcast_to(values, (*(dataset.sizes[dim] for dim in dims), *columns))
+    return values.reshape(-1, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
+
+
+@checked
 def rounding(dataset: xr.Dataset, name: str) -> float:
     """Return the size (SI) below which a quantity is rounding: a millionth of the largest one that a result has in its unit.
 
     A conservative force takes no energy, but its computed loss is not quite 0. Numbers without a unit have nothing in
     common, so theirs is 0.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no such quantity.
     """
-    unit = dataset.variables[name].attrs.get("units", "1")
+    unit = _variable(dataset, name).attrs.get("units", "1")
     alike = [
         one.values for one in dataset.variables.values() if one.attrs.get("units") == unit and one.dtype.kind == "f"
     ]
@@ -127,6 +168,7 @@ def rounding(dataset: xr.Dataset, name: str) -> float:
     return ROUNDING * max(float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values))) for values in alike)
 
 
+@checked
 def goes_along(dataset: xr.Dataset) -> str:
     """Return the quantity that a curve goes along: the distance, the frequency or the parameter of branches; or time."""
     if "along" in dataset.attrs:
@@ -134,6 +176,7 @@ def goes_along(dataset: xr.Dataset) -> str:
     return next((name for name in ("time", "zc", "frequency") if name in dataset.dims), "")
 
 
+@checked
 def pictures_of(dataset: xr.Dataset) -> list[Picture]:
     """Return the pictures that suit a result, the one that says most first; none for a map, which is a picture itself."""
     along = goes_along(dataset)
@@ -151,6 +194,7 @@ def pictures_of(dataset: xr.Dataset) -> list[Picture]:
     return [picture for picture in named if {picture.x, *picture.y} <= known]
 
 
+@checked
 def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
     """Give the lines of a quantity: one for each direction and tone (mode, harmonic), stable and unstable states apart.
 

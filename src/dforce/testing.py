@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
-from dforce.errors import ForceError, ParameterError
+from dforce.errors import ForceError, ParameterError, checked
 from dforce.forces import Force
 from dforce.forces._force import makes_its_laws
 from dforce.kernel.link import compile_function
@@ -46,6 +46,7 @@ RATES = (0.0, 1e-3, -1e-3, 1.0)
 TIMES = (0.0, 1.7e-4)
 
 
+@checked
 def check_force(model: type[Force]) -> None:
     """Run every check over a force model.
 

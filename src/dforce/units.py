@@ -13,7 +13,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dforce.errors import UnitError, shorten
+from dforce.errors import UnitError, checked, shorten
 
 if TYPE_CHECKING:
     import pint
@@ -76,7 +76,16 @@ def unit_scale(unit: str) -> tuple[float, float]:
         zero = quantity(0.0, _pint_unit(unit)).to_base_units()
     except Exception as error:  # pint raises a dozen kinds, tokenizer errors of Python among them
         raise UnitError(f"'{shorten(unit, 40)}' is not a known unit") from error
-    return float(one.magnitude - zero.magnitude), float(zero.magnitude)
+    return _decimal(float(one.magnitude - zero.magnitude)), float(zero.magnitude)
+
+
+def _decimal(scale: float) -> float:
+    """Return the decimal number that a scale is by definition, such as 1e-9, where the way through the base units rounds.
+
+    A scale that is no short decimal number, such as that of the degree, stays as it is.
+    """
+    short = float(f"{scale:.12g}")
+    return short if abs(short - scale) <= 4.0 * math.ulp(scale) else scale
 
 
 def _pint_unit(unit: str) -> Any:
@@ -140,6 +149,8 @@ def parse(given: object, unit: str) -> float:
         For text that is not a number with a unit, an unknown unit, or a unit of another dimension;
         for NaN and infinity; for anything that is neither text nor number.
     """
+    if not isinstance(unit, str):  # by hand, because all numbers of all cases come this way
+        raise UnitError(f"unit = {shorten(unit)} is not text")
     if isinstance(given, bool) or not isinstance(given, str | int | float):
         if hasattr(given, "item") and getattr(given, "shape", None) == ():
             return parse(given.item(), unit)  # a NumPy scalar
@@ -153,6 +164,7 @@ def parse(given: object, unit: str) -> float:
     number, written = match[1], match[2]
     if not written:
         return _finite(float(number), given)
+    stored, _ = unit_scale(unit)
     try:
         scale, offset = unit_scale(written)
         problem = _mismatch(written, unit)
@@ -162,7 +174,7 @@ def parse(given: object, unit: str) -> float:
         raise UnitError(f"is '{shorten(given)}', which {problem}{_example(unit)}")
     try:
         # Decimal, so that "0.165 nm" is the float nearest to 0.165e-9 and survives a round trip.
-        value = float(Decimal(number) * Decimal(repr(scale / unit_scale(unit)[0])))
+        value = float(Decimal(number) * Decimal(repr(scale / stored)))
     except (InvalidOperation, OverflowError):
         value = math.inf
     return _finite(value + offset, given)
@@ -184,22 +196,26 @@ def _finite(value: float, given: object) -> float:
     return value + 0.0  # minus zero is zero
 
 
+@checked
 def split_unit(text: str) -> tuple[str, str] | None:
     """Return number and unit of a text, both as written; None for a text that does not start with a number."""
     match = NUMBER.fullmatch(text) if len(text) <= 100 else None
     return (match[1], match[2]) if match else None
 
 
+@checked
 def unit_choices(unit: str) -> tuple[str, ...]:
     """Return the units in which people in the field give a quantity that is stored in `unit`."""
     return SHOWN.get(unit, (unit,))
 
 
+@checked
 def usual_unit(unit: str) -> str:
     """Return the unit in which people in the field mostly give a quantity that is stored in `unit`."""
     return SUGGESTED.get(unit, unit)
 
 
+@checked
 @functools.lru_cache(maxsize=4096, typed=True)  # most numbers of a case are those of the case before
 def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
@@ -209,6 +225,7 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
     >>> show(4.89e4, "Hz"), show(1.65e-10, "m"), show(4.0553735e-9, "m", 5)
     ('48.9 kHz', '0.165 nm', '4.0554 nm')
     """
+    value = float(value) + 0.0  # a number of NumPy is written otherwise; minus zero is zero
     scale, chosen = reader_unit(abs(value), unit)
     suffix = f" {chosen}" if chosen != "1" else ""
     if not math.isfinite(value):

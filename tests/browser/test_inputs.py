@@ -46,11 +46,11 @@ def test_a_mistake_is_said_at_its_field_and_the_curve_waits(window, text, senten
     assert sentence in wrong(window, AMPLITUDE)
     assert window.field(AMPLITUDE).locator("input").get_attribute("aria-invalid") == "true"
     window.page.locator(".df-main .df-chart.stale").wait_for()
-    window.page.locator(".df-shown[data-stale]").wait_for()  # the numbers beside it turn gray by this
+    window.page.locator(".df-setpoint.df-behind").wait_for()  # the numbers below it turn gray by this
     window.type(AMPLITUDE, "9")
     window.shows(df.example("figure-3-air").replace(AMPLITUDE, "9 nm"))
     assert window.field(AMPLITUDE).locator(".df-error").count() == 0
-    assert window.page.locator("[data-stale]").count() == 0
+    window.page.wait_for_function("() => !document.querySelector('.df-chart.stale, .df-behind')")
 
 
 def test_another_unit_shows_another_number_for_the_same_curve(window):

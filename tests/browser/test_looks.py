@@ -105,10 +105,10 @@ def test_two_people_do_not_see_each_other(window, visit):
     other = visit()
     window.type("drive.A0", "4")
     window.shows(df.example("figure-3-air").replace("drive.A0", "4 nm"))
-    assert other.field("drive.A0").locator("input").input_value() == "10"
+    assert other.field("drive.A0").locator("input").input_value() == "20"
     other.page.reload()
     other.shows(df.example(FIRST))
-    assert other.field("drive.A0").locator("input").input_value() == "10"
+    assert other.field("drive.A0").locator("input").input_value() == "20"
 
 
 def test_two_pages_of_one_person_show_the_same(window):

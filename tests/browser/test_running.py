@@ -45,6 +45,35 @@ def test_the_curves_follow_a_slider_to_where_it_is_let_go(window):
     window.shows(df.example("figure-3-air"))
 
 
+def test_a_slider_shows_what_is_typed_right_after_it_was_dragged(window):
+    handle = slider(window, AMPLITUDE)
+    drag(window, handle, 0.8)
+    window.type(AMPLITUDE, "9")
+    window.page.wait_for_function("(one) => one.valueAsNumber === 9", arg=handle.element_handle())
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "9 nm"))
+
+
+def test_the_result_of_a_run_is_not_drawn_under_the_title_of_the_next_example(visit):
+    window = visit()
+    page = window.page
+    window.tab("Solver")
+    window.field("solver.method").locator("select").select_option("transient")
+    window.tab("Experiment")
+    window.type("experiment.zc.points", "501")
+    page.get_by_role("status").filter(has_text="press Run").wait_for()
+    page.get_by_role("button", name="Run").click()
+    page.get_by_text("of 1002").wait_for()
+    window.example("resonance-curve")
+    stop = page.get_by_role("button", name="Stop")
+    stop.wait_for(state="hidden")
+    page.wait_for_function(  # it is drawn in the end, by itself
+        """() => Object.entries(document.querySelector(".df-main .df-plot")._fullLayout ?? {}).some(
+            ([name, axis]) => name.startsWith("xaxis") && axis.title?.text?.includes("frequency"))"""
+    )
+    title = page.get_by_role("textbox", name="title of the case")
+    assert title.input_value() == df.examples()["resonance-curve"].title
+
+
 def test_a_zoom_survives_a_redraw(window):
     zoom = "() => document.querySelector('.df-main .df-plot').layout.xaxis.range.map((x) => Math.round(x))"
     window.page.evaluate("() => Plotly.relayout(document.querySelector('.df-main .df-plot'), {'xaxis.range': [4, 6]})")

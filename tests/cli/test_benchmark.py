@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib.util
 import itertools
 import json
 import sys
@@ -14,10 +15,12 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli import app
-from dforce.gui.chart import packed
 from dforce.timing import people
 from dforce.timing.server import Server
 from dforce.timing.table import Table
+
+# the window's packages are left out where the lowest versions of all others are tried
+with_window = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, reason="NiceGUI is not installed")
 
 
 def test_a_quick_benchmark_gives_ratios_spread_and_machine():
@@ -34,6 +37,7 @@ def test_a_quick_benchmark_gives_ratios_spread_and_machine():
     assert result["note"].startswith("These figures are rough")
 
 
+@with_window
 def test_few_people_at_the_window_all_see_their_last_value():
     median, late, slowest, behind, *memory = people.measures(*people.FEW, lambda name: None)
     assert median.name == "the window, 5 people at once for 2 s: a value to its curves, median"
@@ -66,12 +70,16 @@ def test_without_what_the_window_needs_the_benchmark_says_so(monkeypatch):
     assert measure.name == "the window: it needs a_package_that_is_not_there, which is not installed"
 
 
+@with_window
 def test_a_server_that_ends_at_once_is_said_with_its_reason(tmp_path):
     with pytest.raises(RuntimeError, match="no-such-case"):
         Server(tmp_path, "no-such-case")
 
 
+@with_window
 def test_people_are_behind_until_they_see_their_last_value_and_what_was_overtaken_is_not_timed():
+    from dforce.gui.chart import packed
+
     person = people.Person(None, 0)
     sent = []
 

@@ -70,16 +70,60 @@ def test_a_run_writes_a_result_and_a_picture_and_says_what_was_found(here, ran):
     assert names(here) == ["case.toml", "figure.png", "out.nc"]
     lines = done.stdout.splitlines()
     assert lines[0] == "Synthetic, in air" and lines[1].split() == ["approach", "retract"]
-    assert re.search(r"^phase lag +5\.8544° to ", done.stdout, re.MULTILINE)
+    assert re.search(r"^phase lag +5\.85° to ", done.stdout, re.MULTILINE)
     assert re.search(r"^jumps +7\.2 nm .* 9\.7 nm ", done.stdout, re.MULTILINE)
     assert lines[-1] == "written: out.nc, figure.png"
 
 
-def test_without_a_name_no_file_is_ever_replaced(here, ran):
+def test_a_command_draws_without_pyplot_which_may_look_for_a_screen(here, ran, monkeypatch):
+    ran(lambda: synthetic.approach(spoiled=False))
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)  # importing it raises
+    assert invoke("run", "case.toml", "-o", "out.nc", "--plot", "figure.png").exit_code == 0
+    assert invoke("curve", "case.toml", "--plot", "force.png").exit_code == 0
+    assert {"figure.png", "force.png"} <= set(names(here))
+
+
+def test_without_a_name_a_run_takes_the_place_of_an_earlier_one_of_the_same_case(here, ran):
     ran(synthetic.dwell)
     for _ in range(3):
         assert invoke("run", "case.toml").exit_code == 0
-    assert names(here) == ["case-2.nc", "case-3.nc", "case.nc", "case.toml"]
+    assert names(here) == ["case.nc", "case.toml"]
+    for _ in range(2):
+        assert invoke("run", "case.toml", "--set", "drive.A0=5 nm").stdout.endswith("written: case-2.nc\n")
+    assert invoke("run", "case.toml").stdout.endswith("written: case.nc\n")
+    assert names(here) == ["case-2.nc", "case.nc", "case.toml"]
+    assert "10 nm" in df.read("case.nc").attrs["case"] and "5 nm" in df.read("case-2.nc").attrs["case"]
+
+
+OTHERS = {
+    "a file of something else": lambda: b"of another program",
+    "a sweep over the case": lambda: synthetic.dwell().assign_attrs(over="drive.A0"),
+    "a force curve of the case": synthetic.force_curve,
+    "a run of another version": lambda: synthetic.dwell().assign_attrs(dforce_version="0.0.1"),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_without_a_name_nothing_but_a_run_of_the_same_case_is_replaced(here, ran, other):
+    ran(synthetic.dwell)
+    there = OTHERS[other]()
+    if isinstance(there, bytes):
+        Path("case.nc").write_bytes(there)
+    else:
+        df.write(there.assign_attrs(case=df.load_case("case.toml").to_toml()), "case.nc")
+    before = Path("case.nc").read_bytes()
+    for _ in range(2):
+        assert invoke("run", "case.toml").exit_code == 0
+    assert names(here) == ["case-2.nc", "case.nc", "case.toml"] and Path("case.nc").read_bytes() == before
+
+
+def test_a_run_that_was_stopped_replaces_nothing(here, ran):
+    ran(lambda: synthetic.approach(directions=("approach",), spoiled=False))
+    assert invoke("run", "case.toml").exit_code == 0
+    before = Path("case.nc").read_bytes()
+    ran(interrupted)
+    assert invoke("run", "case.toml").stderr.endswith("continue with: dforce run case-2.nc\n")
+    assert Path("case.nc").read_bytes() == before
 
 
 def test_a_name_taken_while_the_result_is_written_is_not_replaced(here, ran, monkeypatch):
@@ -119,7 +163,8 @@ def test_an_example_runs_by_its_name(here, ran):
 def test_a_result_is_run_again_beside_the_old_one(here, ran):
     calls = ran(synthetic.dwell)
     invoke("run", "case.toml", "-o", "out.nc")
-    assert invoke("run", "out.nc").exit_code == 0
+    for _ in range(2):
+        assert invoke("run", "out.nc").exit_code == 0
     assert calls[1]["case"] == calls[0]["case"] and calls[1]["resume"] is None
     assert names(here) == ["case.toml", "out-2.nc", "out.nc"]
 
@@ -411,19 +456,55 @@ main()
 """
 
 
-@pytest.mark.skipif(os.name != "posix", reason="SIGINT as a terminal sends it")
-def test_a_real_ctrl_c_keeps_the_points_and_ends_with_130(here):
+STOPPED_LATE = """
+import os, signal, sys
+import dforce as df, synthetic
+from dforce.cli import main
+from dforce.stopping import at_end
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+write = df.write
+
+def run(case, progress=None, resume=None):
+    at_end(True)
+    return synthetic.approach(spoiled=False)
+
+def late(*args, **kwargs):
+    os.kill(os.getpid(), {number})
+    return write(*args, **kwargs)
+
+df.run, df.write = run, late
+sys.argv = ["dforce", "run", "case.toml", "--quiet"]
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as a terminal or a batch queue sends them")
+@pytest.mark.parametrize("sent", [(signal.SIGINT,), (signal.SIGTERM,), (signal.SIGTERM, signal.SIGTERM)])
+def test_a_real_ctrl_c_or_sigterm_keeps_the_points_and_ends_with_130(here, sent):
     path = os.pathsep.join([str(Path(synthetic.__file__).parent), *sys.path])
     child = subprocess.Popen(
         [sys.executable, "-c", STOPPABLE], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         env=os.environ | {"PYTHONPATH": path},
     )  # fmt: skip
     assert child.stdout is not None and child.stdout.readline() == b"started\n"
-    child.send_signal(signal.SIGINT)
+    for number in sent:
+        child.send_signal(number)
     _, said = child.communicate(timeout=60)
     assert child.returncode == 130
     assert said == b"dforce: stopped; 7 of 111 points are done and kept; continue with: dforce run case.nc\n"
     assert df.count_status(df.read("case.nc"))[df.Status.OK] == 7
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as a terminal or a batch queue sends them")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_while_the_result_is_written_loses_nothing(here, sent):
+    path = os.pathsep.join([str(Path(synthetic.__file__).parent), *sys.path])
+    script = STOPPED_LATE.format(number=int(sent))
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, env=os.environ | {"PYTHONPATH": path})
+    assert done.returncode == 130
+    assert done.stderr == b"dforce: stopped; the result is complete and kept\n"
+    assert not df.read("case.nc").attrs["interrupted"]
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp437", "cp1252"])

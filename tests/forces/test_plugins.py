@@ -4,11 +4,14 @@ import os
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import dforce as df
 from dforce import notices, plugins
+from dforce.cli import app
 from dforce.errors import CaseError, ForceError, ParameterError
 from dforce.forces import REGISTRY
 from dforce.kernel.compose import compose
@@ -105,20 +108,20 @@ def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder,
 
 def test_a_plugin_that_has_changed_is_run_again_and_gives_another_kernel(folder):
     before = df.load_case(folder / "case.toml")
-    text = compose(1, before.problem.forces, {})
+    text = compose(1, 1, before.problem.forces, {})
     (folder / "repulsion.py").write_text(GOOD.replace("/ 1e-9", "/ 2e-9"))
     after = df.load_case(folder / "case.toml")
     assert after.forces[0] != before.forces[0]
-    assert compose(1, after.problem.forces, {}) == text.replace("/ 1e-09", "/ 2e-09") != text
+    assert compose(1, 1, after.problem.forces, {}) == text.replace("/ 1e-09", "/ 2e-09") != text
 
 
 def test_a_kernel_does_not_depend_on_where_the_plugin_lies(folder, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     for name in ("case.toml", "repulsion.py"):
         (elsewhere / name).write_text((folder / name).read_text())
-    text = compose(1, df.load_case(folder / "case.toml").problem.forces, {})
+    text = compose(1, 1, df.load_case(folder / "case.toml").problem.forces, {})
     REGISTRY.pop("repulsion")
-    assert compose(1, df.load_case(elsewhere / "case.toml").problem.forces, {}) == text
+    assert compose(1, 1, df.load_case(elsewhere / "case.toml").problem.forces, {}) == text
 
 
 def test_a_plugin_passes_the_battery_and_a_bad_one_does_not(folder):
@@ -212,3 +215,24 @@ def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tm
         "The force plug-in 'broken' (bad_force) cannot be loaded, so that its models are missing: "
         "ZeroDivisionError: division by zero"
     )
+
+
+@pytest.mark.parametrize("name", ["hertz", "capillary"])
+def test_a_file_of_the_package_itself_is_checked_like_any_other(name):
+    file = Path(sys.modules[df.forces.REGISTRY[name].__module__].__file__)
+    before = dict(df.forces.REGISTRY)
+    assert df.load_plugin(file) == (df.forces.REGISTRY[name],)
+    done = CliRunner().invoke(app, ["models", "check", str(file)])
+    assert (done.exit_code, done.output) == (0, f"{name}: passes every check\n")
+    assert before == df.forces.REGISTRY
+
+
+def test_the_guide_to_a_new_force_says_what_the_contract_demands():
+    guide = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    guide = " ".join(guide.split("## Add a force")[1].split("\n## ")[0].split())
+    assert "name of a field, such as `a0`, or of a property of the class, such as `stiffness`" in guide
+    model = df.forces.REGISTRY["hertz"]
+    assert "a0" in model.model_fields and isinstance(model.stiffness, property)
+    # what every shipped model gives is explained
+    assert all(f"`{word}" in guide for word in ("name`", "source`", "contains`", "law(", "potential`", "kinks`"))
+    assert model.contains[0] in guide

@@ -5,12 +5,15 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
+import types
 
 import pytest
 
 import dforce as df
+from dforce import notices
 from dforce.gui import compute
 from dforce.gui.compute import Job, Latest, in_thread, live_curve
+from dforce.gui.document import Document
 from dforce.gui.session import Session
 
 SLOW = {"method": "transient", "settle_tolerance": 1e-12}  # thousands of periods at each distance
@@ -92,6 +95,34 @@ def test_a_curve_is_given_up_when_something_newer_waits():
     live = live_curve(slow_case(), lambda: True, lambda text: None)
     assert live.gave_up
     assert time.monotonic() - begun < 60.0  # against minutes; the time to load the kernel is in it
+
+
+def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(monkeypatch):
+    """Each of two functions takes longer to compile than a curve may, one of them after the first points."""
+    now = [0.0]
+    clock = types.SimpleNamespace(monotonic=lambda: now[0])  # a busy machine's would count what others take
+    monkeypatch.setattr(compute, "time", clock)
+    monkeypatch.setattr(notices, "time", clock)
+    result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))
+    heard = []
+
+    def compiling(case, progress):
+        progress(0, 10, "")
+        try:
+            for done in range(10):
+                if done in (0, 5):
+                    with notices.done_once():
+                        notices.announce(f"Compiling {done}")
+                        now[0] += 2.0 * compute.PATIENCE
+                now[0] += 0.05 * compute.PATIENCE
+                progress(done, 10, "")
+        except KeyboardInterrupt:
+            return result.assign_attrs(interrupted=1)
+        return result
+
+    monkeypatch.setattr(df, "run", compiling)
+    live = live_curve(df.example("figure-3-air"), lambda: False, heard.append)
+    assert (live.gave_up, live.compiled, heard) == (False, True, ["Compiling 0", "Compiling 5"])
 
 
 def test_a_quick_curve_is_whole():
@@ -181,17 +212,19 @@ def test_the_next_run_of_a_person_goes_behind_those_of_others(monkeypatch, tmp_p
     monkeypatch.setattr(compute, "TURN", 60.0)  # nobody has to pass on
 
     async def flow():
+        def named(title):
+            return Document.of(df.example("figure-3-air").replace("title", title))
+
         one = Session({}, tmp_path / "one")
 
         async def twice():
-            await one.run(df.example("figure-3-air").replace("title", "first 20"), lambda job: None)
-            await one.run(df.example("figure-3-air").replace("title", "second 2"), lambda job: None)
+            await one.run(named("first 20"))
+            await one.run(named("second 2"))
 
         going = asyncio.ensure_future(twice())
         await asyncio.sleep(0.05)
         waiting = [Session({}, tmp_path / str(n)) for n in range(3)]
-        cases = [df.example("figure-3-air").replace("title", f"other{n} 20") for n in range(3)]
-        await asyncio.gather(going, *(s.run(case, lambda job: None) for s, case in zip(waiting, cases, strict=True)))
+        await asyncio.gather(going, *(session.run(named(f"other{n} 20")) for n, session in enumerate(waiting)))
         for session in (one, *waiting):
             session.close()
 

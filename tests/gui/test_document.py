@@ -32,6 +32,59 @@ def test_what_is_no_document_is_refused_in_a_sentence(plain):
         Document.from_plain(plain)
 
 
+PLAIN = json.loads(json.dumps(Document.first().to_plain()))
+KEPT = {"id": "0123456789abcdef", "name": "one", "color": 1, "shown": True}
+PICTURE = {"x": "zc", "y": ["phase"], "together": False, "logarithmic": False}
+SLIDER = PLAIN["sliders"][0]
+
+
+def nested(depth):
+    return {"a": nested(depth - 1)} if depth else 1
+
+
+OUT_OF_BOUNDS = {
+    "color": {"results": [KEPT | {"color": 10**30}]}, "negative color": {"results": [KEPT | {"color": -1}]},
+    "color of no theme": {"results": [KEPT | {"color": 6}]}, "color as text": {"results": [KEPT | {"color": "1"}]},
+    "name": {"results": [KEPT | {"name": "x" * 121}]}, "name of no text": {"results": [KEPT | {"name": ["x"]}]},
+    "half a letter": {"results": [KEPT | {"name": "\ud800"}]}, "many results": {"results": [KEPT] * 51},
+    "results as table": {"results": {"a": KEPT}}, "set point": {"set_point": float("nan")},
+    "set point 1e400": {"set_point": 1e400},
+    "picture of nothing": {"plots": [PICTURE | {"y": []}]}, "picture of letters": {"plots": [PICTURE | {"y": "phase"}]},
+    "picture of numbers": {"plots": [PICTURE | {"x": 3}]}, "many pictures": {"plots": [PICTURE] * 11},
+    "slider without range": {"sliders": [SLIDER | {"low": 3.0, "high": 3.0}]},
+    "slider upside down": {"sliders": [SLIDER | {"low": SLIDER["high"] + 1.0}]},
+    "slider without end": {"sliders": [SLIDER | {"high": 1e308}]},
+    "slider of nothing": {"sliders": [SLIDER | {"low": float("nan")}]},
+    "slider of no path": {"sliders": [SLIDER | {"path": [{"a": 1}]}]},
+    "slider of a word": {"sliders": [SLIDER | {"path": "drive"}]},
+    "slider before the first": {"sliders": [SLIDER | {"path": ["forces", -1, "hamaker"]}]}, "off": {"off": [10**30]},
+    "off before the first": {"off": [-1]}, "off as text": {"off": "012"}, "table of lists": {"table": []},
+    "number": {"table": {"cantilever": {"Q": 10**30}}}, "endless number": {"table": {"cantilever": {"Q": float("inf")}}},
+    "text": {"table": {"title": "x" * 5000}}, "key": {"table": {"x" * 5000: 1}}, "deep": {"table": nested(50)},
+    "deeper": {"aside": nested(900)}, "many forces": {"table": {"forces": [{"model": "dmt"}] * 5000}},
+    "many values": {"table": {"a": [0] * 700_000}}, "aside": {"aside": [1]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OUT_OF_BOUNDS)
+def test_a_document_out_of_bounds_is_refused_in_a_sentence(name):
+    assert Document.from_plain(PLAIN) == Document.first()
+    with pytest.raises(df.CaseError, match="cannot be read"):
+        Document.from_plain(PLAIN | OUT_OF_BOUNDS[name])
+
+
+@pytest.mark.parametrize("name", list(df.examples()))
+def test_the_document_of_every_example_is_within_bounds(name):
+    document = Document.of(df.example(name))
+    assert Document.from_plain(document.to_plain()) == document
+
+
+def test_a_case_as_large_as_can_be_is_within_bounds():
+    longest = AIR.case().replace("experiment.zc", list(range(1, 200_000)))
+    document = Document.of(longest)
+    assert Document.from_plain(json.loads(json.dumps(document.to_plain()))) == document
+
+
 def test_an_edit_leaves_the_document_before_as_it_was():
     before = AIR
     after = before.put(("drive", "A0"), "5 nm")

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 import pytest
 
 import dforce as df
+from dforce.gui.document import Document
 from dforce.gui.fields import check, fields, name_of
 from dforce.gui.values import read, shown, units_of, usual_unit
 
@@ -27,6 +31,15 @@ def test_every_field_has_a_short_label_and_a_sentence(field):
     assert field.help.endswith(".")
     assert field.label[0] == field.label[0].upper()
     assert all(shape.kind for shape in field.shapes)
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_no_label_is_a_word_of_the_file(field):
+    words = re.findall(r"[\w']+", field.label.lower())
+    assert words[0] not in ("path", "zc", "settle", "inside", "variant", "record", "acts")
+    assert "_" not in field.label
+    if field.shapes[0].kind == "choice" and field.label.lower() == field.key.replace("_", " "):
+        assert field.key in ("method", "integrator", "direction")  # words of the field as well as of the file
 
 
 @pytest.mark.parametrize("field", [p for p in FIELDS if p.values[0].quantity is not None])
@@ -59,7 +72,7 @@ def field(model, key):
     [
         ("5", "nm", ""), ("0,5", "um", ""), ("-1", "nm", "is not above 0 nm"), ("2", "m", "is above 1 mm"),
         ("5 GPa", "nm", "which is a pressure or modulus, not a length"), ("abc", "nm", "not a number with a unit"),
-        ("", "nm", "this needs a value"), ("1,000", "nm", "the comma may mean"),
+        ("", "nm", "this needs a value"), ("3300", "ft", "1005.84 m is above 1 mm"), ("1,000", "nm", "the comma may mean"),
     ],
 )  # fmt: skip
 def test_a_field_says_at_once_what_is_wrong_with_it(typed, unit, sentence):
@@ -80,6 +93,17 @@ def test_a_whole_number_stays_one():
     points = field(df.Grid, "points")
     assert read(points, points.shapes[0], "221", "") == 221
     assert "whole number" in check(points, points.shapes[0], read(points, points.shapes[0], "2.5", ""))
+
+
+@pytest.mark.parametrize("typed", ["9" * 30, "1e400", "-1e300", "1e999", "inf", "nan", "-inf"])
+@pytest.mark.parametrize("key", ["max_periods", "settle_tolerance"])
+def test_a_number_that_cannot_be_kept_stays_a_text_and_is_said(typed, key):
+    one = field(df.SolverSettings, key)
+    value = read(one, one.shapes[0], typed, "")
+    assert value == typed
+    assert check(one, one.shapes[0], value)
+    plain = Document.first().put(("solver", key), value).to_plain()
+    assert Document.from_plain(json.loads(json.dumps(plain))).value(("solver", key)) == typed
 
 
 def test_names_of_models_are_words():

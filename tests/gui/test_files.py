@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import functools
 import io
 import json
+import threading
 import zipfile
 
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from simulated import window
+from simulated import show, window
 
 import dforce as df
-from dforce.gui import files, project, uploads
+from dforce.gui import files, project, telling, uploads
 from dforce.gui.document import Document
-from dforce.gui.figures import Layer
+from dforce.gui.figures import Layer, picture
+from dforce.gui.results import Shelf
 from dforce.gui.session import Session
+from dforce.gui.view import Curve
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
 
@@ -103,6 +107,128 @@ def test_a_hostile_result_is_refused_in_a_sentence(tmp_path, change, words):
     assert str(tmp_path) not in str(refused.value)
 
 
+def attribute(key, value, variable=None):
+    """Return a change that gives a result, or one of its variables, another attribute."""
+    return lambda file, tmp_path: (file if variable is None else file[variable]).attrs.__setitem__(key, value)
+
+
+def without(name):
+    return lambda file, tmp_path: file.__delitem__(name)
+
+
+STRANGE = {
+    "unknown unit": attribute("units", "zorkmid", "amplitude"), "unit of no letters": attribute("units", "\x01", "amplitude"),
+    "unit as number": attribute("units", 3, "amplitude"), "units in a list": attribute("units", np.arange(3), "phase"),
+    "unit of an axis": attribute("units", "days since 0", "zc"), "along nothing": attribute("along", "nothing"),
+    "along a number": attribute("along", 3), "along itself": attribute("along", "phase"), "no amplitude": without("amplitude"),
+    "no phase": without("phase"), "no axis": without("zc"), "title of no text": attribute("title", b"\xff\xfe"),
+    "label of no text": attribute("long_name", b"\xff\xfe", "phase"), "scale": attribute("scale_factor", "x", "phase"),
+    "endless symbol": attribute("symbol", r"\frac{" * 500, "phase"), "flags": attribute("flag_meanings", "one", "status"),
+    "a long name": lambda file, tmp_path: file.create_dataset("n" * 500, data=np.zeros(5)),
+    "a map without states": lambda file, tmp_path: file.create_dataset("reached", data=np.zeros((5, 5))),
+    "many quantities": lambda file, tmp_path: [file.create_dataset(f"x{n}", data=np.zeros(5)) for n in range(200)],
+    "booleans": attribute("boolean_attributes", "nothing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STRANGE)
+def test_a_strange_result_is_refused_or_can_be_drawn_and_written_again(tmp_path, name):
+    data = changed(tmp_path, STRANGE[name])
+    try:
+        again = uploads.result_from(data, tmp_path / "folder")
+    except df.DForceError as refused:
+        assert "\n" not in str(refused)
+        assert str(tmp_path) not in str(refused)
+        return
+    df.write(again, tmp_path / "again.nc")
+    df.write(again, tmp_path / "again.csv")
+    for quantity in df.drawable(again):
+        picture([Layer(again)], df.Picture(quantity, (quantity,)))
+    for usual in df.pictures_of(again):
+        picture([Layer(again)], usual)
+
+
+@pytest.mark.parametrize("name", ["unknown unit", "flags", "title of no text", "along nothing"])
+def test_a_result_that_cannot_be_shown_or_kept_changes_nothing(tmp_path, name):
+    async def flow():
+        async with window(tmp_path / "one", live=False) as (_, page):
+            session = page.view.session
+            before = session.document
+            with pytest.raises(df.ResultError, match="cannot be used here"):
+                await page.files.open(changed(tmp_path, STRANGE[name]))
+            assert (session.document, session.shelf.names(), session.steps) == (before, [], [])
+
+    asyncio.run(flow())
+
+
+def full(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypatch):
+    said = []
+    monkeypatch.setattr(telling, "say", said.append)
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            session, before = page.view.session, page.view.document
+            for place, name in (
+                (uploads.Path, "write_bytes"),
+                (uploads.tempfile, "TemporaryDirectory"),
+                (uploads.Path, "mkdir"),
+            ):
+                with monkeypatch.context() as disk:
+                    disk.setattr(place, name, full)
+                    await page.files._attempt("the file could not be opened", lambda: page.files.open(netcdf()))
+                assert said.pop().endswith("no space left on device.")
+                assert (session.document, session.shelf.names(), session.steps) == (before, [], [])
+
+    asyncio.run(flow())
+
+
+def unwritable(result, path, **_):
+    """Do as `df.write` on a full disk, for results of the window alone."""
+    if path.parent.name == "shelf":
+        raise df.ResultError(f"'{path}' could not be written: no space left on device") from OSError(
+            errno.ENOSPC, "No space left"
+        )
+    return write(result, path)
+
+
+write = df.write
+
+
+def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path, monkeypatch):
+    async def flow():
+        async with window(tmp_path / "shelf", live=False) as (_, page):
+            session, before = page.view.session, page.view.document
+            monkeypatch.setattr(df, "write", unwritable)
+            with pytest.raises(df.ResultError, match="no space left"):
+                await page.files.open(netcdf())
+            assert (session.document, session.shelf.names(), session.steps) == (before, [], [])
+
+    asyncio.run(flow())
+
+
+def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_path, monkeypatch):
+    async def flow():
+        async with window(tmp_path / "shelf", live=False) as (user, page):
+            shown = []
+            page.view.show_result = shown.append
+            monkeypatch.setattr(df, "write", unwritable)
+            page.view.edit(Document.of(CASE), anew=True)
+            await page.view.run()
+            assert shown == [page.view.session.job.result]
+            await user.should_see("this result could not be kept: no space left")
+            page.view.curve = Curve(page.view.document, shown[0])
+            said = []
+            monkeypatch.setattr(telling, "say", said.append)
+            await page.plots.kept._keep()
+            assert said == ["No space left."]
+
+    asyncio.run(flow())
+
+
 @pytest.mark.parametrize(
     "data", [b"\x89HDF\r\n\x1a\n", netcdf()[: len(netcdf()) // 2], uploads.HDF5 + bytes(range(256)) * 40]
 )
@@ -158,6 +284,30 @@ def test_a_project_comes_back_with_all_that_was_typed_and_its_results(tmp_path, 
     asyncio.run(flow())
 
 
+def test_results_that_end_together_are_all_in_the_list_in_their_order(tmp_path, monkeypatch):
+    first, second = (result().assign_attrs(title=title) for title in ("first", "second"))
+    written, keep = threading.Event(), Shelf.keep
+
+    def keep_slowly(shelf, given):
+        if given is first:
+            written.wait(1.0)  # for the second, had it not to wait for its turn
+        name = keep(shelf, given)
+        if given is second:
+            written.set()
+        return name
+
+    monkeypatch.setattr(Shelf, "keep", keep_slowly)
+
+    async def flow():
+        session = Session({}, tmp_path)
+        await asyncio.gather(session.keep(first), session.keep(second))
+        titles = [session.shelf.take(kept.id).attrs["title"] for kept in session.document.results]
+        assert titles == ["first", "second"]
+        assert len({kept.color for kept in session.document.results}) == 2
+
+    asyncio.run(flow())
+
+
 def repacked(data, **changes):
     """Return a project with other entries, None for one that is missing."""
     stream = io.BytesIO()
@@ -190,6 +340,12 @@ HOSTILE = {
     "a path": with_document(lambda plain: plain["results"][0].update(id="../../secret")),
     "no list": with_document(lambda plain: plain.update(results=3)),
     "no table": with_document(lambda plain: plain.update(table=[])),
+    "plugins": with_document(lambda plain: plain["table"].update(plugins=["evil.py"])),
+    "no plugins": with_document(lambda plain: plain["table"].update(plugins=[])),
+    "a color of no theme": with_document(lambda plain: plain["results"][0].update(color=10**30)),
+    "an endless number": {"document": lambda content: content.replace(b'"set_point": 0.8', b'"set_point": 1e400')},
+    "a number of thousands of digits": {"document": lambda content: content.replace(b"0.8", b"9" * 5000)},
+    "a result of other make": {"result": lambda content: content.replace(b"degree", b"dogree")},
     "a slider without end": with_document(
         lambda plain: plain.update(sliders=[{"path": ["drive", "A0"], "low": 0.0, "high": float("inf")}])
     ),
@@ -214,6 +370,19 @@ def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
             with pytest.raises(df.CaseError, match="cannot be shown"):
                 await page.files.open(repacked(made[0], **broken))
             assert (session.document, session.shelf.names(), session.steps) == (before, shelf, [])
+
+    asyncio.run(flow())
+
+
+def test_no_picture_that_a_project_asks_for_fails_on_its_results(tmp_path, made):
+    names = df.drawable(result())
+    plots = [{"x": x, "y": names, "together": way, "logarithmic": way} for x in names[:5] for way in (False, True)]
+
+    async def flow():
+        async with window(tmp_path / "two", live=False) as (_, page):
+            await page.files.open(repacked(made[0], **with_document(lambda plain: plain.update(plots=plots))))
+            await page.plots._redraw()
+            assert page.plots.drawn.traces
 
     asyncio.run(flow())
 
@@ -288,7 +457,7 @@ def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
             saved = catch(monkeypatch)
-            page.view.result = result()
+            show(page, result())
             await page.files.save_result("", ".csv")
             header, *rows = [line for line in saved[0][1].decode().splitlines() if not line.startswith("#")]
             place = header.split(",").index("amplitude_tone1 (m)")

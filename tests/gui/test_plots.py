@@ -6,7 +6,7 @@ import asyncio
 
 import numpy as np
 import pytest
-from simulated import element, send, until, window
+from simulated import click, element, send, show, until, window
 
 import dforce as df
 from dforce.gui.kept import Strip, Table
@@ -16,14 +16,6 @@ from dforce.gui.plots import Picker
 from dforce.gui.session import Session
 
 CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")
-
-
-def show(page, result):
-    """Show a result as if it had just been computed."""
-    page.view.result = result
-    figure = page.view.compose(result)
-    page.view.show_beside()
-    return figure
 
 
 def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
@@ -65,7 +57,7 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
             session.look(session.document.__class__(session.document.table, plots=(df.Picture(x, ("amplitude",)),)))
             show(page, result)
             clicked = page.plots.drawn.traces
-            send(page.view.main, "point", {"curve": 1, "index": 11, "x": 0, "y": 0, "id": "amplitude"})
+            click(page, curve=1, index=11, x=0, y=0, id="amplitude")
             drawing = element(user, Drawing)
             await until(lambda: drawing.props.get("motion"))
             assert clicked[1][1].direction == "retract"
@@ -87,7 +79,7 @@ def test_a_click_on_the_map_of_basins_shows_the_state_that_is_reached_from_there
             result = df.run(df.example("figure-3-basins"))
             show(page, result)
             row, column = map(int, np.argwhere(result["reached"].values == state)[0])
-            send(page.view.main, "point", {"curve": 0, "index": [row, column]})
+            click(page, curve=0, index=[row, column])
             drawing = element(user, Drawing)
             await until(lambda: drawing.props.get("motion"))
             assert f"state {state}" in [part["text"] for part in drawing.props["places"]]
@@ -104,7 +96,7 @@ def test_the_motion_of_an_unstable_state_says_that_no_experiment_shows_it(tmp_pa
             show(page, df.run(df.example("figure-3-branches")))
             curve = next(n for n, trace in enumerate(page.plots.drawn.traces) if trace and not trace[1].stable)
             line = page.plots.drawn.traces[curve][1]
-            send(page.view.main, "point", {"curve": curve, "index": int(np.flatnonzero(line.places >= 0)[20])})
+            click(page, curve=curve, index=int(np.flatnonzero(line.places >= 0)[20]))
             drawing = element(user, Drawing)
             await until(lambda: drawing.props.get("motion"))
             assert "No experiment shows" in drawing.props["note"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import ipaddress
 import os
 import socket
 
@@ -21,6 +22,26 @@ def test_a_port_that_is_taken_is_said():
             server.free_port("127.0.0.1", port)
 
 
+@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
+def test_a_class_is_told_a_number_and_not_a_name_that_its_network_may_not_know(host, monkeypatch):
+    monkeypatch.setattr(server.socket, "gethostname", lambda: "only-known-here")
+    named = server._named(host)
+    if named.strip("[]") == "only-known-here":
+        pytest.skip("this computer is on no network of this kind")
+    assert ipaddress.ip_address(named.strip("[]"))
+    assert named.startswith("[") == (host == "::")
+
+
+def test_a_computer_on_no_network_tells_its_name(monkeypatch):
+    class Nowhere(socket.socket):
+        def connect(self, address):
+            raise OSError("Network is unreachable")
+
+    monkeypatch.setattr(server.socket, "socket", Nowhere)
+    monkeypatch.setattr(server.socket, "gethostname", lambda: "only-known-here")
+    assert server._named("0.0.0.0") == "only-known-here"
+
+
 def test_another_port_is_found_where_the_usual_one_is_taken(monkeypatch):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -32,6 +53,14 @@ def test_another_port_is_found_where_the_usual_one_is_taken(monkeypatch):
 def test_an_address_of_another_computer_is_refused():
     with pytest.raises(df.ParameterError, match=r"cannot listen at 192\.0\.2\.1"):
         server.free_port("192.0.2.1")
+
+
+@pytest.mark.parametrize(
+    ("port", "host"), [(8571, "localhost:8571"), (80, "localhost"), (80, "127.0.0.1"), (80, "[::1]:80")]
+)
+def test_a_browser_finds_the_page_at_every_port(port, host):
+    assert host in server.own_hosts(port)
+    assert "localhost" not in server.own_hosts(8571)
 
 
 def test_an_application_window_is_a_browser_without_bars(monkeypatch, tmp_path):
@@ -70,9 +99,16 @@ def test_without_such_a_browser_the_window_says_so(monkeypatch, tmp_path, capsys
     assert "opens in the browser" in capsys.readouterr().err
 
 
-def test_without_its_packages_the_command_says_what_to_install(monkeypatch):
+@pytest.mark.parametrize(
+    ("lacking", "words"),
+    [
+        ({"nicegui", "plotly"}, "nicegui and plotly, which are not installed"),
+        ({"plotly"}, "plotly, which is not installed"),
+    ],
+)
+def test_without_its_packages_the_command_says_what_to_install(monkeypatch, lacking, words):
     from dforce.cli.gui import gui
 
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(df.ParameterError, match=r'pip install "dforce\[gui\]"'):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name in lacking else name)
+    with pytest.raises(df.ParameterError, match=rf'the window needs {words}; run: pip install "dforce\[gui\]"'):
         gui()

@@ -8,12 +8,13 @@ import functools
 
 import numpy as np
 import pytest
-from simulated import element, send, window
+from simulated import element, send, show, window
 
 import dforce as df
 from dforce.gui.document import Document
+from dforce.gui.figures import Layer
 from dforce.gui.session import Session
-from dforce.gui.setpoint import Readout
+from dforce.gui.setpoint import Readout, states_of, table_of, three_digits
 
 
 @functools.cache
@@ -21,18 +22,10 @@ def states():
     return df.run(df.example("figure-3-branches"))
 
 
-def show(page, result):
-    """Show a result as if it had just been computed."""
-    page.view.result = result
-    figure = page.view.compose(result)
-    page.view.show_beside()
-    return figure
-
-
 def rows(user):
     """Return what the table says: a dict by the words above its columns for each row."""
     props = element(user, Readout).props
-    heads = [f"{column['label']} ({column['unit']})" for column in props["columns"]]
+    heads = [column["label"] for column in props["columns"]]
     return [
         dict(zip(heads, row["cells"], strict=True)) | {"state": row["state"], "ways": row["ways"]}
         for row in props["rows"]
@@ -47,8 +40,9 @@ def test_the_force_at_the_set_point_stands_beside_the_curves(tmp_path):
             wanted = df.at_set_point(result, 0.8).isel(crossing=0)
             (row,) = rows(user)
             assert (row["state"], row["ways"]) == ("repulsive", "approach and retract")
-            assert float(row["peak force (pN)"]) == pytest.approx(1e12 * float(wanted["peak_force"]), rel=1e-3)
-            assert float(row["average tip–surface distance (nm)"]) == pytest.approx(1e9 * float(wanted["zc"]), rel=1e-3)
+            # three digits are shown: the last one is off by half of itself, 5e-3 of 1.00
+            assert df.parse(row["peak force"], "N") == pytest.approx(float(wanted["peak_force"]), rel=5e-3)
+            assert df.parse(row["average tip–surface distance"], "m") == pytest.approx(float(wanted["zc"]), rel=5e-3)
             rings = figure["layout"]["shapes"]  # of both directions, in both frames
             assert [ring["yanchor"] for ring in rings] == pytest.approx(
                 [8.0, 8.0, *np.repeat(wanted["phase"].values, 2)]
@@ -56,6 +50,31 @@ def test_the_force_at_the_set_point_stands_beside_the_curves(tmp_path):
             assert [ring["xanchor"] for ring in rings] == pytest.approx([1e9 * float(wanted["zc"])] * 4)
 
     asyncio.run(flow())
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (0.0, "0"), (9.424, "9.42"), (-23.78, "-23.8"), (1234.5, "1230"), (0.00123, "0.00123"), (-2.378e-5, "-2.38 × 10⁻⁵"),
+        (4.2e17, "4.2 × 10¹⁷"), (100.0, "100"), (99.96, "100"),
+    ],
+)  # fmt: skip
+def test_a_number_has_three_digits_and_no_e(value, shown):
+    assert three_digits(value) == shown
+
+
+def test_each_number_has_the_unit_in_which_it_reads_best_and_rounding_is_zero():
+    result = df.run(df.example("figure-3-air").set("experiment.zc.points=12"))
+    picture = df.Picture("zc", ("amplitude", "peak_force", "min_force", "phase", "total_dissipated_energy"))
+    layer = Layer(result, states=states_of(result, 0.8, picture))
+    layer.states["min_force"][:] = -2.378e-14
+    (row,) = table_of([layer], picture)[1][:1]
+    words = dict(zip([column.name for column in table_of([layer], picture)[0]], row["cells"], strict=True))
+    assert words["amplitude"] == "8 nm"
+    assert words["min_force"] == "-23.8 fN"
+    assert words["phase"].endswith("°")
+    assert words["total_dissipated_energy"] == "0 J"  # DMT is conservative
+    assert not any("e-" in cell or "e+" in cell for cell in row["cells"])
 
 
 def test_another_set_point_is_read_off_at_once_and_kept(tmp_path):
@@ -69,7 +88,7 @@ def test_another_set_point_is_read_off_at_once_and_kept(tmp_path):
             send(element(user, Readout), "percent", 50)
             show(page, page.view.result)
             assert [row["state"] for row in rows(user)] == [row["state"] for row in before]
-            assert [row["amplitude (nm)"] for row in rows(user)] == ["5", "5", "5"]
+            assert [row["amplitude"] for row in rows(user)] == ["5 nm", "5 nm", "5 nm"]
             session.undo()
             page._open("figure-3-water")
             assert session.document.set_point == 0.5
@@ -120,4 +139,6 @@ def test_a_set_point_out_of_range_is_not_taken(tmp_path):
     asyncio.run(flow())
     plain = dataclasses.replace(Document.first(), set_point=0.7).to_plain()
     assert Document.from_plain(plain).set_point == 0.7
-    assert 0.0 < Document.from_plain(plain | {"set_point": -5.0}).set_point < 1.0
+    for wrong in (-5.0, 1.0, float("nan"), "0.8"):
+        with pytest.raises(df.CaseError):
+            Document.from_plain(plain | {"set_point": wrong})

@@ -9,7 +9,7 @@ import pytest
 import dforce as df
 from dforce import runs
 from dforce.errors import ParameterError
-from dforce.solvers import continuation
+from dforce.solvers import continuation, search
 
 NM = 1e-9
 # of figure 3 with DMT: the adaptive transient keeps the repulsive state at 9.78 nm and jumps before 9.80 nm
@@ -243,7 +243,7 @@ MOMENTS = {
     "within the second curve": lambda done, curve, look: curve == "curve 2" and look == 50,
     "far along the second curve": lambda done, curve, look: curve == "curve 2" and look == 100,
     "in the last search": lambda done, curve, look: done == 3,
-    "when all is done": lambda done, curve, look: done == 4,
+    "when all is done": lambda done, curve, look: done == 5,
 }
 
 
@@ -283,7 +283,7 @@ def test_a_curve_goes_on_even_where_its_search_finds_it_no_more(detached, monkey
     monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
     case, whole = detached["open"]
     part = stopped(case, MOMENTS["within the second curve"])
-    monkeypatch.setattr(continuation, "search", lambda *others: iter(()))
+    monkeypatch.setattr(search, "search", lambda *others: iter(()))
     assert_same(df.run(case, resume=part), whole)
 
 

@@ -1,9 +1,12 @@
 """Resonance curves: exact where there is no force, shifted by a small one, and with two ways through a strong one."""
 
+import math
+
 import numpy as np
 import pytest
 
 import dforce as df
+from dforce import runs
 from dforce.errors import ParameterError
 from dforce.validation.curves import random_case
 
@@ -65,15 +68,96 @@ def test_the_curves_up_and_down_differ_where_two_states_exist(both_ways):
     assert (both_ways["status"] == df.Status.OK).all()
 
 
-def test_the_jumps_lie_at_the_folds_of_the_curve_of_all_states(case, both_ways):
-    states = df.branches(case, zc="9 nm", parameter="drive.frequency", start="48 kHz", stop="50 kHz", search=5)
-    folds = states["frequency"].values[states["special"].values == "fold"]
+@pytest.fixture(scope="module")
+def states(case):
+    return df.branches(case, zc="9 nm", parameter="drive.frequency", start="48 kHz", stop="50 kHz", search=5)
+
+
+def jumps_by_frequency(swept):
+    return swept[["jump_frequency", "jump_before", "jump_after", "jump_direction"]].sortby("jump_frequency")
+
+
+def folds_of(states):
+    return states.isel(point=np.flatnonzero(states["special"].values == "fold")).sortby("frequency")
+
+
+def test_the_jumps_lie_at_the_folds_of_the_curve_of_all_states_and_lead_to_states_of_it(case, both_ways, states):
+    jumps, folds = jumps_by_frequency(both_ways), folds_of(states)
+    assert jumps["jump_direction"].values.tolist() == ["down", "up", "down", "up"]
+    width = 48.9e3 / 255  # of the resonance
+    assert jumps["jump_frequency"].values == pytest.approx(folds["frequency"].values, abs=1e-6 * width)
+    # the amplitude nears that at the fold as the square root of the way that is left
+    assert jumps["jump_before"].values == pytest.approx(folds["amplitude"].values[:, 0], abs=2e-3 * 10e-9)
+    f, amplitude, stable = (states[name].values for name in ("frequency", "amplitude", "stable"))
+    for at, after in zip(jumps["jump_frequency"].values, jumps["jump_after"].values, strict=True):
+        beside = np.flatnonzero((f[:-1] - at) * (f[1:] - at) <= 0.0)
+        shares = (at - f[beside]) / (f[beside + 1] - f[beside])
+        there = amplitude[beside, 0] + shares * (amplitude[beside + 1, 0] - amplitude[beside, 0])
+        # straight lines between points of the curve of all states
+        assert np.abs(there[stable[beside] & stable[beside + 1]] - after).min() < 1e-3 * 10e-9
     found = {(finding.name, finding.direction): finding.value for finding in df.summary(both_ways)}
-    jumps = [*found["jumps", "up"], *found["jumps", "down"]]
-    assert len(jumps) == 4
-    for jump in jumps:
-        # a jump is noted at the first frequency (10 Hz apart) on the other side
-        assert np.abs(folds - jump).min() < 10.0
+    assert sorted([*found["jumps", "up"], *found["jumps", "down"]]) == jumps["jump_frequency"].values.tolist()
+
+
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_sudden_steps_jump_at_the_first_frequency_behind_a_fold(case, states, method):
+    swept = df.run(
+        case.set(f"solver.method={method}", "experiment.protocol=stepwise", "experiment.frequency.points=51")
+    )
+    frequency, jumps = swept["frequency"].values, jumps_by_frequency(swept.sortby("frequency"))
+    folds = dict(zip(["down", "up", "down", "up"], [[], [], [], []], strict=True))
+    for at, way in zip(folds_of(states)["frequency"].values, ["down", "up", "down", "up"], strict=True):
+        behind = np.searchsorted(frequency, at) - (way == "down")
+        folds[way].append((frequency[behind], swept["amplitude"].sel(direction=way).values[behind, 0]))
+    for way, wanted in folds.items():
+        of_way = jumps.isel(jump=np.flatnonzero(jumps["jump_direction"].values == way))
+        assert [*zip(of_way["jump_frequency"].values, of_way["jump_after"].values, strict=True)] == wanted
+
+
+def test_a_frequency_sweep_in_steps_stopped_beside_a_jump_finds_it_when_it_goes_on(case, monkeypatch):
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)  # progress is told at every point
+    upward = case.set("experiment.direction=up", "experiment.frequency.points=26", "experiment.protocol=stepwise")
+    whole = df.run(upward)
+    assert whole.sizes["jump"] == 2
+    last = int(np.searchsorted(whole["frequency"].values, whole["jump_frequency"].values[0]))
+
+    def stop(done, total, note):
+        if done == last:
+            raise KeyboardInterrupt
+
+    part = df.run(upward, progress=stop)
+    assert "jump_frequency" not in part
+    rest = df.run(upward, resume=part)
+    for name in ("jump_frequency", "jump_before", "jump_after"):
+        np.testing.assert_array_equal(rest[name].values, whole[name].values)
+
+
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_no_jump_is_listed_where_a_long_step_leads_along_one_state(case, method):
+    far = df.run(case.set("experiment.zc=40 nm", "experiment.frequency.points=9", f"solver.method={method}"))
+    assert np.abs(np.diff(far["amplitude"].values[:, 0, 0])).max() > 4e-9
+    assert "jump_frequency" not in far
+
+
+def test_frequencies_from_a_start_of_their_own_each_list_no_jump(case):
+    alone = df.run(
+        case.set("experiment.protocol=stepwise", "experiment.carry_state=false", "experiment.frequency.points=26")
+    )
+    assert "jump_frequency" not in alone
+
+
+def test_every_state_at_a_set_point_of_a_frequency_sweep_exists(both_ways, states):
+    some = 0
+    for set_point in (0.2, 0.5, 0.7, 0.8, 0.9, 0.95):
+        real = df.at_set_point(states, set_point, ["phase"])
+        for found in df.at_set_point(both_ways, set_point, ["phase"]).transpose("crossing", ...)["phase"]:
+            # straight lines between points 10 Hz apart, where an interpolated jump is off by tens of degrees
+            near = (np.abs(real["phase"].values[:, 0] - float(found[0])) < 1.0) & (
+                np.abs(real["frequency"].values - float(found["frequency"])) < 2.0
+            )
+            assert near.any(), f"at {set_point} of A0 there is no state at {float(found['frequency']):.1f} Hz"
+            some += 1
+    assert some >= 10  # two flanks up and two down for each set point, but for those that a jump takes
 
 
 def test_orbits_are_the_states_that_the_transient_settles_to(case, both_ways):
@@ -88,7 +172,9 @@ def test_orbits_are_the_states_that_the_transient_settles_to(case, both_ways):
 
 
 def test_every_frequency_may_start_anew(case):
-    anew = df.frequency_sweep(case, frequency=["49.2 kHz", "49.4 kHz"], carry_state=False, direction="both")
+    anew = df.frequency_sweep(
+        case, frequency=["49.2 kHz", "49.4 kHz"], protocol="stepwise", carry_state=False, direction="both"
+    )
     assert anew["phase"].sel(direction="up").values == pytest.approx(anew["phase"].sel(direction="down").values)
 
 
@@ -98,8 +184,9 @@ def test_two_tones_settle_in_time():
     assert swept["amplitude"].shape == (2, 2)
     assert (swept["status"] == df.Status.OK).all()
     # out of reach of the force, which is 1e-14 N there
-    free = np.abs(case.problem.free.sum(axis=1))
-    assert swept["amplitude"].values[1] == pytest.approx(free, rel=1e-4, abs=0.0)
+    for frequency, found in zip((49.9e3, 50e3), swept["amplitude"].values, strict=True):
+        free = np.abs(case.problem.at_frequency(frequency).free.sum(axis=1))  # the second tone stays where it is
+        assert found == pytest.approx(free, rel=1e-4, abs=0.0)
 
 
 def test_ctrl_c_keeps_the_frequencies_that_are_done(case):
@@ -150,7 +237,7 @@ def test_coarse_steps_of_the_frequency_kick_the_motion_as_they_do_in_a_transient
     half = min(2.5 * mode.f0 / mode.Q, 0.6 * mode.f0)
     grid = {"start": mode.f0 - half, "stop": mode.f0 + half, "points": points}
     orbits, transients = (
-        df.frequency_sweep(case.replace("solver.method", method), frequency=grid, zc=share * A0)
+        df.frequency_sweep(case.replace("solver.method", method), frequency=grid, zc=share * A0, protocol="stepwise")
         for method in ("periodic", "transient")
     )
     assert (orbits["status"] == 0).all() and (transients["status"] == 0).all()

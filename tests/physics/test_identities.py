@@ -127,7 +127,7 @@ def test_averages_over_a_prescribed_motion_fit_together(hamaker, zc, amplitude):
 
 
 def test_viscous_loss_over_a_prescribed_motion():
-    # the cubic between 512 samples misses the cosine by 1e-10 of A, and the drag starts like a root
+    # 512 samples a period leave 1e-8: the drag starts like a root of the distance to contact
     values = averages(9e-9, 9.5e-9, viscosity=100.0, frequency=48.9e3)
     assert values["total_dissipated_energy"] == pytest.approx(6.52042150859e-20, rel=1e-6)
     assert values["dissipated_energy"][0] == pytest.approx(6.52042150859e-20, rel=1e-6)

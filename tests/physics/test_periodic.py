@@ -45,7 +45,8 @@ def test_a_start_far_from_every_state_ends_where_the_transient_does_at_a_high_qu
     case = case.replace(experiment={"kind": "approach", "zc": [zc * NM], "start": start})
     found, transient = df.run(case), df.run(case.replace("solver.method", "transient"))
     assert found.status.item() == transient.status.item() == df.Status.OK
-    assert found.settling_periods.item() < 0.5 * transient.settling_periods.item()
+    # the time that it takes, though leapt over; the transient settles to a thousandth of what is near for Newton's method
+    assert 0.3 < found.settling_periods.item() / transient.settling_periods.item() < 1.0
     assert found.amplitude.item() == pytest.approx(transient.amplitude.item(), abs=SAME * 10.0 * NM)
 
 
@@ -66,10 +67,14 @@ def test_an_orbit_ends_where_it_started():
 
 
 def test_a_jump_within_a_coarse_step_is_listed_though_newton_s_method_lands_behind_it():
-    case = df.example("figure-3-air").replace("sample.youngs_modulus", 1.26e9)
-    curve = df.approach(case, zc=np.linspace(12 * NM, 2 * NM, 15), direction="both")
-    assert list(curve.jump_direction.values) == ["approach", "retract"]
-    assert (abs(curve.jump_after - curve.jump_before) > 0.2 * NM).all()
+    case = df.example("figure-3-air").replace("drive.A0", 14 * NM)
+    coarse, fine = (
+        df.approach(case, zc=np.linspace(17 * NM, 5 * NM, points), direction="both") for points in (15, 211)
+    )
+    assert list(coarse.jump_direction.values) == ["approach", "retract"]
+    assert (abs(coarse.jump_after - coarse.jump_before) > 0.2 * NM).all()
+    assert coarse.jump_zc.values == pytest.approx(fine.jump_zc.values, abs=1e-6 * 14 * NM)
+    assert coarse.jump_after.values == pytest.approx(fine.jump_after.values, abs=1e-6 * 14 * NM)
 
 
 def test_a_jump_is_located_to_better_than_the_step():
@@ -87,10 +92,14 @@ def test_a_jump_is_located_to_better_than_the_step():
 
 
 def test_a_jump_is_reported_although_the_point_behind_it_did_not_settle():
-    case = df.example("figure-3-air-jump").replace("solver.max_periods", 100)  # the motion needs more
-    curve = df.approach(case, zc=np.linspace(11 * NM, 9 * NM, 21), direction="approach")
-    assert curve.status.values.tolist() == [df.Status.OK] * 17 + [df.Status.NOT_SETTLED] + [df.Status.OK] * 3
-    assert curve.jump_zc.values == pytest.approx([9.35 * NM], abs=0.1 * NM)
+    case = df.example("figure-3-air").replace("drive.A0", 14 * NM).replace("solver.max_periods", 200)
+    zc = np.concatenate([np.linspace(17.0, 11.75, 8), np.linspace(11.738, 11.735, 8)]) * NM  # around the fold
+    curve = df.approach(case, zc=zc, direction="approach")
+    assert (curve.status.values[:8] == df.Status.OK).all()
+    assert curve.status.values[8] == df.Status.NOT_SETTLED  # it needs more periods than are allowed
+    assert curve.status.values[-1] == df.Status.OK
+    patient = df.approach(case.replace("solver.max_periods", None), zc=zc, direction="approach")
+    assert curve.jump_zc.values == pytest.approx(patient.jump_zc.values, abs=1e-6 * 14 * NM)
 
 
 SLOW = [
@@ -103,7 +112,10 @@ SLOW = [
 def test_a_transient_lists_the_jumps_that_the_orbits_have(settings):
     zc = np.linspace(10.5 * NM, 9 * NM, 16)
     case = df.example("figure-3-air-jump")
-    orbits, slow = (df.approach(one, zc=zc, direction="both") for one in (case, case.replace("solver", settings)))
+    orbits, slow = (
+        df.approach(one, zc=zc, direction="both", protocol="stepwise")
+        for one in (case, case.replace("solver", settings))
+    )
     assert slow.jump_direction.values.tolist() == orbits.jump_direction.values.tolist() == ["approach", "retract"]
     settled = slow.status.values == df.Status.OK
     for which, at in enumerate(orbits.jump_zc.values):
@@ -134,7 +146,8 @@ def test_a_transient_that_settles_nowhere_lists_no_jump_and_one_that_moves_smoot
 def test_long_steps_along_one_state_are_no_jumps(method):
     """Steps of an eighth of the range kick hard, but where the state goes on, it goes on in finer steps as well."""
     case = df.example("figure-3-air").set("cantilever.Q=400", 'drive.A0="35.53 nm"', f'solver.method="{method}"')
-    curve = df.approach(case, zc={"start": "46.19 nm", "stop": "3.553 nm", "points": 9}, direction="both")
+    zc = {"start": "46.19 nm", "stop": "3.553 nm", "points": 9}
+    curve = df.approach(case, zc=zc, direction="both", protocol="stepwise")
     # on a fine grid as well there is one each way, between the states of high and of low amplitude
     ways = {
         str(way): after.item() - before.item()

@@ -46,7 +46,7 @@ def test_distances_are_visited_from_far_to_near_or_back_and_stored_as_given(dire
 
 def test_each_distance_can_be_started_anew():
     case = tapping()
-    together = df.approach(case, zc=["8.5 nm", "6 nm"], carry_state=False, start="rest")
+    together = df.approach(case, zc=["8.5 nm", "6 nm"], protocol="stepwise", carry_state=False, start="rest")
     for i, zc in enumerate(("8.5 nm", "6 nm")):
         alone = df.dwell(case, zc, start="rest")
         # the same number of periods from the same start: equal but for where in time the tone's phase is rounded
@@ -58,7 +58,7 @@ def test_carried_motion_stays_on_its_branch_where_a_fresh_start_finds_the_other(
     case = df.example("figure-3-air").replace("solver.method", "transient").replace(experiment=None)
     zc = np.linspace(10e-9, 8e-9, 21)
     carried = df.approach(case, zc=zc)
-    fresh = df.approach(case, zc=zc[-1:], carry_state=False)
+    fresh = df.approach(case, zc=zc[-1:], protocol="stepwise", carry_state=False)
     assert float(carried.phase[-1, 0]) > 90.0 > float(fresh.phase[-1, 0])
 
 
@@ -139,17 +139,20 @@ def with_hole(**solver):
 
 
 @pytest.mark.parametrize("solver", [{}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str)
-@pytest.mark.parametrize("carry_state", [True, False])
-def test_a_point_that_fails_is_nan_and_the_run_goes_on(solver, carry_state):
+@pytest.mark.parametrize(
+    "motion", [{}, {"protocol": "stepwise"}, {"protocol": "stepwise", "carry_state": False}], ids=str
+)
+def test_a_point_that_fails_is_nan_and_the_run_goes_on(solver, motion):
     # near the edge the orbit runs into the hole; then far again, on the way back
     problem, settings = with_hole(**solver)
-    experiment = df.Approach(zc=["8 nm", "7.2 nm", "7.1 nm"], direction="both", carry_state=carry_state)
+    experiment = df.Approach(zc=["8 nm", "7.2 nm", "7.1 nm"], direction="both", **motion)
     curve = experiment.run(problem, settings, quiet)
     status = curve.status.transpose("direction", "zc").values
     assert status.tolist() == [[STATUS.OK, STATUS.FAILED, STATUS.FAILED]] * 2
     failed = curve.status == STATUS.FAILED
     assert np.isnan(curve.amplitude.where(failed, drop=True)).all()
     assert np.isnan(curve.peak_force.where(failed, drop=True)).all()
+    assert "jump_zc" not in curve  # a motion that is lost has not jumped anywhere
     # the way back ends where nothing is in the way, started as at the beginning
     assert curve.amplitude.sel(direction="retract").values[0, 0] == pytest.approx(1e-9, rel=1e-5)
 
@@ -196,6 +199,15 @@ def test_record_of_everything_starts_at_the_start():
     assert result.sizes["time"] == 25 * result.attrs["samples_per_period"]
     assert float(result.deflection[0]) == 0.0
     assert int(result.attrs["record_start_period"]) == 0
+
+
+def test_the_motion_that_is_kept_is_that_at_the_start_of_a_common_period():
+    """Tones whose frequencies are as 5 to 31, of which 51 periods and 10 measured ones are no whole common periods."""
+    case = df.example("figure-6").replace(solver=df.SolverSettings(settle="fixed", periods=51))
+    result = df.dwell(case, "8 nm")
+    assert int(result.attrs["record_start_period"]) == 65
+    kept = result.motion.sel(component=["z_1", "z_2"]).values
+    np.testing.assert_array_equal(kept, result.mode_deflection.isel(time=0).values)
 
 
 def test_a_record_too_long_for_memory_is_refused():

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 import synthetic
 
 import dforce as df
-from dforce.findings import count_status, jumps, number, summary
+from dforce.findings import count_status, number, summary
+from dforce.jumps import jumps
 from dforce.results import Status
 
 
@@ -27,8 +30,8 @@ def test_a_dwell_is_summed_up_by_its_scalars():
 def test_an_approach_is_summed_up_for_each_direction():
     approach, retract = (by_name(synthetic.approach(), way) for way in ("approach", "retract"))
     assert approach["free_amplitude_tone1"].value == pytest.approx(10e-9)
-    assert approach["amplitude_tone1"].text == "1.02 nm to 9.995 nm"
-    assert retract["phase_tone1"].text.startswith("5.8544° to ")
+    assert approach["amplitude_tone1"].text == "1.02 nm to 10 nm"
+    assert retract["phase_tone1"].text.startswith("5.85° to ")
     assert approach["max_indentation"].text == "0.22 nm at 7.2 nm"
     assert approach["points"].text == "110 of 111, 2 not settled, 1 failed"
     assert retract["points"].text == "111"
@@ -40,8 +43,10 @@ def test_jumps_are_found_where_the_branches_change_places():
     (on_retract,) = jumps(dataset.sel(direction="retract"), "retract")
     assert on_approach.at == pytest.approx(7.2e-9)  # the first point after the jump
     assert on_retract.at == pytest.approx(9.7e-9)
-    assert on_approach.phase_before > 90.0 > on_approach.phase_after
-    assert on_retract.phase_before < 90.0 < on_retract.phase_after
+    lag = dataset["phase"].isel(tone=0)
+    on_the_way_in, on_the_way_out = (lag.sel(direction=way).values for way in ("approach", "retract"))
+    assert on_the_way_in[on_approach.before] > 90.0 > on_the_way_in[on_approach.after]
+    assert on_the_way_out[on_retract.before] < 90.0 < on_the_way_out[on_retract.after]
 
 
 @pytest.mark.parametrize("points", [3, 5, 8, 12, 40, 400])
@@ -52,6 +57,48 @@ def test_a_smooth_curve_has_no_jump_however_coarse_its_grid(points):
     smooth = {"amplitude": (("zc", "tone"), amplitude[:, None])}
     smooth["phase"] = (("zc", "tone"), np.degrees(np.arcsin(amplitude / free))[:, None])
     assert jumps(dataset.assign(smooth)) == []
+
+
+@pytest.mark.parametrize("direction", ["approach", "retract"])
+def test_a_curve_in_one_direction_lists_the_jumps_noted_on_it(direction):
+    curve = df.run(df.example("figure-3-air-jump").set(f"experiment.direction={direction}"))
+    found = by_name(curve)["jumps"]
+    assert found.value == curve["jump_zc"].values.tolist() != []
+    lags = [float(lag.rstrip("°")) for lag in found.text.split("(")[1].rstrip(")").split(" to ")]
+    # in net attraction the lag is above 90°; the tip comes from attraction, and from repulsion on the way out
+    assert (lags[0] > 90.0 > lags[1]) == (direction == "approach")
+
+
+@functools.cache
+def sweep():
+    case = df.example("figure-3-air-jump").set("experiment.zc.points=56")
+    return df.sweep(case, over={"drive.A0": ["5 nm", "10 nm"]})
+
+
+def test_a_sweep_is_summed_up_by_its_parameters_and_its_extremes_over_all_cases():
+    found, of_all = by_name(sweep(), "approach"), by_name(sweep())
+    assert of_all["A0"].text == "5 nm, 10 nm" and of_all["A0"].value == [5e-9, 10e-9]
+    assert of_all["cases"].value == 2.0
+    largest = sweep()["peak_force"].sel(direction="approach")
+    assert found["peak_force"].value == float(largest.max())
+    at = largest.where(largest == largest.max(), drop=True)
+    assert found["peak_force"].text.endswith(f" at A0 = 10 nm, zc = {1e9 * float(at['zc'][0]):.3g} nm")
+    # without the energy to reach the sample the small amplitude stays in net attraction
+    assert found["jumps"].text == "1 of 2"
+    assert found["points"].text == "112"
+
+
+def test_a_sweep_of_dwells_is_summed_up():
+    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="8 nm"))
+    grid = df.sweep(case, over={"sample.youngs_modulus": np.geomspace(1e9, 4e9, 5)}, quantities=["peak_force"])
+    found = by_name(grid)
+    assert found["youngs_modulus"].text == "1 GPa ... 4 GPa (5 values)"
+    assert found["peak_force"].value == float(grid["peak_force"].max())
+    assert "jumps" not in found and "amplitude_tone1" not in found
+
+
+def test_one_case_of_a_sweep_has_the_free_amplitude_of_its_own():
+    assert by_name(sweep().isel(A0=0), "approach")["free_amplitude_tone1"].value == pytest.approx(5e-9)
 
 
 def test_a_curve_without_any_result_can_be_summed_up():
@@ -83,13 +130,19 @@ def test_every_status_is_counted():
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (2.1798595e-10, "N", "217.99 pN"), (54.2038, "degree", "54.204°"), (0.0, "m", "0"),
+        (2.1798595e-10, "N", "218 pN"), (54.2038, "degree", "54.2°"), (0.0, "m", "0"), (1234.5, "N/m", "1230 N/m"),
+        (48.8537e3, "Hz", "48.854 kHz"),
         (np.nan, "m", "-"),
-        (1e-26, "J", "< 0.001 meV"), (-1e-26, "J", "< 0.001 meV"), (512.0, "1", "512"),
+        (1e-26, "J", "< 0.001 meV"), (-1e-26, "J", "< 0.001 meV"), (5125.0, "1", "5125"), (0.51257, "1", "0.513"),
     ],
 )  # fmt: skip
 def test_numbers_read_well(value, unit, text):
     assert number(value, unit) == text
+
+
+def test_what_was_given_is_shown_with_all_its_digits():
+    found = by_name(synthetic.dwell(zc=4.125e-9, amplitude=4.0553e-9))
+    assert (found["zc"].text, found["amplitude_tone1"].text) == ("4.125 nm", "4.06 nm")
 
 
 def test_basins_say_each_state_with_its_share():
@@ -97,4 +150,4 @@ def test_basins_say_each_state_with_its_share():
     zc, *states = summary(starts)
     assert zc.name == "zc" and zc.value == pytest.approx(9e-9)
     assert sum(state.value for state in states) == pytest.approx(1.0)
-    assert all(f"{100 * state.value:.5g} % of the starts, to " in state.text for state in states)
+    assert all(f"{100 * state.value:.3g} % of the starts, to " in state.text for state in states)

@@ -13,7 +13,20 @@ PACKAGE = Path(dforce.__file__).parent
 
 # Each module may import its own level and those above it in this list. A folder counts as one module.
 LEVELS = (
-    ("_version", "bars", "errors", "units", "quantities", "library", "notation", "notices"),
+    (
+        "_version",
+        "bars",
+        "errors",
+        "files",
+        "kinds",
+        "listing",
+        "stopping",
+        "units",
+        "quantities",
+        "library",
+        "notation",
+        "notices",
+    ),
     ("parameters",),
     ("forces", "instrument", "beam"),
     ("problem", "plugins"),
@@ -21,6 +34,7 @@ LEVELS = (
     ("solvers", "observables"),
     ("experiments", "results"),
     ("case", "series", "plot", "validity"),
+    ("jumps",),
     ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "validation"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),

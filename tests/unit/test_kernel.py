@@ -5,7 +5,10 @@ import math
 import os
 import subprocess
 import sys
+import threading
+import time
 import types
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +19,15 @@ import dforce as df
 from dforce import kernel
 from dforce.forces import Force
 from dforce.kernel import store
-from dforce.kernel.compose import compose
+from dforce.kernel.compose import OTHERS, compose
 from dforce.problem import Problem
 from dforce.solvers import adaptive, rk4
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
-from dforce.solvers.lane_orbits import march_lanes
+from dforce.solvers.lanes import advance_lanes
 from dforce.solvers.lot import Lot
 
 PROBE = """
+import os
 import sys
 import dforce as df
 from dforce import kernel
@@ -37,6 +41,9 @@ def twice(y, p):
     return 2.0 * force(distance(y, p), rate_of(y, p), 0.0, y, y, p)
 
 if __name__ == "__main__":
+    if "LIMIT" in os.environ:
+        import resource
+        resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (int(os.environ["LIMIT"]),))
     problem = Problem.build(
         df.Cantilever(f0=5e4, k=0.9, Q=10), df.Drive(A0=1e-8), df.Tip(radius=2e-9), df.Sample(youngs_modulus=1e9),
         forces=[df.forces.Hertz()],
@@ -67,7 +74,7 @@ def plain(problem, entries=MARCHES):
     real, module = sys.modules["numba"], {}
     sys.modules["numba"] = stand_in
     try:
-        exec(compose(len(problem.modes), problem.forces, entries), module)
+        exec(compose(len(problem.modes), len(problem.tones), problem.forces, entries), module)
     finally:
         sys.modules["numba"] = real
     return types.SimpleNamespace(**module)
@@ -102,14 +109,15 @@ def test_compiled_equals_plain_python(integrator, points):
 
 def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     problems = [problem(viscosity=30.0), problem(viscosity=300.0, zc_modulus=2e8)]
-    functions = plain(problems[0], {"march_lanes": march_lanes, "march_rk4": rk4.march})
+    functions = plain(problems[0], {"advance_lanes": advance_lanes, "march_rk4": rk4.march})
     lot, points, zc = Lot.of(problems), 64, 6e-9
     angles = math.pi / points * np.arange(2 * points + 1)
-    block = np.empty((points + 1, 3, 4))
-    end = functions.march_lanes(
-        np.arange(2), 2, 1, lot.free(), np.full(2, zc), lot.numbers.T.copy(), lot.kinks.T.copy(),
-        lot.tones[:, 0, 2:].T.copy(), lot.tones, np.zeros(1), points, np.array([np.cos(angles), np.sin(angles)]),
-        np.zeros(0), np.zeros((9, 1)), block, None,
+    block, numbers = np.empty((points + 1, 3, 2)), lot.numbers.T.copy()
+    block[0, :2], numbers[0] = lot.free().T, zc
+    end = functions.advance_lanes(
+        block, numbers, lot.tones[:, 0, 2:].T.copy(), lot.kinks.T.copy(), lot.tones, np.zeros(1), 0, points,
+        np.cos(angles)[None], np.zeros(2, dtype=np.int64), np.zeros(0), np.zeros((9, 1)),
+        (*numbers[:OTHERS, 0], numbers[OTHERS:, 0]),
     )  # fmt: skip
     ends = []
     for one in problems:
@@ -160,14 +168,14 @@ def test_a_force_with_another_number_of_states_or_coefficients_is_another_kernel
 
 
 def test_tuples_of_numbers_reach_the_law_as_they_are():
-    """SLS takes tuples between plain numbers; a lone force, and one behind it, must both get their own."""
+    """SLS takes tuples between plain numbers; it and the force before it must both get their own."""
     asked = problem([df.forces.SLS(elements=4), df.forces.Capillary(formation="1 nm")])
-    sample, neck = asked.forces
+    neck, sample = asked.forces
     module = plain(asked)
     p = kernel.parameters(asked, 6e-9)
     memory, latched = np.linspace(0.0, 1e-10, sample.memory), np.ones(1)
     for d in (-1e-9, 0.5e-9):
-        expected = sample.law(d, 0.0, 0.0, memory, *sample.values()) + neck.law(d, 0.0, 0.0, 1.0, *neck.values())
+        expected = neck.law(d, 0.0, 0.0, 1.0, *neck.values()) + sample.law(d, 0.0, 0.0, memory, *sample.values())
         assert module.force(d, 0.0, 0.0, memory, latched, p) == expected
     assert module.at_distance(p, 5e-9) == (5e-9, *p[1:])
 
@@ -193,7 +201,7 @@ PATHS = ["text"]
 
 def test_a_law_that_reads_changing_values_is_refused():
     with pytest.raises(df.ForceError, match="a list"):
-        compose(1, [Broken()], {})
+        compose(1, 1, [Broken()], {})
 
 
 # --- the store -------------------------------------------------------------------------------------------------------
@@ -226,24 +234,8 @@ def test_a_changed_law_is_a_new_module(tmp_path):
         spec = importlib.util.spec_from_file_location("pull", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        names.append(store.fingerprint(compose(1, [module.Pull()], {})))
+        names.append(store.fingerprint(compose(1, 1, [module.Pull()], {})))
     assert names[0] != names[1]
-
-
-def test_a_folder_that_cannot_be_written_is_replaced_for_this_process(tmp_path, monkeypatch):
-    taken = tmp_path / "a file"
-    taken.write_text("not a folder", encoding="utf-8")
-    monkeypatch.setenv("DFORCE_CACHE_DIR", str(taken / "cache"))
-    path = store.place("b = 1\n")
-    assert path.read_text(encoding="utf-8") == "b = 1\n"
-    assert not path.is_relative_to(tmp_path)
-
-
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
-def test_a_read_only_folder_is_replaced_for_this_process(folder):
-    folder.mkdir()
-    folder.chmod(0o500)
-    assert not store.place("b = 2\n").is_relative_to(folder)
 
 
 def test_a_module_cut_short_by_a_crash_is_written_again(folder):
@@ -268,19 +260,65 @@ def test_only_the_oldest_kernels_are_forgotten_and_nothing_else_is_touched(folde
     assert mine.exists()
 
 
+def slow_to_compile(folder, begun, over):
+    """Return a kernel whose only function sets an event when it begins to compile, and takes until another to do it."""
+
+    def function():
+        begun.set()
+        over.wait()
+        return 1.0
+
+    # as numba's, with nothing compiled
+    function.signatures, function._cache = [], types.SimpleNamespace(files=lambda: [])
+    module = types.ModuleType("slow")
+    module.__file__, module.probe = str(folder / "slow.py"), function
+    return kernel.Kernel(module, "a slow one")
+
+
+def test_who_waits_for_what_another_thread_compiles_is_told_so_and_its_time_counted(tmp_path, capsys):
+    begun, over, told = threading.Event(), threading.Event(), []
+    loaded = slow_to_compile(tmp_path, begun, over)
+
+    def hear(text):
+        told.append((text, time.monotonic()))
+        over.set()
+
+    with ThreadPoolExecutor(1) as pool:
+        try:
+            other = pool.submit(loaded.entry("probe"))
+            other.add_done_callback(lambda _: begun.set())  # also if it fails before it compiles
+            begun.wait()
+            assert other.running(), other.exception()
+            assert "Compiling a slow one" in capsys.readouterr().err  # where nobody listens it is printed
+            asked = time.monotonic()
+            with df.listening(hear) as heard:
+                assert loaded.entry("probe")() == 1.0
+            got = time.monotonic()
+            assert other.result() == 1.0
+        finally:
+            over.set()
+    [(text, at)] = told
+    assert "Compiling a slow one" in text
+    assert 0.0 < heard.seconds <= got - asked
+    assert asked <= at <= got
+    assert capsys.readouterr().err == ""
+
+
 # --- other processes -------------------------------------------------------------------------------------------------
 
 
-def start(tmp_path, cache, called="probe", counted="probe"):
+def start(tmp_path, cache, called="probe", counted="probe", **variables):
     script = tmp_path / "probe.py"
-    script.write_text(PROBE, encoding="utf-8")
+    if not script.exists():  # one that is started beside another finds it whole
+        script.write_text(PROBE, encoding="utf-8")
     environment = {**os.environ, "DFORCE_CACHE_DIR": str(cache), "PYTHONPATH": str(Path(df.__file__).parent.parent)}
+    environment |= variables
     command = [sys.executable, str(script), called, counted]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def finish(process, times=1.0):
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=500)
     assert process.returncode == 0, err
     value, hits, misses, path = out.split(maxsplit=3)
     depth = 0.165e-9 + 0.5e-9
@@ -289,17 +327,18 @@ def finish(process, times=1.0):
 
 
 def test_a_second_process_starts_without_compiling_and_only_the_first_says_so(tmp_path):
-    """Two at once first: they must not trip over each other."""
+    """Six at once first: they must not trip over each other."""
     cache = tmp_path / "cache"
-    together = [start(tmp_path, cache), start(tmp_path, cache)]
-    first, other = finish(together[0]), finish(together[1])
-    assert first[:2] != other[:2], "one of them waits, and finds it compiled"
-    assert first[2] == other[2]
-    assert first[2].is_relative_to(cache)
-    assert "Compiling the tip equation for hertz" in first[3] + other[3]
-    hits, misses, path, err = finish(start(tmp_path, cache))
+    with contextlib.ExitStack() as ended:
+        processes = [ended.enter_context(start(tmp_path, cache)) for _ in range(6)]
+        together = [finish(process) for process in processes]
+    assert sorted(counts[:2] for counts in together) == [(0, 1), *[(1, 0)] * 5], "the others wait, and find it compiled"
+    [path] = {path for _, _, path, _ in together}
+    assert path.is_relative_to(cache)
+    assert any("Compiling the tip equation for hertz" in err for *_, err in together)
+    hits, misses, found, err = finish(start(tmp_path, cache))
     assert (hits, misses) == (1, 0)
-    assert path == first[2]
+    assert found == path
     assert err == ""
 
 
@@ -311,10 +350,31 @@ def test_a_process_that_needs_another_entry_compiles_only_what_is_new_to_it(tmp_
     assert "Compiling" in err  # the new entry itself
 
 
-def test_without_a_folder_for_kernels_everything_still_works(tmp_path):
+def test_without_a_folder_for_kernels_everything_still_works_and_one_sentence_says_so(tmp_path):
     taken = tmp_path / "taken"
     taken.write_text("", encoding="utf-8")
     hits, misses, path, err = finish(start(tmp_path, taken / "cache"))
     assert (hits, misses) == (0, 1)
-    assert "Compiling" in err
-    assert not path.exists()  # the temporary folder went with the process
+    assert err.count("\n") == 2 and "Compiling" in err and "cannot be kept" in err
+    assert not path.exists()
+
+
+def test_a_cache_of_another_processor_is_left_alone_and_one_says_that_it_compiles(tmp_path):
+    cache = tmp_path / "cache"
+    finish(start(tmp_path, cache))
+    hits, misses, _, err = finish(start(tmp_path, cache, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES=""))
+    assert (hits, misses) == (0, 1) and "Compiling" in err
+    assert finish(start(tmp_path, cache))[:2] == (1, 0)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_cache_that_cannot_be_written_is_used_as_far_as_it_goes(tmp_path):
+    """A limit of zero bytes a file is a full disk or a read-only one, for root, too."""
+    cache = tmp_path / "cache"
+    finish(start(tmp_path, cache))
+    before = {path: path.read_bytes() for path in cache.rglob("*") if path.is_file()}
+    hits, misses, _, err = finish(start(tmp_path, cache, LIMIT="0"))
+    assert (hits, misses, err) == (1, 0, "")
+    hits, misses, _, err = finish(start(tmp_path, cache, "twice", "twice", LIMIT="0"), times=2.0)
+    assert (hits, misses) == (0, 1) and "(file too large), so each start compiles it anew." in err
+    assert before == {path: path.read_bytes() for path in cache.rglob("*") if path.is_file()}

@@ -6,9 +6,11 @@ import base64
 import html.parser
 import time
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import synthetic
+from IPython.core.formatters import DisplayFormatter
 from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
 
@@ -81,8 +83,51 @@ def test_a_result_is_shown_with_a_picture_findings_and_advice():
     assert "img" in read.tags and read.tags.count("li") == len(report.advice) > 0
     assert report.picture().startswith(b"\x89PNG")
     assert base64.b64encode(report.picture()[:30]).decode() in report._repr_html_()
+    assert plt.get_fignums() == []  # else a notebook would show the picture a second time
     text = str(report)
     assert text.startswith(case.title) and "deepest indentation" in text and report.advice[0].text in text
+
+
+def shown(value):
+    """What IPython shows of a value: the text of a terminal, and the HTML of a notebook."""
+    data, _ = DisplayFormatter().format(value)
+    return data["text/plain"], data.get("text/html", "")
+
+
+def test_a_summary_is_a_table_and_a_list_all_the_same():
+    found = df.summary(synthetic.approach(spoiled=False))
+    text, page = shown(found)
+    assert isinstance(found, list) and [*found] == found and found[0].label == "free amplitude"
+    cells = Reader(page).cells
+    assert cells[:3] == ["", "approach", "retract"] and "largest peak force" in cells
+    assert "Finding(" not in text and str(found) == repr(found) == text
+    assert text.splitlines()[0].split() == ["approach", "retract"]
+    assert len({len(line.split("nm")[0]) for line in text.splitlines() if line.startswith("free")}) == 1
+    assert type(found[:2]) is type(found) and len(shown(found[:2])[0]) < len(text)
+
+
+def test_advice_is_a_table_in_a_notebook_and_paragraphs_on_a_terminal():
+    pieces = df.advice(df.example("figure-3-air").replace("cantilever.Q", 1.2))
+    text, page = shown(pieces)
+    assert isinstance(pieces, list) and len(pieces) > 0
+    assert "Advice(" not in text and max(map(len, text.splitlines())) <= 100
+    assert all(f"{piece.name}: {piece.figures}" in text.splitlines() for piece in pieces)
+    assert " ".join(pieces[0].text.split()) in " ".join(text.split())
+    assert {piece.text for piece in pieces} <= set(Reader(page).cells)
+    assert shown(df.advice_in(synthetic.approach())) == ("no advice", "<p>no advice</p>")
+
+
+def test_the_examples_are_a_table_and_a_dict_all_the_same():
+    text, page = shown(df.examples())
+    assert isinstance(df.examples(), dict) and "[cantilever]" not in text
+    assert {*df.examples(), *(one.shows for one in df.examples().values())} <= set(Reader(page).cells)
+    assert all(f"{name}: {one.title}" in text for name, one in df.examples().items())
+
+
+def test_what_a_user_wrote_is_text_in_every_table():
+    from dforce.listing import html_table
+
+    assert "script" not in Reader(html_table([("<script>alert(1)</script>",)], ("<script>",))).tags
 
 
 def test_a_report_shows_a_title_as_text():
@@ -90,14 +135,22 @@ def test_a_report_shows_a_title_as_text():
     assert "script" not in Reader(df.report(result)._repr_html_()).tags
 
 
-def test_a_sweep_is_reported_one_case_at_a_time():
-    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="8 nm"))
-    result = df.sweep(case, over={"sample.youngs_modulus": [1e9, 2e9]})
-    with pytest.raises(
-        df.ParameterError, match=r"sweep over sample\.youngs_modulus; choose one of its cases with \.isel"
-    ):
-        df.report(result)
-    assert df.report(result.isel(youngs_modulus=0)).findings
+@pytest.mark.parametrize(
+    ("experiment", "kept"),
+    [
+        ({"kind": "dwell", "zc": "8 nm"}, None),
+        ({"kind": "dwell", "zc": "8 nm"}, ["peak_force"]),
+        ({"kind": "approach", "zc": ["10 nm", "9 nm", "8 nm"]}, None),
+        ({"kind": "approach", "zc": ["10 nm", "9 nm"], "direction": "both"}, ["amplitude_ratio"]),
+    ],
+)
+def test_a_sweep_is_reported_with_a_picture_and_findings(experiment, kept):
+    case = df.example("figure-3-air").replace("experiment", experiment)
+    result = df.sweep(case, over={"sample.youngs_modulus": [1e9, 2e9], "drive.A0": ["9 nm"]}, quantities=kept)
+    report = df.report(result)
+    assert "1 GPa, 2 GPa" in Reader(report._repr_html_()).cells
+    assert report.picture().startswith(b"\x89PNG")
+    assert df.report(result.isel(youngs_modulus=0, A0=0, drop=True)).title == case.title
 
 
 def updates(captured):

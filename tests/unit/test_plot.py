@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import sys
+import functools
 import xml.etree.ElementTree
 
 import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import synthetic
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine, TightLayoutEngine
 
+import dforce as df
 from dforce import plot
 from dforce.errors import ParameterError, ResultError
-from dforce.plot._style import thin
+from dforce.plot._style import figure_of, thin
 from dforce.results import Status
 
 
@@ -93,6 +96,67 @@ def test_quantities_in_the_same_unit_share_an_axis_and_every_tone_is_drawn():
     axes = plot.curve(synthetic.approach(tones=2), ["amplitude", "peak_force", "min_force"])
     assert [one.get_ylabel() for one in axes] == ["amplitude $A$ (nm)", "force (pN)"]
     assert legend(axes[-1])[:4] == ["amplitude, tone 1", "amplitude, tone 2", "peak force", "lowest force"]
+
+
+@functools.cache
+def loop():
+    case = df.example("hysteresis")
+    return df.run(case), df.branches(case, zc=("23 nm", "14 nm"))
+
+
+@pytest.mark.parametrize("draw", [plot.amplitude_phase, plot.overview])
+def test_all_states_lie_behind_a_curve_the_unstable_ones_dashed(draw):
+    curve, states = loop()
+    upper, lower, *_ = draw(curve, states=states)
+    assert legend(upper) == ["← approach", "retract →", "stable states", "unstable states", "fold"]
+    (unstable,) = (line for line in lower.lines if line.get_label() == "unstable states")
+    assert unstable.is_dashed() and unstable.get_zorder() < lower.lines[0].get_zorder()
+    # the piece reaches to the first stable point behind it
+    (inside,) = np.nonzero(~states.stable.values)
+    reach = np.append(inside, inside[-1] + 1)
+    np.testing.assert_allclose(unstable.get_xdata(), 1e9 * states.zc.values[reach])
+    np.testing.assert_allclose(unstable.get_ydata(), states.phase.values[reach, 0])
+    marks = [line.get_xdata() for line in lower.lines if line.get_label() == "fold"]
+    np.testing.assert_allclose(np.sort(marks), [[19.1082, 19.7944]], atol=1e-4)  # nm
+
+
+def test_states_are_drawn_on_the_axis_of_each_quantity_and_in_its_unit():
+    curve, states = loop()
+    for axes, name, scale in zip(
+        plot.curve(curve, ["amplitude", "peak_force"], states=states),
+        ("amplitude", "peak_force"),
+        (1e-9, 1e-12),
+        strict=True,
+    ):
+        (unstable,) = (line for line in axes.lines if line.get_label() == "unstable states")
+        first = int(np.argmin(states.stable.values))
+        assert unstable.get_ydata()[0] == pytest.approx(states[name].values.ravel()[first] / scale)
+
+
+@pytest.mark.parametrize(
+    ("other", "sentence"),
+    [
+        (lambda: loop()[0], "has no curves of states"),
+        (lambda: loop()[1].assign_attrs(along="youngs_modulus"), "go along youngs_modulus"),
+        (lambda: loop()[1].assign_attrs(case=df.example("figure-3-air").to_toml()), "another instrument, sample or force"),
+    ],
+)  # fmt: skip
+def test_states_that_are_not_those_of_the_curve_are_refused(other, sentence):
+    for draw in (plot.amplitude_phase, plot.overview, lambda curve, states: plot.curve(curve, "phase", states=states)):
+        with pytest.raises(ParameterError, match=sentence):
+            draw(loop()[0], states=other())
+    assert plt.get_fignums() == []
+
+
+def test_states_behind_anything_but_an_approach_are_refused():
+    with pytest.raises(ParameterError, match="under the curve of an approach"):
+        plot.overview(synthetic.dwell(), states=loop()[1])
+
+
+def test_the_same_states_belong_to_curves_solved_in_another_way():
+    curve, states = loop()
+    other = df.example("hysteresis").set("solver.points_per_period=128", "experiment.direction=retract")
+    plot.amplitude_phase(curve.assign_attrs(case=other.to_toml()), states=states)
 
 
 def test_traces_show_deflection_velocity_and_force_in_one_picture():
@@ -205,14 +269,81 @@ def test_a_given_figure_is_drawn_on():
     assert upper.figure is figure
 
 
-def test_drawing_opens_no_window_and_keeps_no_figure():
-    def open_figures():
-        pyplot = sys.modules.get("matplotlib.pyplot")
-        return pyplot.get_fignums() if pyplot else []
+def costs():
+    row = {"case": "table-1-am", "method": "periodic rk4", "setting": 64.0, "seconds": 1e-3}
+    rows = [
+        row | {"amplitude_error": 1e-13, "phase_error": 1e-2},
+        row | {"amplitude_error": 1e-15, "phase_error": 1e-4},
+    ]
+    return {"rows": rows, "reference": {"table-1-am": (1e-8, 90.0)}}
 
-    before = open_figures()  # other tests' own
-    plot.overview(synthetic.dwell())
-    assert open_figures() == before
+
+PICTURES = {
+    "amplitude_phase": lambda figure: plot.amplitude_phase(synthetic.approach(), figure=figure),
+    "basins": lambda figure: plot.basins(df.run(df.example("figure-3-basins").set(*FEW)), figure=figure),
+    "branches": lambda figure: plot.branches(df.run(df.example("figure-3-branches")), figure=figure),
+    "cost_of_accuracy": lambda figure: plot.cost_of_accuracy(costs(), figure=figure),
+    "curve": lambda figure: plot.curve(synthetic.approach(), ["amplitude", "peak_force", "contact_time"], figure),
+    "draw": lambda figure: plot.draw(synthetic.dwell(), df.Picture("time", ("force", "indentation"), True), figure),
+    "force_curve": lambda figure: plot.force_curve(synthetic.force_curve(), figure),
+    "force_distance": lambda figure: plot.force_distance(synthetic.dwell(), figure),
+    "overview": lambda figure: plot.overview(synthetic.approach(), figure),
+    "phase_portrait": lambda figure: plot.phase_portrait(synthetic.dwell(), figure),
+    "resonance": lambda figure: plot.resonance(df.run(df.example("resonance-curve")), figure=figure),
+    "spectrum": lambda figure: plot.spectrum(synthetic.dwell(), figure=figure),
+    "traces": lambda figure: plot.traces(synthetic.dwell(), figure=figure),
+}  # fmt: skip
+FEW = (
+    'experiment.amplitude={ start = "0 nm", stop = "10 nm", points = 4 }',
+    'experiment.phase={ start = "0 deg", stop = "270 deg", points = 4 }',
+)
+
+
+def test_every_picture_is_tried():
+    apart = {"FORMATS", "Sheet", "check_width", "save"}
+    assert set(plot.__all__) - apart == set(PICTURES)
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_picture_is_drawn_on_a_new_figure_of_pyplot(name):
+    before = plt.figure()
+    figure = figure_of(PICTURES[name](None))
+    assert figure is not before
+    assert figure is plt.gcf()  # what a notebook shows, and plt.show()
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_sheet_is_shown_by_nothing_and_gets_the_size_of_its_picture(name):
+    sheet = plot.Sheet(figsize=(1.0, 1.0))
+    assert figure_of(PICTURES[name](sheet)) is sheet
+    assert min(sheet.get_size_inches()) > 3.0
+    assert plt.get_fignums() == []
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_no_label_is_cut_off_in_a_figure_of_the_user(name):
+    """As in a figure made by ``plt.figure(figsize=...)``, whose margins know nothing of a third axis."""
+    figure = plt.figure(figsize=(7.0, 5.0))
+    PICTURES[name](figure)
+    figure.draw_without_rendering()
+    drawn, page = figure.get_tightbbox(), figure.bbox_inches
+    # a pixel: letters are drawn on whole pixels
+    assert drawn.x0 >= -0.01 and drawn.y0 >= -0.01 and drawn.x1 <= page.x1 + 0.01 and drawn.y1 <= page.y1 + 0.01
+
+
+def test_a_part_of_a_figure_is_drawn_on_and_the_whole_figure_gets_a_layout():
+    whole = plt.figure(figsize=(9.0, 5.0))
+    left, right = whole.subfigures(1, 2)
+    upper, _ = plot.amplitude_phase(synthetic.approach(), figure=left)
+    plot.traces(synthetic.dwell(), figure=right)
+    assert upper.figure is left and figure_of(upper) is whole
+    assert isinstance(whole.get_layout_engine(), ConstrainedLayoutEngine)
+
+
+def test_a_layout_that_the_user_chose_is_kept():
+    figure = plt.figure(layout="tight")
+    plot.traces(synthetic.dwell(), figure=figure)
+    assert isinstance(figure.get_layout_engine(), TightLayoutEngine)
 
 
 @pytest.mark.parametrize(

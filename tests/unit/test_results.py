@@ -15,7 +15,7 @@ import pytest
 import synthetic
 import xarray as xr
 
-from dforce import results
+from dforce import files, results
 from dforce.errors import ResultError
 from dforce.results import Status, describe, read, write
 
@@ -83,6 +83,15 @@ def test_table_of_an_approach_has_a_row_for_each_distance_and_direction(tmp_path
     assert table["status"].value_counts().to_dict() == {"ok": 219, "not_settled": 2, "failed": 1}
 
 
+def test_the_motion_from_which_a_run_goes_on_is_left_out_of_a_table(tmp_path):
+    dataset = synthetic.approach()
+    alone = write(dataset, tmp_path / "alone.csv").read_bytes()
+    motion = np.zeros((dataset.sizes["direction"], dataset.sizes["zc"], 2))
+    dataset["motion"] = ("direction", "zc", "component"), motion
+    coords = {"component": ["z_1", "v_1"], "component_units": ("component", ["m", "m/s"])}
+    assert write(dataset.assign_coords(coords), tmp_path / "whole.csv").read_bytes() == alone
+
+
 def test_table_of_a_dwell_holds_traces_spectrum_and_numbers(tmp_path):
     dataset = synthetic.dwell()
     path = write(dataset, tmp_path / "out.csv")
@@ -136,7 +145,7 @@ def test_a_failure_while_writing_leaves_the_old_file_and_nothing_else(tmp_path, 
     def stopped(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(results, "_to_disk", stopped)
+    monkeypatch.setattr(files.os, "fsync", stopped)
     with pytest.raises(KeyboardInterrupt):
         write(synthetic.dwell(), path)
     assert names(tmp_path) == [name] and path.read_text() == "old"
@@ -146,7 +155,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(files.os, "fsync", full)
     with pytest.raises(ResultError, match="could not be written: no space left on device"):
         write(synthetic.dwell(), tmp_path / "out.nc")
     assert names(tmp_path) == []
@@ -233,7 +242,7 @@ def test_a_process_killed_while_writing_leaves_the_old_file(tmp_path):
     code = (
         "import os, signal, sys; sys.path.insert(0, sys.argv[1])\n"
         "import synthetic; from dforce import results\n"
-        "results._to_disk = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "os.fsync = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
         "results.write(synthetic.approach(), sys.argv[2])\n"
     )
     here = str(Path(synthetic.__file__).parent)

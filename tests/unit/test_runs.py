@@ -1,11 +1,16 @@
 """Runs: progress, Ctrl-C, going on later with the same numbers, and what a result says about itself."""
 
+import functools
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import dforce as df
 from dforce import runs
+from dforce.solvers import transient
+
+CHUNK = 64  # points that a slow change goes through in one stretch, at whose start it can go on
 
 
 @pytest.fixture(autouse=True)
@@ -13,10 +18,12 @@ def every_call_of_progress(monkeypatch):
     monkeypatch.setattr(runs, "LOOKS_A_SECOND", 1e9)
 
 
-def approach(integrator="rk4", direction="both", carry_state=True, **solver):
-    case = df.example("table-1-am").replace("cantilever.Q", 20)
+QUICK = df.example("table-1-am").replace("cantilever.Q", 20)
+
+
+def approach(case=QUICK, integrator="rk4", direction="both", protocol="quasi_static", carry_state=True, **solver):
     experiment = df.Approach(
-        zc=[4.8e-9, 4.5e-9, 4.2e-9, 4e-9], direction=direction, carry_state=carry_state, start="rest"
+        zc=[4.8e-9, 4.5e-9, 4.2e-9, 4e-9], direction=direction, protocol=protocol, carry_state=carry_state, start="rest"
     )
     settings = df.SolverSettings(**{"method": "transient", "integrator": integrator, **solver})
     return case.replace(experiment=experiment, solver=settings)
@@ -36,29 +43,40 @@ def stop_after(points, calls=2):
     return progress
 
 
+def points_of(part):
+    return int((part.status != df.Status.NOT_COMPUTED).sum())
+
+
+def assert_same(rest, whole):
+    assert "interrupted" not in rest.attrs
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(rest[name].values, whole[name].values, err_msg=str(name))
+    xr.testing.assert_equal(rest.drop_attrs(), whole.drop_attrs())
+
+
 SOLVERS = [
     {"integrator": "rk4"},
-    {"integrator": "rk4", "carry_state": False},
+    {"integrator": "rk4", "protocol": "stepwise", "carry_state": False},
+    {"method": "periodic", "protocol": "stepwise"},
+    # the motion at the end of 51 periods and 8 measured ones is in the middle of a common period
+    {"case": df.example("figure-6"), "direction": "approach", "settle": "fixed", "periods": 51},
+    {"case": df.example("table-1-bimodal"), "direction": "approach", "settle": "fixed", "periods": 51},
     {"integrator": "rk4", "direction": "approach", "settle": "fixed", "periods": 50},
     {"integrator": "adaptive"},
     {"integrator": "lsoda", "direction": "approach"},
 ]
 
 
-@pytest.mark.parametrize("settings", SOLVERS, ids=str)
+@pytest.mark.parametrize("settings", SOLVERS, ids=lambda one: str({k: v for k, v in one.items() if k != "case"}))
 @pytest.mark.parametrize("points", [0, 3])
 def test_a_run_that_was_stopped_goes_on_to_the_same_numbers_bit_for_bit(settings, points, tmp_path):
     case = approach(**settings)
     whole = df.run(case)
     part = df.run(case, stop_after(points))
     assert part.attrs["interrupted"] == 1
-    assert int((part.status != df.Status.NOT_COMPUTED).sum()) == points
+    assert points_of(part) == points
     df.write(part, tmp_path / "part.nc")
-    rest = df.run(case, resume=df.read(tmp_path / "part.nc"))
-    assert "interrupted" not in rest.attrs
-    for name in whole.data_vars:
-        np.testing.assert_array_equal(rest[name].values, whole[name].values, err_msg=str(name))
-    xr.testing.assert_equal(rest.drop_attrs(), whole.drop_attrs())
+    assert_same(df.run(case, resume=df.read(tmp_path / "part.nc")), whole)
 
 
 def test_points_done_before_ctrl_c_are_those_of_the_whole_run():
@@ -70,50 +88,113 @@ def test_points_done_before_ctrl_c_are_those_of_the_whole_run():
     assert np.isnan(part.amplitude.values[~done]).all()
 
 
-@pytest.mark.parametrize(("method", "points"), [*(("periodic", points) for points in range(15, 18)), ("transient", 17)])
-def test_a_run_stopped_beside_a_jump_finds_it_when_it_goes_on(points, method):
+def grid(start, stop, points, unit="nm"):
+    return {"start": f"{start} {unit}", "stop": f"{stop} {unit}", "points": points}
+
+
+STIFF = df.Case(
+    cantilever=df.Cantilever(f0="70 kHz", k=2.7, Q=180), drive=df.Drive(A0="30 nm"), tip=df.Tip(radius="8 nm"),
+    sample=df.Sample(youngs_modulus="2 GPa"),
+    forces=[df.forces.DMT(hamaker="6e-20 J"), df.forces.KelvinVoigt(viscosity="20 Pa s")],
+    experiment=df.Approach(zc=grid(34, 18, 101), direction="both"),
+)  # fmt: skip
+# a bond that pulls by more than the lever holds: two different taps that repeat together, until that state ends
+ALTERNATING = df.Case(
+    cantilever=df.Cantilever(f0="50 kHz", k=0.57, Q=28), drive=df.Drive(A0="1.6 nm", frequency="49 kHz"),
+    forces=[df.forces.Morse(bond_energy="1.42e-18 J", decay="1.31 1/nm", bond_length="0.62 nm")],
+    experiment=df.Approach(
+        zc=grid(2.86, 2.8855, 80), direction="retract", start={"amplitude": "0.17358 nm", "phase": "175.85 deg"}
+    ),
+)  # fmt: skip
+RELAXING = df.Case(
+    cantilever=df.Cantilever(f0="63 kHz", k=9.5, Q=2.7), drive=df.Drive(A0="24 nm"), tip=df.Tip(radius="16 nm"),
+    sample=df.Sample(poisson_ratio=0.3),
+    forces=[df.forces.SLS(instant_modulus="100 MPa", relaxed_modulus="50 MPa", relaxation_time="4 us", elements=4)],
+    experiment=df.Approach(zc=grid(30, 18, 70)),
+)  # fmt: skip
+BOUNCING = df.Case(  # without any period between 0.32 and 0.14 nm
+    cantilever=df.Cantilever(f0="395 kHz", k=0.0853, Q=23.7), drive=df.Drive(A0="3.08 nm", frequency="385.8 kHz"),
+    tip=df.Tip(radius="10.7 nm"), sample=df.Sample(youngs_modulus="5.3 GPa"), contact=df.Contact(a0="0.185 nm"),
+    forces=[df.forces.Hertz()], experiment=df.Approach(zc=grid(0.6, 0.06, 90)),
+)  # fmt: skip
+# cases, how many jumps each has, and after how many periods of the first tone its motion repeats; None: that changes
+SLOW_CHANGES = {
+    "over both folds and back": (STIFF, 2, 1),
+    "over four folds of the frequency": (df.example("resonance-curve").set("experiment.frequency.points=101"), 4, 1),
+    "of two tones": (df.example("figure-6").replace(experiment=df.Approach(zc=grid(14, 8, 70))), 0, 5),
+    "of two taps": (ALTERNATING, 0, 2),
+    "of a force with memory": (RELAXING, 0, 1),
+    "of a motion that loses its period": (BOUNCING, 1, None),
+}
+
+
+def watched_run(case, resume=None):
+    """Return the result of a run, and how many points were done at each look at its progress."""
+    told = []
+    return df.run(case, lambda done, total, note: told.append(done), resume=resume), told
+
+
+@functools.cache
+def undisturbed(name):
+    """Return the result of a run that nothing stops, and how often it looks at its progress."""
+    whole, told = watched_run(SLOW_CHANGES[name][0])
+    return whole, len(told)
+
+
+@pytest.mark.parametrize("name", SLOW_CHANGES)
+def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(transient, "CHUNK_SECONDS", 1e9)  # so that each run looks at its progress at the same places
+    (whole, calls), (case, jumps, periods) = undisturbed(name), SLOW_CHANGES[name]
+    assert whole.sizes.get("jump", 0) == jumps and (whole.repeat_periods == periods).all() == (periods is not None)
+    begun = set()
+    for call in np.unique(np.linspace(1, calls - 1, 6).astype(int)):
+        part = df.run(case, stop_after(0, call))
+        assert part.attrs["interrupted"] == 1
+        df.write(part, tmp_path / "part.nc")
+        rest, told = watched_run(case, df.read(tmp_path / "part.nc"))
+        assert told[0] == points_of(part) - points_of(part) % CHUNK
+        begun.add(told[0])
+        assert_same(rest, whole)
+    assert begun >= {0, CHUNK}
+
+
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+@pytest.mark.parametrize("points", range(15, 19))
+def test_sudden_steps_stopped_beside_a_jump_find_it_when_they_go_on(points, method):
     case = (
         df.example("figure-3-air-jump")
         .replace("solver.method", method)
-        .replace(experiment={"kind": "approach", "zc": {"start": "11 nm", "stop": "9 nm", "points": 21}})
+        .replace(experiment={"kind": "approach", "zc": grid(11, 9, 21), "protocol": "stepwise"})
     )
     whole = df.run(case)
-    assert whole.sizes["jump"] == 1  # between 9.4 and 9.3 nm: points 17 and 18
-    rest = df.run(case, resume=df.run(case, stop_after(points)))
-    np.testing.assert_allclose(rest.amplitude.values, whole.amplitude.values, rtol=1e-8)
-    for name in ("jump_zc", "jump_before", "jump_after"):
-        np.testing.assert_allclose(rest[name].values, whole[name].values, rtol=1e-8)
+    assert whole.jump_zc.values == pytest.approx([9.3e-9])  # from the 17th point to the 18th
+    part = df.run(case, stop_after(points))
+    assert points_of(part) == points
+    assert_same(df.run(case, resume=part), whole)
 
 
-def test_a_run_stopped_where_a_branch_ends_jumps_at_the_same_distance_when_it_goes_on():
+def test_sudden_steps_stopped_where_a_branch_ends_jump_at_the_same_distance_when_they_go_on():
     """The attractive orbit goes on beside the kink for twenty of these steps, and each kicks the motion off it."""
-    distances = {"start": "7.3 nm", "stop": "7.17 nm", "points": 25}
     start = {"amplitude": 7.130e-9, "phase": np.radians(134.6)}
-    case = df.example("figure-3-air-jump").replace(
-        experiment={"kind": "approach", "zc": distances, "start": start, "direction": "approach"}
-    )
+    experiment = {"kind": "approach", "zc": grid(7.3, 7.17, 25), "start": start, "protocol": "stepwise"}
+    case = df.example("figure-3-air-jump").replace(experiment=experiment)
     transient = df.run(case.replace("solver.method", "transient"))
     for points in (15, 20, 21, 22):
         rest = df.run(case, resume=df.run(case, stop_after(points)))
         np.testing.assert_allclose(rest.amplitude.values, transient.amplitude.values, atol=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("method", "points"), [("periodic", 1), ("periodic", 15), ("periodic", 31), ("periodic", 50), ("transient", 31)]
-)
-def test_a_stopped_resonance_curve_goes_on_from_where_it_was(points, method, tmp_path):
-    frequency = {"start": "48.5 kHz", "stop": "49.7 kHz", "points": 31}
-    case = df.example("resonance-curve").set(f"solver.method={method}").replace("experiment.frequency", frequency)
+@pytest.mark.parametrize("points", [1, 31, 50])
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_a_stopped_resonance_curve_in_steps_goes_on_from_where_it_was(points, method, tmp_path):
+    case = df.example("resonance-curve").set(f"solver.method={method}", "experiment.protocol=stepwise")
+    case = case.replace("experiment.frequency", grid(48.5, 49.7, 31, "kHz"))
     whole, part = df.run(case), df.run(case, stop_after(points))
-    assert int((part.status != df.Status.NOT_COMPUTED).sum()) == points
+    assert points_of(part) == points
     df.write(part, tmp_path / "part.nc")
-    calls = []
-    rest = df.run(case, lambda done, total, note: calls.append(done), resume=df.read(tmp_path / "part.nc"))
-    assert calls[0] == points and "interrupted" not in rest.attrs
-    # orbits are sought anew from where the run was stopped: they miss their starts by 1e-10, times Q / pi
-    tolerance = 1e-7 if method == "periodic" else 0.0
-    np.testing.assert_allclose(rest.amplitude.values, whole.amplitude.values, rtol=tolerance)
-    np.testing.assert_array_equal(rest.status.values, whole.status.values)
+    rest, told = watched_run(case, df.read(tmp_path / "part.nc"))
+    assert told[0] == points
+    assert_same(rest, whole)
 
 
 def test_a_run_can_be_stopped_twice():
@@ -166,6 +247,6 @@ def test_progress_is_throttled_but_the_end_is_always_told(monkeypatch):
 def test_settings_given_in_python_override_those_of_the_case():
     case = approach(direction="approach")
     curve = df.approach(case, zc="4.5 nm", harmonics=3)
-    assert curve.sizes == {"zc": 1, "tone": 1, "mode": 1, "harmonic": 3}
+    assert curve.sizes == {"zc": 1, "tone": 1, "mode": 1, "harmonic": 3, "component": 2}
     with pytest.raises(df.ParameterError, match="harmonic"):
         df.approach(case, zc="4.5 nm", harmonic=3)

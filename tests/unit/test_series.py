@@ -32,6 +32,11 @@ def test_each_point_of_a_line_leads_back_to_its_place_in_the_result():
                 assert (float(point[x]), float(point["amplitude"])) == (line.x[n], line.y[n])
 
 
+@pytest.mark.parametrize("name", ["table-1-am", "figure-3-air", "figure-3-branches"])
+def test_the_motion_from_which_a_run_goes_on_is_no_quantity_to_draw(name):
+    assert "motion" in result(name) and "motion" not in df.drawable(result(name))
+
+
 def test_stable_and_unstable_states_are_apart_and_folds_are_marked():
     dataset = result("figure-3-branches")
     lines = {line.stable: line for line in df.lines_of(dataset, "zc", "amplitude")}

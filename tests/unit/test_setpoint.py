@@ -6,14 +6,17 @@ import functools
 
 import numpy as np
 import pytest
+import xarray as xr
 from synthetic import approach
 
 import dforce as df
 
+STEPWISE = "experiment.protocol=stepwise"
+
 
 @functools.cache
-def result(name):
-    return df.run(df.example(name))
+def result(name, *settings):
+    return df.run(df.example(name).set(*settings))
 
 
 def test_the_amplitude_ratio_is_the_amplitude_over_the_free_amplitude():
@@ -56,19 +59,25 @@ def test_every_state_at_the_set_point_is_listed_with_its_regime_and_stability():
     assert states["peak_force"].values[states["regime"].values == "repulsive"] > 100e-12
 
 
-def test_a_jump_over_the_set_point_is_no_state():
-    curve = result("figure-3-air-jump")
-    ratio = curve["amplitude_ratio"].values
-    place = curve["zc"].values
-    for number, way in enumerate(("approach", "retract")):
-        (at,) = (
-            zc for zc, word in zip(curve["jump_zc"].values, curve["jump_direction"].values, strict=True) if word == way
-        )
-        after = int(np.searchsorted(-place, -at))
-        within = ratio[after - 1 : after + 1, number]
-        states = df.at_set_point(curve, float(within.mean()), ["amplitude"])
+# of sudden steps, and at the ends of the states themselves
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("figure-3-air-jump", [STEPWISE]),
+        ("figure-3-air", ['drive.A0="14 nm"', 'experiment.zc.start="17 nm"', "experiment.direction=both"]),
+    ],
+)
+def test_a_jump_over_the_set_point_is_no_state(name, settings):
+    curve = result(name, *settings)
+    step, A0 = abs(float(curve["zc"][1] - curve["zc"][0])), df.Case.from_toml(curve.attrs["case"]).drive.A0
+    ways = curve["jump_direction"].values.tolist()
+    assert sorted(ways) == ["approach", "retract"]
+    for at, way, before, after in zip(
+        *(curve[f"jump_{of}"].values.tolist() for of in ("zc", "direction", "before", "after")), strict=True
+    ):
+        states = df.at_set_point(curve, 0.5 * (before + after) / A0, ["amplitude"])
         away = np.abs(states["zc"].values[states["direction"].values == way] - at)
-        assert (away > 0.1e-9).all()  # a step
+        assert (away > step).all()
 
 
 def test_a_point_that_did_not_settle_is_no_end_of_a_line():
@@ -85,6 +94,127 @@ def test_the_order_of_the_distances_does_not_matter():
     mixed = np.concatenate([zc[1::2], zc[::2]])
     sorted_, unsorted = (df.at_set_point(df.approach(case, zc=one), 0.8, ["phase"]) for one in (zc, mixed))
     np.testing.assert_allclose(unsorted["zc"], sorted_["zc"], rtol=1e-9)
+
+
+@pytest.mark.parametrize("direction", ["approach", "retract"])
+def test_a_jump_of_a_curve_in_one_direction_is_no_state(direction):
+    curve = result("figure-3-air-jump", STEPWISE, f"experiment.direction={direction}")
+    before, after = sorted([float(curve["jump_before"][0]), float(curve["jump_after"][0])])
+    states = df.at_set_point(curve, 0.5 * (before + after) / 10e-9, ["amplitude"])
+    assert (np.abs(states["zc"].values - float(curve["jump_zc"][0])) > 0.1e-9).all()  # a step
+
+
+def test_a_state_is_read_across_no_sudden_step_of_states_that_are_not_carried():
+    curve = approach(directions=("approach",), spoiled=False)
+    anew = df.Approach(zc=[9e-9], protocol="stepwise", carry_state=False)
+    case = df.Case.from_toml(curve.attrs["case"]).replace("experiment", anew)
+    curve = curve.assign(amplitude_ratio=curve["amplitude"].isel(tone=0) / 10e-9, corrections=curve["peak_force"] * 0.0)
+    carried = curve.assign_attrs(case=case.set("experiment.carry_state=true").to_toml(complete=True))
+    alone = curve.assign_attrs(case=case.to_toml(complete=True))
+    within = 0.5 * float(curve["amplitude_ratio"].sel(zc=[7.2e-9, 7.3e-9], method="nearest").sum())
+    at = [df.at_set_point(one, within, [])["zc"].values for one in (carried, alone)]
+    # where orbits were followed, and no jump noted, the curve is just steep
+    assert [int(np.sum((zc > 7.2e-9) & (zc < 7.3e-9))) for zc in at] == [1, 0]
+
+
+def random_curve(draw):
+    """Return a rough curve over frequency in two directions, with points that failed or did not settle, and jumps."""
+    points = int(draw.integers(5, 60))
+    x = draw.choice([draw.permutation, np.sort, lambda some: -np.sort(-some)])(draw.uniform(48e3, 50e3, points))
+    ratio = np.round(draw.uniform(0.2, 1.0, (points, 2)), int(draw.choice([1, 6])))  # round ones lie on the set point
+    lag = draw.uniform(-90.0, 270.0, (points, 2, 1))
+    status = draw.choice([0, 0, 0, 0, int(df.Status.NOT_SETTLED)], (points, 2)).astype(np.int8)
+    jumps = int(draw.integers(1, 4))
+    data = {
+        "amplitude_ratio": (("frequency", "direction"), ratio), "status": (("frequency", "direction"), status),
+        "harmonic_phase": (("frequency", "direction", "harmonic"), lag, {"units": "degree"}),
+        "virial": (("frequency", "direction", "mode"), draw.normal(0.0, 1e-20, (points, 2, 1))),
+        "jump_frequency": ("jump", draw.uniform(48e3, 50e3, jumps)),
+        "jump_direction": ("jump", draw.choice(["up", "down"], jumps)),
+    }  # fmt: skip
+    return xr.Dataset(data, {"frequency": x, "direction": ["up", "down"]})
+
+
+def by_hand(curve, way, set_point):
+    """Return frequency and phase of each state, point by point."""
+    one = curve.sel(direction=way).sortby("frequency")
+    x, off, lag = (one[name].values.tolist() for name in ("frequency", "amplitude_ratio", "harmonic_phase"))
+    on = zip(one["jump_frequency"].values.tolist(), one["jump_direction"].values.tolist(), strict=True)
+    jumps = [at for at, word in on if word == way]
+    for i, good in enumerate(one["status"].values == df.Status.OK):
+        if good and off[i] == set_point:
+            yield x[i], lag[i][0]
+        if i + 1 == len(x) or not good or one["status"].values[i + 1] != df.Status.OK:
+            continue
+        low, high = sorted([off[i], off[i + 1]])
+        if low < set_point < high and not any(x[i] < at < x[i + 1] for at in jumps):
+            share = (set_point - off[i]) / (off[i + 1] - off[i])
+            turn = np.exp(1j * np.radians(lag[i + 1][0] - lag[i][0]))
+            yield x[i] + share * (x[i + 1] - x[i]), lag[i][0] + share * np.degrees(np.angle(turn))
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_states_are_those_found_point_by_point(seed):
+    curve = random_curve(np.random.default_rng(seed))
+    states = df.at_set_point(curve, 0.6, ["harmonic_phase"])
+    for way in ("up", "down"):
+        found = states.isel(crossing=np.flatnonzero(states["direction"].values == way))
+        frequency, lag = np.array([*by_hand(curve, way, 0.6)]).reshape(-1, 2).T
+        np.testing.assert_allclose(found["frequency"].values, frequency, rtol=1e-12)
+        # an angle is one up to whole turns, and lies where phase lags do
+        apart = np.exp(1j * np.radians(found["harmonic_phase"].values[:, 0] - lag))
+        np.testing.assert_allclose(apart, 1.0, atol=1e-9)
+        assert ((found["harmonic_phase"] > -90.0 - 1e-9) & (found["harmonic_phase"] <= 270.0 + 1e-9)).all()
+
+
+OVER = {"drive.A0": ["5 nm", "10 nm", "12 nm"], "sample.youngs_modulus": ["1 GPa", "2 GPa"]}
+
+
+@functools.cache
+def grid(*kept):
+    case = df.example("figure-3-air-jump").set("experiment.zc.points=56", STEPWISE)
+    return df.sweep(case, over=OVER, quantities=kept or None)
+
+
+@pytest.mark.parametrize("set_point", [0.5, 0.8, 0.96])
+def test_a_sweep_gives_the_states_of_each_of_its_cases(set_point):
+    states = df.at_set_point(grid(), set_point)
+    assert states["peak_force"].dims == ("A0", "youngs_modulus", "crossing")
+    assert states["phase"].dims == ("A0", "youngs_modulus", "crossing", "tone")
+    most = 0
+    for place in np.ndindex(3, 2):
+        at = dict(zip(("A0", "youngs_modulus"), place, strict=True))
+        alone, one = df.at_set_point(grid().isel(at, drop=True), set_point), states.isel(at, drop=True)
+        count = alone.sizes["crossing"]
+        most = max(most, count)
+        xr.testing.assert_equal(one.isel(crossing=slice(count)), alone)
+        rest = one.isel(crossing=slice(count, None))
+        assert rest["zc"].isnull().all() and rest["peak_force"].isnull().all()
+        assert (rest["regime"] == "").all() and (rest["direction"] == "").all()
+    assert states.sizes["crossing"] == most > 0
+
+
+def test_a_sweep_that_keeps_few_quantities_reads_across_no_jump_either():
+    few = df.at_set_point(grid("amplitude_ratio", "peak_force"), 0.96, ["peak_force"])
+    whole = df.at_set_point(grid(), 0.96, ["peak_force"])
+    np.testing.assert_array_equal(few["peak_force"], whole["peak_force"])
+    assert "regime" not in few and grid()["jump_zc"].notnull().any()
+
+
+def test_a_sweep_without_the_ratio_says_how_to_keep_it():
+    without = grid().drop_vars("amplitude_ratio")
+    with pytest.raises(df.ParameterError, match="does not keep 'amplitude_ratio'; name it among the quantities"):
+        df.at_set_point(without, 0.8)
+
+
+def test_a_sweep_of_dwells_over_the_distance_alone_is_a_curve():
+    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="8 nm"))
+    zc = np.linspace(9e-9, 5e-9, 21)
+    states = df.at_set_point(df.sweep(case, over={"drive.A0": ["8 nm"], "experiment.zc": zc}), 0.8, ["peak_force"])
+    anew = df.approach(case.replace("drive.A0", 8e-9), zc=zc, protocol="stepwise", carry_state=False)
+    wanted = df.at_set_point(anew, 0.8, ["peak_force"])
+    assert states["zc"].values.shape == (1, 1)
+    assert states["zc"].values[0] == pytest.approx(wanted["zc"].values)
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,10 @@ import xarray as xr
 import dforce as df
 from dforce.solvers.crew import Crew
 
-CURVE = df.Approach(zc={"start": "11 nm", "stop": "3 nm", "points": 17}, direction="both")
-NUMBERS = {"sample.youngs_modulus": ["3 GPa", "0.5 GPa", "1 GPa"], "drive.A0": ["7 nm", "8 nm"]}
+CURVE = df.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 17}, direction="both")
+NUMBERS = {"sample.youngs_modulus": ["3 GPa", "0.5 GPa", "1 GPa"], "drive.A0": ["15 nm", "17 nm"]}
 AROUND_A_CHOICE = {
-    "sample.youngs_modulus": ["1 GPa", "3 GPa"], "solver.method": ["periodic", "transient"], "drive.A0": ["7 nm", "8 nm"],
+    "sample.youngs_modulus": ["1 GPa", "3 GPa"], "solver.method": ["periodic", "transient"], "drive.A0": ["15 nm", "17 nm"],
 }  # fmt: skip
 A_CASE = 34  # points: there and back
 
@@ -24,7 +24,7 @@ A_CASE = 34  # points: there and back
 def case(**changes: object) -> df.Case:
     values = {
         "cantilever": df.Cantilever(f0="50 kHz", k=1.0, Q=100.0),
-        "drive": df.Drive(A0="8 nm"),
+        "drive": df.Drive(A0="15 nm"),
         "tip": df.Tip(radius="5 nm"),
         "sample": df.Sample(youngs_modulus="1 GPa"),
         "forces": [df.forces.DMT(hamaker="3e-20 J")],
@@ -108,8 +108,8 @@ def test_a_case_that_is_begun_anew_has_no_values_where_it_is_not_computed(stoppe
 
 
 def test_a_stopped_sweep_over_the_distance_of_a_dwell_goes_on(stopped):
-    dwell = case(experiment=df.Dwell(zc="7 nm"), solver={"method": "transient"})
-    over = {"experiment.zc": ["5 nm", "6 nm", "7 nm"], "drive.A0": ["7 nm", "8 nm"]}
+    dwell = case(experiment=df.Dwell(zc="14 nm"), solver={"method": "transient"})
+    over = {"experiment.zc": ["10 nm", "12 nm", "14 nm"], "drive.A0": ["15 nm", "17 nm"]}
     part = stopped(1, dwell, over)
     assert 0 < int((part.status == df.Status.OK).sum()) < 6
     assert_same(df.sweep(dwell, over, workers=1, resume=part), df.sweep(dwell, over, workers=1))
@@ -125,11 +125,11 @@ def test_cases_that_are_whole_are_not_computed_again(stopped):
 
 
 def test_a_sweep_may_be_stopped_again_and_loses_nothing(stopped):
-    first = stopped(50, case(), AROUND_A_CHOICE)
+    first = stopped(150, case(), AROUND_A_CHOICE)
     assert (whole_cases(first) != (first.status == df.Status.OK).any(["zc", "direction"])).any()  # one in its middle
     second = stopped(0, case(), AROUND_A_CHOICE, resume=first)
     assert_same(second, first)
-    third = stopped(150, case(), AROUND_A_CHOICE, resume=second)
+    third = stopped(220, case(), AROUND_A_CHOICE, resume=second)
     assert int(whole_cases(third).sum()) > int(whole_cases(first).sum())
     assert np.isnan(third.amplitude.values[third.status == df.Status.NOT_COMPUTED]).all()
     assert_same(
@@ -150,14 +150,14 @@ def test_a_stopped_sweep_goes_on_with_the_quantities_that_it_kept(kept, stopped)
 @pytest.mark.parametrize(
     ("over", "sentence"),
     [
-        (NUMBERS | {"drive.A0": ["7 nm", "9 nm"]}, "other values of drive.A0"),
-        (NUMBERS | {"drive.A0": ["7 nm"]}, "other values of drive.A0"),
-        (NUMBERS | {"drive.A0": ["8 nm", "7 nm"]}, "other values of drive.A0"),
+        (NUMBERS | {"drive.A0": ["15 nm", "16 nm"]}, "other values of drive.A0"),
+        (NUMBERS | {"drive.A0": ["15 nm"]}, "other values of drive.A0"),
+        (NUMBERS | {"drive.A0": ["17 nm", "15 nm"]}, "other values of drive.A0"),
         (
             dict(reversed(NUMBERS.items())),
             "over sample.youngs_modulus, drive.A0, so .* drive.A0, sample.youngs_modulus",
         ),
-        ({"drive.A0": ["7 nm", "8 nm"]}, "over sample.youngs_modulus, drive.A0, so"),
+        ({"drive.A0": ["15 nm", "17 nm"]}, "over sample.youngs_modulus, drive.A0, so"),
     ],
 )
 def test_a_sweep_goes_on_over_the_same_values_only(over, sentence, stopped):
@@ -181,7 +181,7 @@ def test_choices_are_compared_as_they_were_given(stopped):
 
 
 def test_only_an_unfinished_sweep_of_the_same_case_goes_on(stopped):
-    over = {"drive.A0": ["7 nm", "8 nm"]}
+    over = {"drive.A0": ["15 nm", "17 nm"]}
     whole, part = df.sweep(case(), over), stopped(0, case(), over)
     with pytest.raises(df.ParameterError, match="complete; there is nothing to continue"):
         df.sweep(case(), over, resume=whole)

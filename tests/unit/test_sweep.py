@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import dforce as df
 from dforce.solvers.lot import Lot
@@ -114,6 +115,12 @@ def test_cases_whose_force_jumps_are_known_among_those_whose_force_does_not():
     assert grid.lot(np.arange(4)).jumps.ravel().tolist() == [NOWHERE, NOWHERE, 1e-10, 2e-10]
 
 
+def test_cases_of_different_free_amplitudes_are_not_taken_for_badly_sampled(monkeypatch):
+    monkeypatch.setattr("dforce.solvers.refine.FINER", ())  # left as they are, instead of found again
+    result = df.sweep(case(), over={"drive.A0": ["6 nm", "7 nm", "8 nm"], "experiment.zc": ["5 nm", "6 nm"]})
+    assert (result.status == df.Status.OK).all()
+
+
 def test_many_problems_cost_little_each(monkeypatch):
     base = case()
     built = []
@@ -142,6 +149,26 @@ def test_a_number_that_decides_the_law_of_a_force_may_be_swept_over():
     alone = [df.run(biased.replace("forces.electrostatic.ac_bias", bias)) for bias in (0.0, 0.3)]
     assert swept["amplitude"].values.tolist() == [one["amplitude"].values.tolist() for one in alone]
     assert np.ptp(swept["amplitude"].values) > 1e-11
+
+
+# some of these cases jump, and each of the lever's decays in its own time
+@pytest.mark.parametrize(
+    "forces",
+    [
+        [df.forces.DMT(hamaker="3e-20 J")],
+        [df.forces.SLS(instant_modulus="2 GPa", relaxed_modulus="1 GPa", relaxation_time="2 us", elements=4)],
+    ],
+    ids=["smooth", "with memory"],
+)
+def test_a_case_has_the_same_numbers_whatever_it_is_solved_beside(forces, monkeypatch):
+    approach = df.Approach(zc={"start": "18 nm", "stop": "10 nm", "points": 7}, direction="both", start="rest")
+    over = {"drive.A0": ["15 nm", "17 nm"], "cantilever.Q": [80.0, 100.0, 180.0]}
+    together = df.sweep(case(forces=forces, experiment=approach), over, workers=1)
+    assert "jump_zc" in together or forces[0].memory
+    monkeypatch.setattr("dforce.sweeps._sweep.BLOCK", 1)
+    monkeypatch.setattr("dforce.sweeps._sweep.LEAST_BLOCK", 1)
+    alone = df.sweep(case(forces=forces, experiment=approach), over, workers=2)
+    xr.testing.assert_identical(alone.assign_attrs(date=""), together.assign_attrs(date=""))
 
 
 def test_quantities_can_be_chosen():

@@ -134,6 +134,21 @@ def test_units_are_chosen_for_the_reader(value, unit, text):
     assert units.show(value, unit) == text
 
 
+def test_minus_zero_is_shown_as_zero_and_spoils_no_zero_after_it():
+    assert [units.show(value, "m", digits) for digits in (None, 3) for value in (-0.0, 0.0)] == 4 * ["0 m"]
+
+
+def test_a_scale_is_the_decimal_number_that_it_is_by_definition():
+    """Some versions of pint come to 1.0000000000000002e-09 for the nN, on their way through kg m/s^2."""
+    for unit, names in units.SHOWN.items():
+        for name in names:
+            scale = units.unit_scale(name)[0]
+            assert units.parse(f"2 {name}", unit) == 2.0 * scale
+            for rounded in (math.nextafter(scale, 0.0), scale, math.nextafter(scale, 1e99)):
+                assert units._decimal(rounded) == (rounded if name == "deg" else scale)
+    assert units.parse("2 nN", "N") == 2e-9
+
+
 def test_a_value_is_shown_with_as_many_digits_as_asked_for():
     assert units.show(4.0553735e-9, "m", 5) == "4.0554 nm"
     assert units.show(math.inf, "m", 3).startswith("inf")

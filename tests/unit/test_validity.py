@@ -41,6 +41,7 @@ def tapping(case, zc=(4e-9,), **values):
     """The case with a result that holds these values at each distance."""
     zc = np.array(zc)
     inner = {"amplitude": ("zc", "tone"), "phase": ("zc", "tone"), "harmonic_amplitude": ("zc", "harmonic")}
+    inner |= dict.fromkeys(("mode_amplitude", "mode_phase", "virial", "dissipated_energy"), ("zc", "mode"))
     values = {"amplitude": 4e-9, "phase": 60.0, "status": Status.OK} | values
     data = {}
     for name, value in values.items():
@@ -49,6 +50,17 @@ def tapping(case, zc=(4e-9,), **values):
             array = np.broadcast_to(array, zc.shape)[:, None] if name in inner else np.broadcast_to(array, zc.shape)
         data[name] = inner.get(name, ("zc",)), array
     return case, xr.Dataset(data, {"zc": zc})
+
+
+def balanced(off, case=CALM, **values):
+    """A motion that the forces on it account for, but for a share of the drive."""
+    (mode,), (tone,) = case.problem.modes, case.problem.tones
+    c, r = 4e-9 * np.exp(-1j * math.radians(60.0)), tone.frequency / mode.f0
+    work = (mode.k * (1.0 - r * r + 1j * r / mode.Q) * c - (1.0 + off) * tone.force) * np.conj(c)
+    return tapping(
+        case, mode_amplitude=4e-9, mode_phase=60.0, virial=work.real / 2.0, dissipated_energy=-math.pi * work.imag,
+        mean_force=mode.k * 1e-11, mean_deflection=1e-11, **values,
+    )  # fmt: skip
 
 
 def harmonics(sixth):
@@ -106,6 +118,7 @@ SPEAKS = {
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
     "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9)],
+    "step_error": [balanced(3e-4), balanced(-3e-4), balanced(3e-4j)],
     "contact_sampling": [
         tapping(STIFF, min_distance=-0.07e-9),
         tapping(over(HERTZ(), df.forces.KelvinVoigt(viscosity="200 kPa s")), min_distance=-0.1e-9),
@@ -167,6 +180,7 @@ SPEAKS = {
     "coexisting_states": [
         both_ways(0.02), branch([6e-9, 5e-9, 4e-9, 5e-9, 6e-9, 5e-9, 4e-9], [True] * 3 + [False] * 2 + [True] * 2), states(2),
         (CALM, tapping(CALM)[1].assign(jump_zc=("jump", [3e-9]))),
+        (CALM, tapping(CALM)[1].assign(jump_frequency=("jump", [48e3]))),
     ],
     "set_point_met_twice": [tapping(CALM, (6e-9, 5e-9, 4e-9, 3e-9), amplitude=[5e-9, 4e-9, 4.2e-9, 3e-9])],
     "set_point_unreachable": [tapping(CALM, (3e-9, 2.8e-9, 2.6e-9), amplitude=[2e-9, 1.8e-9, 0.1e-9])],
@@ -177,6 +191,10 @@ SILENT = {
         tapping(CALM, mean_force=1e-11, mean_deflection=1.002e-11 / 0.9),
         tapping(CALM, (5e-9, 4e-9), mean_force=[1e-11, 1e-16], mean_deflection=[1e-11 / 0.9, 2e-16]),
         tapping(over(solver__settle="fixed", solver__method="transient"), mean_force=1e-11, mean_deflection=1.02e-11 / 0.9),
+    ],
+    "step_error": [
+        balanced(1.5e-4), balanced(3e-4, status=Status.NOT_SETTLED), tapping(CALM),
+        balanced(3e-4, over(solver__settle="fixed", solver__method="transient")),
     ],
     "contact_sampling": [
         tapping(CALM, min_distance=-0.06e-9), tapping(STIFF, min_distance=0.2e-9), tapping(STIFF),
@@ -351,7 +369,8 @@ def test_a_steep_wall_passed_in_too_few_samples_is_told():
     coarse, fine = (
         df.approach(
             case.replace("solver.points_per_period", samples),
-            zc={"start": "5.2 nm", "stop": "4.8 nm", "points": distances}, start=start, carry_state=False,
+            zc={"start": "5.2 nm", "stop": "4.8 nm", "points": distances}, start=start, protocol="stepwise",
+            carry_state=False,
         )
         for samples, distances in ((256, 33), (4096, 5))
     )  # fmt: skip
@@ -370,11 +389,13 @@ def test_a_contact_sampled_too_coarsely_is_told_and_the_samples_advised_are_enou
     assert float(better.peak_force) == pytest.approx(float(best.peak_force), rel=1e-3)
 
 
-def test_the_mean_force_is_off_by_about_as_much_as_the_advice_on_the_sampling_says():
+def test_the_mean_force_is_off_by_about_as_much_as_the_advice_on_the_sampling_says(monkeypatch):
+    # left as they are, instead of found again with more samples
+    monkeypatch.setattr("dforce.observables.misfit.is_wrong", lambda *found: np.zeros(1, dtype=bool))
     wall = df.forces.LennardJones(work_of_adhesion="50 mJ/m^2")
     case = over(wall, cantilever__Q=5, experiment__zc="5 nm", drive__A0="10 nm", solver__method="transient")
     case = case.replace("experiment.start", {"amplitude": "5 nm", "phase": "30 deg"})
-    coarse, fine = (df.run(case.replace("solver.points_per_period", points)) for points in (1024, 8192))
+    coarse, fine = (df.run(case.replace("solver.points_per_period", points)) for points in (768, 8192))
     (piece,) = (one for one in df.advice_in(coarse) if one.name == "sampling")
     assert piece.found == pytest.approx(abs(float(coarse.mean_force / fine.mean_force) - 1), rel=0.5)
 
@@ -386,12 +407,12 @@ def test_a_force_curve_is_told_of_its_forces_alone():
 
 
 def test_a_continued_run_is_advised_on_as_a_whole():
-    case = AIR.replace("experiment.zc", {"start": "12 nm", "stop": "3 nm", "points": 19}).set(
+    case = AIR.replace("experiment.zc", {"start": "12 nm", "stop": "3 nm", "points": 181}).set(
         "experiment.direction=approach"
     )
 
     def stop(done, total, note):
-        if done >= 5:
+        if 5 <= done < total:
             raise KeyboardInterrupt
 
     with pytest.MonkeyPatch.context() as patch:
@@ -405,7 +426,8 @@ def test_a_continued_run_is_advised_on_as_a_whole():
 def test_advice_costs_little_beside_a_run():
     result = df.run(CALM)
     once = min(timeit.repeat(lambda: df.advice(CALM, result), number=10, repeat=5)) / 10
-    assert once < 2e-3  # measured 0.1 ms; ten times slower machines pass
+    whole = min(timeit.repeat(lambda: df.run(CALM), number=1, repeat=5))  # the advice included
+    assert once < 0.5 * whole  # timed in one go, so that a busy machine slows both
 
 
 @pytest.mark.parametrize("name", sorted(df.forces.REGISTRY))
@@ -418,3 +440,24 @@ def test_every_force_model_can_be_advised_on(name):
         case = case.replace(path, value)
     pieces = df.advice(case.replace(forces=[model(**model.example)]))
     assert all(piece.text for piece in pieces)
+
+
+def test_advice_takes_a_result_alone_which_tells_its_case():
+    case = df.example("figure-3-air-jump")
+    result = df.run(case)
+    assert df.advice(result) == df.advice(case, result) == df.advice_in(result) != []
+    assert df.advice(result.transpose("direction", ...)) == df.advice(result)
+    swept = df.sweep(case, over={"drive.A0": ["9 nm", "10 nm"]})
+    assert df.advice(swept) == df.advice_in(swept) != []
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda result: df.advice(result, result), "two results are given"),
+        (lambda result: df.advice(result.drop_attrs()), "does not say what it was computed from"),
+    ],
+)
+def test_advice_on_a_result_that_tells_no_case_is_refused_in_a_sentence(call, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        call(df.force_curve(df.example("figure-3-air")))

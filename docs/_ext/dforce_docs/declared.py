@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
@@ -18,6 +19,11 @@ def list_table(header: Sequence[str], rows: Iterable[Sequence[str]], widths: str
         for place, cell in enumerate(row):
             lines.append(f"   {'*' if place == 0 else ' '} - {cell}".rstrip())
     return "\n".join(lines) + "\n"
+
+
+def plain(text: str) -> str:
+    """Return a sentence for a page, whose first initials would else be taken for the numbers of a list: "K. L. Johnson"."""
+    return re.sub(r"^(?=\w+[.)]\s)", r"\\", text)
 
 
 def parameter_table(model: type[Parameters], keys: Iterable[str]) -> str:

@@ -14,26 +14,12 @@ import xarray as xr
 from sphinx.application import Sphinx
 
 import dforce as df
-from dforce_docs.declared import instrument_meaning, list_table, parameter_table
+from dforce_docs.declared import instrument_meaning, list_table, parameter_table, plain
 from ran_page import forget_own_models
 
 FOLDER = "forces"
 TAPPING_SPEED = "1 mm/s"
 STEEP = 20.0  # repulsion over attraction beyond which the attraction could not be seen any more
-VISCOUS = "Viscous and viscoelastic contact"
-GROUPS = {
-    "elastic contact": "Elastic contact, with and without adhesion",
-    "contact viscosity": VISCOUS,
-    "chemical bond": "Attraction, and bonds",
-    "van der Waals": "Attraction, and bonds",
-    "double layer": "In a liquid, or with a film of it",
-    "capillary neck": "In a liquid, or with a film of it",
-    "solvation": "In a liquid, or with a film of it",
-    "hydration": "In a liquid, or with a film of it",
-    "electrostatic bias": "Fields",
-    "magnetic": "Fields",
-}
-OWN = "Your own"
 SAMPLE = "a tip of 10 nm radius and a sample of 1 GPa"
 
 
@@ -93,13 +79,6 @@ def _clip(axes: plt.Axes, curve: xr.Dataset) -> None:
         axes.set_ylim(1.3 * low * unit, -2.0 * low * unit)
 
 
-def group_of(model: type[df.Force]) -> str:
-    """Return the heading that a model stands under."""
-    if model.evolve is not None:
-        return VISCOUS
-    return next((title for interaction, title in GROUPS.items() if interaction in model.contains), OWN)
-
-
 def first_sentence(model: type[df.Force]) -> str:
     """Return the first paragraph of a model's docstring."""
     return inspect.cleandoc(model.__doc__ or "").split("\n\n")[0].replace("\n", " ")
@@ -140,7 +119,7 @@ def page(model: type[df.Force], folder: Path) -> str:
         else "Nobody knows what an expression counts: see to it that nothing counts twice.",
         f"The sample {'takes energy in a cycle' if model.dissipative else 'takes no energy'}.",
         ".. rubric:: Source",
-        f"{model.source}.",
+        plain(f"{model.source}."),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -156,10 +135,7 @@ def index(models: list[type[df.Force]]) -> str:
         "holds, its parameters and its source; ``dforce models NAME`` prints the same in a terminal.",
         "",
     ]
-    for title in dict.fromkeys((*GROUPS.values(), OWN)):
-        members = [model for model in models if group_of(model) == title]
-        if not members:
-            continue
+    for title, members in df.forces.grouped(models).items():
         lines += [title, "-" * len(title), "", ".. grid:: 1 2 3 3", "   :gutter: 3", ""]
         for model in members:
             lines += [

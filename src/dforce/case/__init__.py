@@ -1,7 +1,7 @@
 """A case: everything that a run depends on; a file, a Python object and a schema, without loss."""
 
 from dforce.case._case import About, Case
-from dforce.case._files import example, load_case, save_case
+from dforce.case._files import case_of, example, load_case, save_case
 from dforce.case._schema import case_schema
 
-__all__ = ["About", "Case", "case_schema", "example", "load_case", "save_case"]
+__all__ = ["About", "Case", "case_of", "case_schema", "example", "load_case", "save_case"]

@@ -11,26 +11,30 @@ from typing import Any, ClassVar, Self
 import pydantic
 
 from dforce import plugins as plugin_files
+from dforce import units
 from dforce.case._paths import changed, quantity_at
 from dforce.case._python import script_of
 from dforce.case._text import text_of, value_of
-from dforce.errors import CaseError, ParameterError, nearest, shorten
+from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Sample, Tip
-from dforce.parameters import Parameters, Quantity, sentence
+from dforce.parameters import Parameters, Part, Quantity, part, refusal
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 
 MOST_BYTES = 1_000_000  # a larger file is not a case
+NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
 
 
 class About(Parameters):
-    """Where a case comes from and what it is good for; it changes nothing in the run."""
+    """Where a case comes from and what it is good for, as it was written; it changes nothing in the run."""
 
-    source: str = pydantic.Field("", max_length=4000, description="where the parameters come from")
-    shows: str = pydantic.Field("", max_length=4000, description="one sentence on what the case shows")
-    unsaid: str = pydantic.Field("", max_length=4000, description="what the source leaves unsaid, and what was chosen")
+    source: str = pydantic.Field(default="", max_length=4000, description="where the parameters come from")
+    shows: str = pydantic.Field(default="", max_length=4000, description="one sentence on what the case shows")
+    unsaid: str = pydantic.Field(
+        default="", max_length=4000, description="what the source leaves unsaid, and what was chosen"
+    )
 
 
 class Case(Parameters):
@@ -47,20 +51,20 @@ class Case(Parameters):
 
     title_of: ClassVar[str] = "case"
 
-    title: str = pydantic.Field("", max_length=300, description="what the case is, in a line")
-    plugins: tuple[str, ...] = pydantic.Field(
+    title: str = pydantic.Field(default="", max_length=300, description="what the case is, in a line")
+    plugins: Part[tuple[str, ...]] = part(
         (), max_length=20, description="Python files with force models of your own, beside the case file"
     )
-    about: About | None = pydantic.Field(None, description="source of the case, what it shows, what is unsaid")
-    cantilever: Cantilever = pydantic.Field(description="the cantilever: one mode, several, or a beam")
-    drive: Drive = pydantic.Field(description="the drive: one tone or several")
-    tip: Tip = pydantic.Field(Tip(), description="the tip")
-    sample: Sample = pydantic.Field(Sample(), description="the sample")
-    contact: Contact = pydantic.Field(Contact(), description="where contact begins")
-    medium: Medium = pydantic.Field(Medium(), description="what the cantilever moves in: a name or a table")
-    forces: tuple[Force, ...] = pydantic.Field((), max_length=20, description="tip–sample forces, which add up")
-    experiment: Experiment | None = pydantic.Field(None, description="what is done with the instrument")
-    solver: SolverSettings = pydantic.Field(SolverSettings(), description="how the motion is computed")
+    about: Part[About | None] = part(None, description="source of the case, what it shows, what is unsaid")
+    cantilever: Part[Cantilever] = pydantic.Field(description="the cantilever: one mode, several, or a beam")
+    drive: Part[Drive] = pydantic.Field(description="the drive: one tone or several")
+    tip: Part[Tip] = part(Tip(), description="the tip")
+    sample: Part[Sample] = part(Sample(), description="the sample")
+    contact: Part[Contact] = part(Contact(), description="where contact begins")
+    medium: Part[Medium] = part(Medium(), description="what the cantilever moves in: a name or a table")
+    forces: Part[tuple[Force, ...]] = part((), max_length=20, description="tip–sample forces, which add up")
+    experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
+    solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
 
     @classmethod
     def root(cls) -> str:
@@ -112,8 +116,12 @@ class Case(Parameters):
         """The folder in which its plug-ins were found; None without plug-ins."""
         return plugin_files.folder() if self.plugins else None
 
+    @checked
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
         """Return a new case with one value changed, validated again.
+
+        The description (`about`) is of the case as it was: it goes when anything but the title becomes another, unless it
+        is given anew.
 
         Parameters
         ----------
@@ -131,9 +139,17 @@ class Case(Parameters):
         ParameterError
             For a path that the case does not have, with the nearest one, or a value that is not allowed.
         """
-        with plugin_files.beside(self.folder):
-            return type(self)(**(changed(self, [] if path is None else [(path, value)]) | changes))
+        return self._with([] if path is None else [(path, value)], changes)
 
+    def _with(self, assignments: list[tuple[str, Any]], sections: dict[str, Any]) -> Self:
+        """Return the case with other values and sections, and with its description as long as that is true of it."""
+        with plugin_files.beside(self.folder):
+            new = type(self)(**(changed(self, assignments) | sections))
+        given_anew = "about" in {path.partition(".")[0] for path in (*sections, *(path for path, _ in assignments))}
+        same = all(getattr(new, name) == getattr(self, name) for name in type(self).model_fields if name not in NAMING)
+        return new if given_anew or same else new.model_copy(update={"about": None})
+
+    @checked
     def quantity(self, path: str) -> Quantity:
         """Return what is declared about the number at a path (see :meth:`replace`): unit, symbol, meaning, bounds.
 
@@ -144,9 +160,11 @@ class Case(Parameters):
         """
         return quantity_at(self, path)
 
+    @checked
     def set(self, *assignments: str) -> Self:
         """Return a new case after assignments like ``"sample.youngs_modulus=2 GPa"``, as on a command line.
 
+        The description (`about`) goes as in :meth:`replace`.
         A value is read as TOML where it is TOML (``5``, ``true``, ``["9 nm", "1 nm"]``), else as text.
 
         Raises
@@ -160,8 +178,21 @@ class Case(Parameters):
             if not equals or not path.strip():
                 raise ParameterError(f"'{shorten(assignment)}' is not an assignment; write path=value")
             pairs.append((path.strip(), value_of(text.strip())))
-        with plugin_files.beside(self.folder):
-            return type(self)(**changed(self, pairs))
+        return self._with(pairs, {})
+
+    def _other_way(self, name: str) -> str:
+        return f"case.replace({name}=...) gives a changed copy"
+
+    def __repr__(self) -> str:
+        """Show in a line what the case is; :meth:`to_toml` has all of it."""
+        modes, tones = self.problem.modes, self.problem.tones
+        levers = [f"{units.show(m.f0, 'Hz', 4)}, {units.show(m.k, 'N/m', 4)}, Q {m.Q:.4g}" for m in modes]
+        amplitudes = ", ".join(units.show(tone.A0, "m", 4) for tone in tones)
+        forces = " + ".join(force.name for force in self.forces) or "no force"
+        parts = [" and ".join(levers), f"A0 {amplitudes}", forces, *([self.experiment.kind] if self.experiment else [])]
+        return f"<Case {shorten(self.title)!r}: {'; '.join(parts)}>"
+
+    __str__ = __repr__
 
     def _repr_html_(self) -> str:
         """Show the parameters in a notebook: symbol, value with unit, meaning; defaults in gray."""
@@ -169,6 +200,7 @@ class Case(Parameters):
 
         return html_of(self)
 
+    @checked
     def to_toml(self, complete: bool = False) -> str:
         """Return the case as the text of a case file; :meth:`from_toml` gives back an equal case.
 
@@ -177,6 +209,7 @@ class Case(Parameters):
         """
         return text_of(self, complete)
 
+    @checked
     def to_python(self, name: str = "result") -> str:
         """Return a Python script that builds the case, runs it, and writes the result and its picture.
 
@@ -188,6 +221,7 @@ class Case(Parameters):
         return script_of(self, name)
 
     @classmethod
+    @checked
     def from_toml(cls, text: str) -> Self:
         """Return the case that a TOML text describes.
 
@@ -225,4 +259,4 @@ def _built(given: Any, tag: str, known: dict[str, Any], path: str, place: str, k
     try:
         return known[name].model_validate(given if keep else {key: given[key] for key in given if key != tag})
     except pydantic.ValidationError as error:
-        raise ParameterError(sentence(error, known[name], path)) from None
+        raise refusal(error, known[name], path) from None

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dforce import library, plugins
 from dforce.case._case import MOST_BYTES, Case
-from dforce.errors import CaseError, ParameterError, ResultError, nearest, shorten
-from dforce.results import whole_file
+from dforce.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
+from dforce.files import reason, write_whole
+from dforce.results import HDF5, is_whole
 
-HDF5 = b"\x89HDF\r\n\x1a\n"  # how a file of results starts
+if TYPE_CHECKING:
+    import xarray as xr
 
 
+@checked
 def example(name: str) -> Case:
     """Return a shipped case by its name, such as ``"figure-3-air"``.
 
@@ -24,6 +29,7 @@ def example(name: str) -> Case:
     return Case.from_toml(library.example_text(name))
 
 
+@checked
 def load_case(path: str | os.PathLike[str]) -> Case:
     """Return the case in a file: a TOML case file, or the case that a file of results was computed from.
 
@@ -43,12 +49,16 @@ def load_case(path: str | os.PathLike[str]) -> Case:
             raise CaseError(f"there is no file '{name}'{_example_hint(file.name)}")
         with file.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise CaseError(f"'{name}' cannot be read: {error.strerror or error}") from None
+            if content.startswith(HDF5):
+                content += stream.read()
+    except CaseError:
+        raise
+    except (OSError, ValueError) as error:
+        raise CaseError(f"'{name}' cannot be read: {reason(error)}") from None
     try:
         with plugins.beside(file.resolve().parent):
             if content.startswith(HDF5):
-                return Case.from_toml(_case_of_results(file))
+                return Case.from_toml(_case_of_results(content))
             if file.suffix.lower() == ".nc":
                 raise CaseError("the file is damaged, or no file of results: it does not begin like one")
             if len(content) > MOST_BYTES:
@@ -60,24 +70,48 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         raise CaseError(f"{shorten(file.name, 100)}: {error}") from None
 
 
+def case_of(result: xr.Dataset) -> Case:
+    """Return the case that a result was computed from; of one case of a sweep, with the values of its parameters.
+
+    Raises
+    ------
+    ParameterError
+        When the result carries none.
+    """
+    try:
+        case = Case.from_toml(str(result.attrs.get("case", "")))
+        for path in str(result.attrs.get("over", "")).split():
+            name = next((name for name in (path, path.split(".")[-1]) if name in result.coords), "")
+            if name and result[name].ndim == 0:
+                case = case.replace(path, result[name].item())
+        return case
+    except DForceError as error:
+        raise ParameterError(f"the result does not say what it was computed from: {error}") from None
+
+
 def _example_hint(name: str) -> str:
     hint = nearest(name.removesuffix(".toml")[:100], library.examples())
     return hint.replace("did you mean", "did you mean the example") if "did you mean" in hint else ""
 
 
-def _case_of_results(file: Path) -> str:
+def _case_of_results(content: bytes) -> str:
     import h5py
 
+    damaged = CaseError("the file of results is damaged or cut off")
+    if not is_whole(content):
+        raise damaged
     try:
-        with h5py.File(file, "r") as results:
-            text = results.attrs["case"]
-    except OSError:
-        raise CaseError("the file of results is damaged or cut off") from None
-    except KeyError:
-        raise CaseError("the file of results holds no case") from None
-    return text if isinstance(text, str) else bytes(text).decode("utf-8")
+        with h5py.File(io.BytesIO(content), "r") as results:
+            text = results.attrs.get("case")
+            text = text if isinstance(text, str | None) else bytes(text).decode("utf-8")
+    except Exception:  # as any error of h5py
+        raise damaged from None
+    if text is None:
+        raise CaseError("the file of results holds no case")
+    return text
 
 
+@checked
 def save_case(case: Case, path: str | os.PathLike[str]) -> None:
     """Write a case file, whole or not at all.
 
@@ -87,7 +121,6 @@ def save_case(case: Case, path: str | os.PathLike[str]) -> None:
         When the file cannot be written.
     """
     try:
-        with whole_file(path) as file:
-            file.write_text(case.to_toml(), encoding="utf-8")
+        write_whole(path, case.to_toml().encode())
     except ResultError as error:
         raise CaseError(str(error)) from None

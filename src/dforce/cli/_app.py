@@ -6,19 +6,21 @@ from typing import Annotated
 
 import typer
 
-from dforce.cli import _terminal, benchmark, check, curve, examples, gui, models, run, schema, validate
+import dforce as df
+from dforce.cli import _help, _terminal, benchmark, cache, check, curve, examples, gui, models, run, schema, validate
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
 A first run: dforce run figure-3-air --plot figure-3.png
 
-Exit codes: 0 done, 1 some points have no result, 2 bad input, 3 an error in dForce, 130 stopped by Ctrl-C.
+Exit codes: 0 done, 1 some points have no result, 2 bad input, 3 an error in dForce, 130 stopped by Ctrl-C or SIGTERM.
 """
 
 app = typer.Typer(
     name="dforce",
     help=HELP,
-    no_args_is_help=True,
+    cls=_help.Program,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -26,31 +28,33 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        import dforce as df
-
         typer.echo(f"dForce {df.__version__}")
         raise typer.Exit
 
 
 @app.callback()
 def options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Take the options that stand before a command."""
+    """Take the options that stand before a command; without a command, show what there is."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 options.__doc__ = HELP
 COMMANDS = (
     run.run, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui,
-    validate.validate,
+    validate.validate, cache.cache,
 )  # fmt: skip
 for _command in COMMANDS:
-    app.command()(_terminal.guarded(_command))
+    app.command(cls=_help.Command)(_terminal.guarded(_command))
 
 
 def main() -> None:
     """Run the program; the entry point of the console script."""
     _terminal.never_fail_to_print()
-    app()
+    with df.sigterm_as_ctrl_c():
+        app()

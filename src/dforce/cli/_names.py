@@ -42,6 +42,14 @@ CaseName = Annotated[
 ]  # fmt: skip
 
 
+def exists(path: Path) -> bool:
+    """Say whether there is such a file or folder; none has a name that the system refuses."""
+    try:
+        return path.exists()
+    except OSError:  # longer than a name may be
+        return False
+
+
 @dataclass(frozen=True)
 class Source:
     """A case as it was named: where it comes from, and an earlier result of it."""
@@ -55,7 +63,7 @@ class Source:
 def open_source(name: str, settings: list[str]) -> Source:
     """Return the case of a file or an example, changed by settings such as ``"drive.A0=5 nm"``."""
     path = Path(name)
-    if not path.exists() and path.suffix == "" and path.name == name:
+    if not exists(path) and path.suffix == "" and path.name == name:
         return Source(df.example(name).set(*settings), name)
     case = df.load_case(path).set(*settings)
     result = df.read(path) if path.suffix.lower() == ".nc" and not settings else None

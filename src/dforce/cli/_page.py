@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import shutil
 import textwrap
 
 from dforce import plain_math, unmarked
-
-WIDEST = 96  # columns of a paragraph that is easy to read
-
-
-def width() -> int:
-    """Return the columns of a paragraph on this terminal."""
-    return min(shutil.get_terminal_size().columns, WIDEST)
+from dforce.cli._terminal import width, wrapped
 
 
 def readable(docstring: str) -> str:
@@ -27,12 +20,19 @@ def readable(docstring: str) -> str:
             body = [line.removeprefix(".. math::")]
             while lines and (not lines[0].strip() or lines[0].startswith(" ")):
                 body.append(lines.pop(0))
-            blocks.append(textwrap.indent(plain_math("\n".join(body).replace("\n", " ").strip()), "    "))
+            equation = plain_math("\n".join(body).replace("\n", " ").strip())
+            blocks.append("\n".join(map(_fitted, textwrap.indent(equation, "    ").split("\n"))))
         elif line.strip():
             paragraph = [line]
             while lines and lines[0].strip() and not lines[0].startswith((".. ", "- ")):
                 paragraph.append(lines.pop(0))
             hanging = "  " if line.startswith("- ") else ""
             words = unmarked(" ".join(part.strip() for part in paragraph))
-            blocks.append(textwrap.fill(words, width(), subsequent_indent=hanging))
+            blocks.append(wrapped(words, width(), then=hanging))
     return "\n\n".join(blocks)
+
+
+def _fitted(line: str) -> str:
+    """Return a line of an equation, on several lines where it is too long for one."""
+    margin = line[: len(line) - len(line.lstrip())]
+    return line if len(line) <= width() else wrapped(line, width(), margin, margin + "    ")

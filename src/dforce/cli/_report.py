@@ -6,7 +6,7 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.cli._terminal import console
+from dforce.cli._terminal import console, printable, width, wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,7 @@ def print_findings(result: xr.Dataset) -> None:
         table.add_row(*map(Text, row))
     terminal = console()
     if report.title:
-        terminal.print(Text("".join(c if c.isprintable() else "?" for c in report.title), style="bold"))
+        terminal.print(Text(wrapped(printable(report.title), width()), style="bold"))
     terminal.print(table)
 
 
@@ -42,6 +42,13 @@ def status_lines(result: xr.Dataset) -> list[str]:
         for status, count in counted.items()
         if status not in said
     ]
+
+
+def states_lines(states: xr.Dataset | None) -> list[str]:
+    """Return a sentence where states that were looked for may be missing."""
+    if states is None or states.attrs.get("interrupted"):
+        return []
+    return [f"states: {one.text}" for one in df.summary(states) if one.name == "completeness" and one.value != 1.0]
 
 
 def advice_lines(result: xr.Dataset, name: str) -> list[str]:

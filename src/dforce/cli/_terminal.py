@@ -6,11 +6,13 @@ import codecs
 import functools
 import json
 import math
+import os
 import sys
+import textwrap
 import traceback
 import unicodedata
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 DONE, SOME_POINTS_FAILED, BAD_INPUT, INSIDE_ERROR, STOPPED = 0, 1, 2, 3, 130
+WIDEST = 96  # columns of a paragraph that is easy to read
+USUAL = 80  # columns of a terminal that does not tell
 
 Traceback = Annotated[bool, typer.Option("--traceback", help="Show where in dForce an error arose.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")]
@@ -63,23 +67,63 @@ def never_fail_to_print() -> None:
             stream.reconfigure(errors="dforce-plain")
 
 
-def console(stderr: bool = False) -> Console:
-    """Return a console that prints text as it is, on the stream that is in use now."""
+def console() -> Console:
+    """Return a console that prints text as it is on stdout, the stream that is in use now."""
     from rich.console import Console
 
-    return Console(
-        file=sys.stderr if stderr else sys.stdout, highlight=False, markup=False, emoji=False, soft_wrap=True
+    return Console(file=sys.stdout, highlight=False, markup=False, emoji=False, soft_wrap=True)
+
+
+def columns(stream: TextIO) -> int | None:
+    """Return the columns of the terminal behind a stream; None for a file or a pipe, where a line may be of any length."""
+    asked = os.environ.get("COLUMNS", "")
+    if asked.isdecimal() and int(asked) > 0:
+        return int(asked)
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or None
+    except (OSError, ValueError):  # no terminal, or not even a file
+        return None
+
+
+def width() -> int:
+    """Return the columns of a paragraph on stdout."""
+    return min(columns(sys.stdout) or USUAL, WIDEST)
+
+
+def wrapped(text: str, room: int, first: str = "", then: str = "") -> str:
+    """Return prose in lines of at most `room` columns that start with `first`, all others with `then`.
+
+    A line ends between two words, never inside one: a name, a number or a path can be copied as it stands.
+    """
+    return textwrap.fill(
+        text, room, initial_indent=first, subsequent_indent=then, break_long_words=False, break_on_hyphens=False
     )
 
 
+def printable(text: str) -> str:
+    """Return text without the control characters that came with a name or a title."""
+    return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)
+
+
 def say(text: str) -> None:
-    """Print lines on stderr; control characters that came with a name or a title stay out."""
-    typer.echo("".join(c if c.isprintable() or c == "\n" else "?" for c in text), err=True)
+    """Print sentences on stderr, each on a line of its own, wrapped where a terminal is."""
+    room = columns(sys.stderr)
+    lines = printable(text).split("\n")
+    if room is not None:
+        lines = [wrapped(line, min(room, WIDEST)) for line in lines]
+    typer.echo("\n".join(lines), err=True)
 
 
 def print_json(content: Any) -> None:
     """Print JSON in ASCII; what is not finite becomes null, which every reader understands."""
     typer.echo(json.dumps(_finite(content), indent=2))
+
+
+def whole_number(option: str, text: str, least: int, most: int) -> int:
+    """Return the number that an option was given."""
+    if not text.isdecimal() or len(text) > len(str(most)) or not least <= int(text) <= most:
+        raise df.ParameterError(f"{option} is '{df.shorten(text)}', not a whole number from {least} to {most}")
+    return int(text)
 
 
 def _finite(content: Any) -> Any:
@@ -93,13 +137,22 @@ def _finite(content: Any) -> Any:
 def guarded(command: Callable[..., int]) -> Callable[..., None]:
     """Turn a command's result into the exit code, and its errors into one sentence on stderr.
 
-    The command's own `traceback` option is read here: it shows where the error arose.
+    The command's own `traceback` option is read here: it shows where the error arose. What dForce says while it works is
+    printed once each: a kernel is compiled in parts, in turn with another.
     """
 
     @functools.wraps(command)
     def guard(*args: Any, **kwargs: Any) -> None:
+        said: set[str] = set()
+
+        def notice(text: str) -> None:
+            if text not in said:
+                said.add(text)
+                say(text)
+
         try:
-            raise typer.Exit(command(*args, **kwargs))
+            with df.listening(notice):
+                raise typer.Exit(command(*args, **kwargs))
         except df.DForceError as error:
             say(f"dforce: {error}")
             code = BAD_INPUT

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, say
+from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, say, wrapped
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -63,8 +63,9 @@ def _print(result: dict[str, Any]) -> None:
         out.print(
             measure["name"] + ("" if measure["value"] is None else f"  {_number(measure['value'], measure['unit'])}")
         )
-    out.print(", ".join(f"{key} {value}" for key, value in result["machine"].items()), style="dim")
-    out.print(result["note"], style="dim")
+    machine = ", ".join(f"{key} {value}" for key, value in result["machine"].items())
+    for text in (machine, result["note"]):
+        out.print(wrapped(text, out.width), style="dim")
 
 
 def _number(value: float, unit: str) -> str:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
-
 import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, open_source
-from dforce.cli._page import width
 from dforce.cli._report import advice_as_json
-from dforce.cli._terminal import DONE, Json, Settings, Traceback, console, print_json
+from dforce.cli._terminal import DONE, Json, Settings, Traceback, console, print_json, width, wrapped
 
 
 def check(case: CaseName, settings: Settings, json: Json = False, traceback: Traceback = False) -> int:
@@ -37,4 +34,4 @@ def _print(pieces: list[df.Advice]) -> None:
     for number, piece in enumerate(pieces):
         terminal.print(Text(("\n" if number else "") + piece.name, style="bold"))
         for text in (piece.text, f"{piece.figures} ({', '.join(piece.about)})", f"source: {piece.source}"):
-            terminal.print(textwrap.fill(text, width(), initial_indent="  ", subsequent_indent="  "))
+            terminal.print(wrapped(text, width(), "  ", "  "))

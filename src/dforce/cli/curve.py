@@ -10,7 +10,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, open_source
 from dforce.cli._report import advice_lines, as_json, print_findings
-from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json, say
+from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json, say, whole_number
 
 MOST_POINTS = 1_000_000
 
@@ -36,7 +36,7 @@ def curve(
             help="Closest; left out: as deep as tapping reaches.",
         ),
     ] = None,
-    points: Annotated[int, typer.Option("--points", min=2, max=MOST_POINTS, help="Number of distances.")] = 501,
+    points: Annotated[str, typer.Option("--points", metavar="NUMBER", help="Number of distances.")] = "501",
     speed: Annotated[
         str | None,
         typer.Option(
@@ -67,17 +67,18 @@ def curve(
         df.check_target(plot, df.plot.FORMATS)
     far, near = _quantity("--from", start, "m"), _quantity("--to", stop, "m")
     velocity = _quantity("--speed", speed, "m/s")
+    count = whole_number("--points", points, 2, MOST_POINTS)
     if far is None or near is None:
         usual = df.force_curve(source.case)["distance"].values
         far = float(usual[0]) if far is None else far
         near = float(usual[-1]) if near is None else near
     if far == near:
         raise df.ParameterError(f"the curve starts and ends at {df.show(far, 'm')}; give two distances")
-    result = df.force_curve(source.case, distance=np.linspace(far, near, points), speed=velocity)
+    result = df.force_curve(source.case, distance=np.linspace(far, near, count), speed=velocity)
     if output is not None:
         df.write(result, output)
     if plot is not None:
-        df.plot.save(df.plot.force_curve(result), plot)
+        df.plot.save(df.plot.force_curve(result, df.plot.Sheet()), plot)
     files = [str(path) for path in (output, plot) if path is not None]
     if json:
         print_json({"title": source.case.title, "files": files, **as_json(result)})
@@ -94,4 +95,4 @@ def _quantity(option: str, text: str | None, unit: str) -> float | None:
     try:
         return None if text is None else df.parse(text, unit)
     except df.UnitError as error:
-        raise df.ParameterError(f"{option} {error}") from None
+        raise df.UnitError(f"{option} {error}") from None

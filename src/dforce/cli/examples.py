@@ -9,7 +9,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_examples
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json
+from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, width, wrapped
 
 
 def examples(
@@ -55,15 +55,16 @@ def _list(json: bool) -> int:
         table.add_row(example.name, f"{example.title}. {example.shows}")
     terminal = console()
     terminal.print(table, soft_wrap=False)
-    terminal.print("\nrun one: dforce run NAME or change one: dforce examples NAME --write my-case.toml")
+    terminal.print()
+    for hint in ("run one: dforce run NAME", "change one: dforce examples NAME --write my-case.toml"):
+        terminal.print(wrapped(hint, width()))
     return DONE
 
 
 def _write(text: str, path: Path) -> None:
     target = df.check_target(path, (".toml",))
     try:
-        with df.whole_file(target, overwrite=False) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        df.write_whole(target, text.encode(), overwrite=False)
     except FileExistsError:
         raise df.ResultError(f"'{path}' is there already; choose another name") from None
     typer.echo(f"written: {path}")

@@ -10,7 +10,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_cases, open_source
-from dforce.cli._terminal import DONE, Traceback
+from dforce.cli._terminal import DONE, Traceback, whole_number
 
 
 def gui(
@@ -34,8 +34,8 @@ def gui(
         typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 opens it to a class on the network."),
     ] = "127.0.0.1",
     port: Annotated[
-        int | None,
-        typer.Option("--port", min=1, max=65535, show_default=False, help="Port; left out: 8571, or a free one."),
+        str | None,
+        typer.Option("--port", metavar="NUMBER", show_default=False, help="Port; left out: 8571, or a free one."),
     ] = None,
     folder: Annotated[
         Path | None,
@@ -49,14 +49,16 @@ def gui(
     traceback: Traceback = False,
 ) -> int:
     """Open the window: forms, live curves and plots in the browser, served by this computer alone."""
+    listening = None if port is None else whole_number("--port", port, 1, 65535)
     missing = [name for name in ("nicegui", "plotly") if importlib.util.find_spec(name) is None]
     if missing:
         raise df.ParameterError(
-            f'the window needs {" and ".join(missing)}, which is not installed; run: pip install "dforce[gui]"'
+            f"the window needs {' and '.join(missing)}, which {'are' if len(missing) > 1 else 'is'} not installed; "
+            'run: pip install "dforce[gui]"'
         )
     from dforce.gui.server import Options, serve
 
     opened = None if case is None else open_source(case, []).case
     show = "window" if window else "browser" if browser else "no"
-    serve(Options(host=host, port=port, show=show, case=opened, folder=folder))
+    serve(Options(host=host, port=listening, show=show, case=opened, folder=folder))
     return DONE

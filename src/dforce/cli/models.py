@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 import textwrap
 from pathlib import Path
 from typing import Annotated, Any, get_args
@@ -12,8 +13,8 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_models
-from dforce.cli._page import readable, width
-from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, console, print_json
+from dforce.cli._page import readable
+from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, columns, console, print_json, width, wrapped
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
 
@@ -31,6 +32,7 @@ def models(
         Path | None,
         typer.Argument(metavar="[FILE.py]", show_default=False, help="After check: a file with models of your own."),
     ] = None,
+    long: Annotated[bool, typer.Option("--long", "-l", help="List the parameters of each model, too.")] = False,
     json: Json = False,
     traceback: Traceback = False,
 ) -> int:
@@ -47,7 +49,7 @@ def models(
         if json:
             print_json([_described(model) for model in registry.values()])
         else:
-            _list(list(registry.values()))
+            _list(list(registry.values()), long)
         return DONE
     if name not in registry:
         raise df.ParameterError(f"there is no force model '{df.shorten(name)}'{df.nearest(name[:100], registry)}")
@@ -110,24 +112,33 @@ def _parameter(model: type[df.Force], key: str) -> dict[str, Any]:
     return about
 
 
-def _list(registry: list[type[df.Force]]) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), show_header=False)
-    table.add_column(no_wrap=True, style="bold")
-    table.add_column()
-    room = width() - max(len(model.name) for model in registry) - 3
-    for model in registry:
-        lines = [textwrap.fill(df.first_sentence(model.__doc__ or ""), room)]
-        keys = model.keys()
-        for key in keys:
-            line = _line(_parameter(model, key))
-            lines.append(textwrap.fill(line, room, initial_indent="  ", subsequent_indent="      "))
-        table.add_row(model.name, Text("\n".join(lines)))
+def _list(models: list[type[df.Force]], long: bool) -> None:
+    """Print the models in groups: one line each, or with their parameters."""
     terminal = console()
-    terminal.print(table, soft_wrap=False)
-    terminal.print("\none model's equation, domain and source: dforce models NAME")
+    column = 3 + max(len(model.name) for model in models)
+    room = columns(sys.stdout)
+    for title, members in df.forces.grouped(models).items():
+        terminal.print(title, style="bold")
+        for model in members:
+            about = df.first_sentence(model.__doc__ or "")
+            name = f"  {model.name}".ljust(column + 2)
+            if long:
+                terminal.print(wrapped(about, width(), name, " " * (column + 2)))
+                _print_parameters(model)
+            elif room is None:  # a pipe or a file: whatever reads it wants the whole sentence
+                terminal.print(name + about)
+            else:
+                terminal.print(name + textwrap.shorten(about, max(room - len(name), 4), placeholder=" …"))
+        terminal.print()
+    terminal.print(wrapped("one model's equation, domain and source: dforce models NAME", width()))
+    if not long:
+        terminal.print(wrapped("all with their parameters: dforce models --long", width()))
+
+
+def _print_parameters(model: type[df.Force]) -> None:
+    keys = model.keys()
+    for key in keys:
+        console().print(wrapped(_line(_parameter(model, key)), width(), "      ", "          "))
 
 
 def _line(about: dict[str, Any]) -> str:
@@ -163,13 +174,13 @@ def _page(model: type[df.Force]) -> None:
     for key in keys:
         about = _parameter(model, key)
         symbol = f"{df.plain_math(about['symbol'])}: " if about.get("symbol") else ""
-        terminal.print(f"  {_line(about)}")
-        terminal.print(textwrap.indent(textwrap.fill(symbol + about["meaning"], width() - 6), "      "))
+        terminal.print(wrapped(_line(about), width(), "  ", "      "))
+        terminal.print(wrapped(symbol + about["meaning"], width(), "      ", "      "))
     if not keys:
         terminal.print("  none of its own")
     if model.shared_fields():
         given = f"from the instrument: {', '.join(model.shared_fields().values())}"
-        terminal.print("\n" + textwrap.fill(given, width()))
-    terminal.print(f"counts: {', '.join(model.contains) or 'nothing named'}")
+        terminal.print("\n" + wrapped(given, width()))
+    terminal.print(wrapped(f"counts: {', '.join(model.contains) or 'nothing named'}", width()))
     terminal.print(f"takes energy: {'yes' if model.dissipative else 'no'}")
-    terminal.print(textwrap.fill(f"source: {model.source}", width()))
+    terminal.print(wrapped(f"source: {model.source}", width()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._names import CaseName, Source, open_source
-from dforce.cli._report import advice_lines, as_json, print_findings, quoted, status_lines
+from dforce.cli._names import CaseName, Source, exists, open_source
+from dforce.cli._report import advice_lines, as_json, print_findings, quoted, states_lines, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ def run(
             "-o",
             metavar="OUT.nc|OUT.csv",
             show_default=False,
-            help="Where the result goes; an older file is replaced. Left out: NAME.nc, and no file is.",
+            help="Where the result goes; an older file is replaced. Left out: NAME.nc, which an earlier run of the very same "
+            "case gives way to, and nothing else: beside another file it is NAME-2.nc.",
         ),
     ] = None,
     plot: Annotated[
@@ -38,6 +40,12 @@ def run(
         str | None,
         typer.Option("--width", metavar="WIDTH", show_default=False, help='Width of the picture, such as "85 mm".'),
     ] = None,
+    states: Annotated[
+        bool,
+        typer.Option(
+            "--states", help="Draw all states behind the curve of an approach as well, the unstable ones dashed."
+        ),
+    ] = False,
     json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
     traceback: Traceback = False,
@@ -45,7 +53,7 @@ def run(
     """Run a case and write its result.
 
     CASE may be a result: a complete one is computed again, an interrupted one is continued.
-    Ctrl-C keeps the points that are done.
+    Ctrl-C and SIGTERM keep the points that are done.
     """  # fmt: skip
     source = open_source(case, settings)
     continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
@@ -59,57 +67,112 @@ def run(
         )
     if output is None and continued:
         output = source.path
-    df.check_target(output or _free_name(source.stem))
+    df.check_target(output or _numbered(source.stem, 1))
     if plot is not None:
         df.check_target(plot, df.plot.FORMATS)
     if width is not None:
         if plot is None:
             raise df.ParameterError("--width is that of a picture, and none is drawn; give --plot as well")
         df.plot.check_width(width)
+    if states:
+        _check_states(source.case, plot)
     start = time.monotonic()
-    with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
-        result = df.run(source.case, progress=bar, resume=source.result if continued else None)
-    seconds = time.monotonic() - start
-    stopped = bool(result.attrs.get("interrupted"))
-    if stopped and not _computed(result):
-        say("dforce: stopped before the first point was done; nothing was written")
-        return STOPPED
-    written = df.write(result, output) if output is not None else _write_beside(result, source.stem)
-    if plot is not None:
-        df.plot.save(df.plot.overview(result), plot, width=width)
-    code = STOPPED if stopped else SOME_POINTS_FAILED if _failed(result) else DONE
+    with df.late_stop_waits() as late:  # until the result is written
+        with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+            result = df.run(source.case, progress=bar, resume=source.result if continued else None)
+        seconds = time.monotonic() - start
+        if late.asked:  # nothing is left to be continued
+            result.attrs.pop("interrupted", None)
+        stopped = bool(result.attrs.get("interrupted"))
+        if stopped and not _computed(result):
+            say("dforce: stopped before the first point was done; nothing was written")
+            return STOPPED
+        written = df.write(result, output) if output is not None else _write_beside(result, source)
+    found = None
+    if plot is not None:  # the curve alone at first: it is kept whatever becomes of the states
+        df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot, width=width)
+        found = (
+            _draw_states(source.case, result, plot, width, quiet) if states and not (stopped or late.asked) else None
+        )
+    without = found is not None and bool(found.attrs.get("interrupted"))
+    code = STOPPED if stopped or without or late.asked else SOME_POINTS_FAILED if _failed(result) else DONE
     if json:
         print_json(_answer(source, result, written, plot, seconds, code))
     elif not quiet:
         print_findings(result)
         typer.echo(f"written: {', '.join(str(path) for path in (written, plot) if path is not None)}")
     if not (json or quiet):
-        for line in [*status_lines(result), *advice_lines(result, str(written) if written.suffix == ".nc" else case)]:
+        for line in [
+            *status_lines(result),
+            *states_lines(found),
+            *advice_lines(result, str(written) if written.suffix == ".nc" else case),
+        ]:
             say(line)
     if stopped:
         computed, points = _computed(result), _points(result)
         # how many states there are is known when all are found
         done = f"{computed} points" if computed == points else f"{computed} of {points} points"
         say(f"dforce: stopped; {done} are done and kept{_how(written)}")
+    if late.asked and not stopped:
+        say("dforce: stopped; the result is complete and kept")
+    if without:
+        say("dforce: stopped while states were looked for; the curve is complete, and drawn without them")
     return code
 
 
-def _free_name(stem: str) -> Path:
-    """Return NAME.nc, or NAME-2.nc and so on where that is taken."""
-    number, path = 1, Path(f"{stem}.nc")
-    while path.exists():
-        number += 1
-        path = Path(f"{stem}-{number}.nc")
-    return path
+def _check_states(case: df.Case, plot: Path | None) -> None:
+    """Raise ParameterError where states cannot be drawn behind what a case gives."""
+    if plot is None:
+        raise df.ParameterError("--states are drawn in a picture, and none is drawn; give --plot as well")
+    if not isinstance(case.experiment, df.Approach):
+        kind = "none" if case.experiment is None else case.experiment.kind
+        raise df.ParameterError(f"--states are drawn behind the curve of an approach, and this experiment is {kind}")
+    if len(set(case.experiment.distances().tolist())) == 1:
+        raise df.ParameterError(
+            "--states are drawn along a range of distances, and this approach has only one distance"
+        )
 
 
-def _write_beside(result: xr.Dataset, stem: str) -> Path:
-    """Write to a free name; another process that takes the name in the same moment keeps it."""
-    while True:
+def _draw_states(case: df.Case, curve: xr.Dataset, plot: Path, width: str | None, quiet: bool) -> xr.Dataset:
+    """Draw a curve anew with all states behind it, unless their computation is stopped; return the states."""
+    with df.ProgressBar("all states", shown=not quiet) as bar:
+        found = df.branches(case, zc=(float(curve["zc"].max()), float(curve["zc"].min())), progress=bar)
+    if not found.attrs.get("interrupted"):
+        df.plot.save(df.plot.overview(curve, df.plot.Sheet(), found), plot, width=width)
+    return found
+
+
+def _numbered(stem: str, number: int) -> Path:
+    return Path(f"{stem}.nc" if number == 1 else f"{stem}-{number}.nc")
+
+
+def _write_beside(result: xr.Dataset, source: Source) -> Path:
+    """Write to the name of the case, with a number where the name is taken by anything but a run of the same case.
+
+    What a run was started from stays, and a run that was stopped replaces nothing.
+    """
+    for number in itertools.count(1):
+        path = _numbered(source.stem, number)
+        again = (
+            not result.attrs.get("interrupted")
+            and not (source.path is not None and exists(path) and path.samefile(source.path))
+            and _holds_the_same(path, result)
+        )
         try:
-            return df.write(result, _free_name(stem), overwrite=False)
-        except FileExistsError:
+            return df.write(result, path, overwrite=again)
+        except FileExistsError:  # the name of another one, perhaps of a process that took it in this moment
             continue
+    raise AssertionError("numbers do not end")
+
+
+def _holds_the_same(path: Path, result: xr.Dataset) -> bool:
+    """Say whether a file holds a run of the very same case by the same version."""
+    try:
+        earlier = df.read(path)
+    except df.ResultError:
+        return False
+    same = all(earlier.attrs.get(key) == result.attrs.get(key) for key in ("case", "dforce_version", "over"))
+    return same and set(earlier.dims) == set(result.dims)  # a force curve holds its case, too
 
 
 def _points(result: xr.Dataset) -> int:
@@ -121,7 +184,7 @@ def _computed(result: xr.Dataset) -> int:
 
 
 def _failed(result: xr.Dataset) -> bool:
-    return df.Status.FAILED in df.count_status(result)
+    return bool({df.Status.FAILED, df.Status.UNRESOLVED} & set(df.count_status(result)))
 
 
 def _how(written: Path) -> str:

@@ -24,7 +24,6 @@ def schema(
     if output is None:
         typer.echo(text)
         return DONE
-    with df.whole_file(df.check_target(output, (".json",))) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8", newline="\n")
+    df.write_whole(df.check_target(output, (".json",)), f"{text}\n".encode())
     typer.echo(f"written: {output}")
     return DONE

@@ -28,8 +28,7 @@ def validate(
     result = df.validate(quick, say)
     page = df.validation_page(result)
     if target is not None:
-        with df.whole_file(target) as temporary:
-            temporary.write_text(page, encoding="utf-8", newline="\n")
+        df.write_whole(target, page.encode())
         say(f"written: {output}")
     if json:
         print_json(result)

@@ -11,7 +11,7 @@ import pydantic
 
 from dforce import units
 from dforce.errors import ParameterError, shorten
-from dforce.parameters import Parameters, Quantity, param
+from dforce.parameters import Number, Parameters, Quantity, param
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,9 +30,9 @@ class Grid(Parameters):
 
     title_of: ClassVar[str] = "zc"
 
-    start: float = param(unit="m", symbol="z_c", doc="first average distance")
-    stop: float = param(unit="m", symbol="z_c", doc="last average distance")
-    points: int = pydantic.Field(201, ge=1, le=MOST_POINTS, description="number of distances")
+    start: Number = param(unit="m", symbol="z_c", doc="first average distance")
+    stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
+    points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
     def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return the distances (m)."""
@@ -64,11 +64,24 @@ class InitialMotion(Parameters):
 
     title_of: ClassVar[str] = "start"
 
-    amplitude: float = param(unit="m", symbol="A", low="0 m", doc="initial amplitude")
-    phase: float = param("90 deg", symbol=r"\phi", doc="initial phase lag behind the first tone")
+    amplitude: Number = param(unit="m", symbol="A", low="0 m", doc="initial amplitude")
+    phase: Number = param("90 deg", symbol=r"\phi", doc="initial phase lag behind the first tone")
 
 
 Start = Literal["free", "rest"] | InitialMotion
+ProtocolName = Literal["quasi_static", "stepwise"]
+PROTOCOL: Any = pydantic.Field(
+    default="quasi_static",
+    title="How the parameter changes",
+    description="quasi_static: the parameter changes so slowly that the motion stays on its state until that ends; "
+    "stepwise: each point from the motion at the one before, after a sudden step",
+)
+
+
+def refuse_fresh_starts(protocol: str, carry_state: bool) -> None:
+    """Raise :class:`ParameterError` where each point is to start anew although the motion is to stay on its state."""
+    if protocol == "quasi_static" and not carry_state:
+        raise ParameterError('experiment.carry_state = false goes with protocol = "stepwise": write that beside it')
 
 
 class CaseLike(Protocol):
@@ -92,7 +105,7 @@ class Experiment(Parameters):
 
     kind: str
     harmonics: int = pydantic.Field(
-        10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
+        default=10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
     )
 
     @classmethod

@@ -2,45 +2,53 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import pydantic
 
 from dforce.experiments._experiment import (
+    PROTOCOL,
     CaseLike,
     Distances,
     Experiment,
     Grid,
     Progress,
+    ProtocolName,
     Start,
-    initial_motion,
+    refuse_fresh_starts,
     whole_range,
 )
-from dforce.experiments._restart import restore, stop
-from dforce.parameters import param
-from dforce.quantities import JUMPS
+from dforce.parameters import Part, param, part
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.orbit import Jump
 
 
 class Approach(Experiment):
-    """The tip goes through a list of average distances and settles at each of them."""
+    """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
 
     kind: Literal["approach"] = "approach"
-    zc: Distances = param(unit="m", symbol="z_c", doc="average distances: a grid {start, stop, points} or a list")
+    zc: Part[Distances] = param(unit="m", symbol="z_c", doc="average distances: a grid {start, stop, points} or a list")
     direction: Literal["approach", "retract", "both"] = pydantic.Field(
-        "approach", description="approach (far to near), retract (near to far), or both one after the other"
+        default="approach",
+        title="Direction",
+        description="approach (far to near), retract (near to far), or both one after the other",
     )
+    protocol: ProtocolName = PROTOCOL
     carry_state: bool = pydantic.Field(
-        True, description="start each distance from the motion at the one before; otherwise each from `start`"
+        default=True,
+        description="stepwise: start each distance from the motion at the one before; otherwise each from `start`",
     )
-    start: Start = pydantic.Field("free", description="motion at the start: free, rest, or an amplitude and a phase")
+    start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
+
+    @pydantic.model_validator(mode="after")
+    def _starts_anew_by_steps(self) -> Self:
+        refuse_fresh_starts(self.protocol, self.carry_state)
+        return self
 
     def distances(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return the average distances (m), as given."""
@@ -66,61 +74,18 @@ class Approach(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return the curve; see :class:`Experiment`."""
-        from dforce.experiments._table import Table
-        from dforce.results import Status
-        from dforce.solvers.find import make_finder
+        from dforce.experiments._curve import Curve
+        from dforce.solvers.block import Block
 
-        finder = make_finder(problem, settings, self.harmonics)
-        integrator = finder.integrator
-        zc, visits = self.distances(), self.visits()
-        coords: dict[str, Any] = {"zc": zc}
+        coords: dict[str, Any] = {"zc": self.distances()}
         if self.direction == "both":
             coords["direction"] = ["approach", "retract"]
-        table = Table(tuple(coords), coords, integrator)
-        motion = initial_motion(integrator, self.start)
-        done, before = 0, None
-        if earlier is not None:
-            done, motion = restore(table, earlier, visits, motion)
-            finder.jumps += jumps_of(earlier)
-            if done and self.carry_state:
-                before = float(zc[visits[done - 1][0]])
 
-        def watch() -> None:
-            progress(done, len(visits), f"zc = {1e9 * zc[visits[done][0]]:.4g} nm")
+        def make(points: int | None) -> Block:
+            return Block.of_one(problem, settings, self.harmonics, points=points)
 
-        try:
-            while done < len(visits):
-                watch()
-                to_come = [place[0] for place in visits[done:]]
-                for found in finder.stretches(motion, zc[to_come if self.carry_state else to_come[:1]], watch, before):
-                    table.put(visits[done : done + len(found)], found)
-                    motion, done = found.motion, done + len(found)
-                before = None
-                # a motion that is no number cannot be carried on
-                if not self.carry_state or not motion.is_finite:
-                    motion = initial_motion(integrator, self.start, motion.period)
-            progress(done, len(visits), "")
-        except KeyboardInterrupt:
-            pass
-        table.write()
-        for place in visits[done:]:
-            table.status[place] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
-        jumps = {
-            name: ("jump", [getattr(jump, name.removeprefix("jump_")) for jump in finder.jumps])
-            for name in (JUMPS if finder.jumps else ())
-        }
-        data = table.dataset(jumps)
-        data.attrs["samples_per_period"] = integrator.points
-        if done < len(visits):
-            stop(data, motion)
-        return data
-
-
-def jumps_of(data: xr.Dataset) -> list[Jump]:
-    """Return the jumps that a result holds."""
-    from dforce.solvers.orbit import Jump
-
-    if "jump_zc" not in data:
-        return []
-    rows = zip(*(data[name].values for name in JUMPS), strict=True)
-    return [Jump(float(zc), float(before), float(after), str(way)) for zc, before, after, way in rows]
+        curve = Curve(
+            make, coords, self.visits(), self.protocol, self.carry_state, self.start, "jump_zc",
+            ("approach", "retract"), lambda zc: f"zc = {1e9 * zc:.4g} nm",
+        )  # fmt: skip
+        return curve.run(progress, earlier)

@@ -13,7 +13,7 @@ import pydantic
 
 from dforce.errors import ParameterError
 from dforce.experiments._experiment import CaseLike, Experiment, Progress, tapping_distance
-from dforce.parameters import Parameters, param
+from dforce.parameters import Number, Parameters, Part, param, part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from dforce.solvers.crew import Crew
     from dforce.solvers.integrator import Integrator, Motion
     from dforce.solvers.lot import Indices
-    from dforce.solvers.transient import Steady
+    from dforce.solvers.protocols import Protocol
+    from dforce.solvers.transient import Watch
 
-BLOCK = 256  # starts that settle side by side
+BLOCK, LEAST_BLOCK = 256, 8  # starts that settle side by side; where the force has memory or branches
 ALIKE = 5e-3  # of the free amplitude: states whose complex amplitudes are so near are one
 MOST_POINTS = 4096  # along one axis
 MOST_STARTS = 1_000_000
@@ -35,7 +36,7 @@ MOST_STARTS = 1_000_000
 class Even(Parameters):
     """Evenly spaced values from `start` to `stop`, both included."""
 
-    points: int = pydantic.Field(41, ge=1, le=MOST_POINTS, description="number of values")
+    points: int = pydantic.Field(default=41, ge=1, le=MOST_POINTS, description="number of values")
 
     def values(self) -> Array:
         """Return the values in SI."""
@@ -47,8 +48,8 @@ class AmplitudeGrid(Even):
 
     title_of: ClassVar[str] = "amplitude"
 
-    start: float = param("0 nm", unit="m", symbol="A", low="0 m", doc="first initial amplitude")
-    stop: float = param(unit="m", symbol="A", low="0 m", doc="last initial amplitude")
+    start: Number = param("0 nm", unit="m", symbol="A", low="0 m", doc="first initial amplitude")
+    stop: Number = param(unit="m", symbol="A", low="0 m", doc="last initial amplitude")
 
 
 class PhaseGrid(Even):
@@ -56,9 +57,9 @@ class PhaseGrid(Even):
 
     title_of: ClassVar[str] = "phase"
 
-    points: int = pydantic.Field(40, ge=1, le=MOST_POINTS, description="number of values")
-    start: float = param("0 deg", symbol=r"\phi", doc="first initial phase lag")
-    stop: float = param("351 deg", symbol=r"\phi", doc="last initial phase lag")
+    points: int = pydantic.Field(default=40, ge=1, le=MOST_POINTS, description="number of values")
+    start: Number = param("0 deg", symbol=r"\phi", doc="first initial phase lag")
+    stop: Number = param("351 deg", symbol=r"\phi", doc="last initial phase lag")
 
 
 class DeflectionGrid(Even):
@@ -66,8 +67,8 @@ class DeflectionGrid(Even):
 
     title_of: ClassVar[str] = "deflection"
 
-    start: float = param(unit="m", symbol="z", doc="first initial deflection")
-    stop: float = param(unit="m", symbol="z", doc="last initial deflection")
+    start: Number = param(unit="m", symbol="z", doc="first initial deflection")
+    stop: Number = param(unit="m", symbol="z", doc="last initial deflection")
 
 
 class VelocityGrid(Even):
@@ -75,8 +76,8 @@ class VelocityGrid(Even):
 
     title_of: ClassVar[str] = "velocity"
 
-    start: float = param(unit="m/s", symbol=r"\dot z", doc="first initial velocity")
-    stop: float = param(unit="m/s", symbol=r"\dot z", doc="last initial velocity")
+    start: Number = param(unit="m/s", symbol=r"\dot z", doc="first initial velocity")
+    stop: Number = param(unit="m/s", symbol=r"\dot z", doc="last initial velocity")
 
 
 class Basins(Experiment):
@@ -91,15 +92,16 @@ class Basins(Experiment):
     }  # fmt: skip
 
     kind: Literal["basins"] = "basins"
-    zc: float = param(unit="m", symbol="z_c", doc="average tip–surface distance")
-    amplitude: AmplitudeGrid | None = pydantic.Field(
-        None, description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude"
+    zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
+    amplitude: Part[AmplitudeGrid | None] = part(
+        None,
+        description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude",
     )
-    phase: PhaseGrid | None = pydantic.Field(None, description="initial phase lags; left out: the whole turn")
-    deflection: DeflectionGrid | None = pydantic.Field(
+    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; left out: the whole turn")
+    deflection: Part[DeflectionGrid | None] = part(
         None, description="initial deflections, with velocities, instead of amplitudes and phases"
     )
-    velocity: VelocityGrid | None = pydantic.Field(None, description="initial velocities, with deflections")
+    velocity: Part[VelocityGrid | None] = part(None, description="initial velocities, with deflections")
 
     @pydantic.model_validator(mode="after")
     def _one_kind_of_start(self) -> Self:
@@ -192,20 +194,17 @@ class Starts:
         return len(self.first) * len(self.second)
 
     def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
-        """Give what is to be done: blocks of starts side by side where the forces allow it, else one by one."""
-        from dforce.solvers.find import make_finder
+        """Give what is to be done: blocks of starts."""
+        from dforce.solvers.block import Block
         from dforce.solvers.integrator import load_kernels
-        from dforce.solvers.lot import fits
 
         load_kernels(self.problem)  # before threads ask for them at the same time
-        template = make_finder(self.problem, self.settings, self.harmonics).integrator
-        motions = [self.motion(template, number) for number in range(len(self))]
-        side_by_side_fits = fits(self.problem, self.settings)
-        size = BLOCK if side_by_side_fits else 1
+        template = Block.of_one(self.problem, self.settings, self.harmonics, crew.watch)
+        motions = [self.motion(template.integrator(0, self.zc), number) for number in range(len(self))]
+        size = BLOCK if template.is_smooth else LEAST_BLOCK
         for start in range(0, len(self), size):
             which = np.arange(start, min(start + size, len(self)), dtype=np.int64)
-            job = self._together if side_by_side_fits else self._alone
-            yield functools.partial(job, which, motions, crew)
+            yield functools.partial(self._settle, which, motions, crew)
 
     def motion(self, integrator: Integrator, number: int) -> Motion:
         """Return one start, as an integrator takes it."""
@@ -220,46 +219,51 @@ class Starts:
             amplitudes[0, tone.mode] = one - 1j * other / (2.0 * np.pi * tone.frequency)
         return with_amplitudes(integrator, amplitudes)
 
-    def _together(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
-        """Settle a block of starts side by side."""
-        from dforce.solvers.batch import Block
+    def _settle(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
+        """Settle a block of starts; those that need more samples with more."""
+        from dforce.solvers.block import Block
+        from dforce.solvers.refine import sample_counts
+
+        plain = Block.of_one(self.problem, self.settings, self.harmonics, crew.watch)
+        crew_add: Callable[[int], None] = crew.add
+        for points, is_last in sample_counts(plain.points, self.settings):
+            which = self._settle_with(points, which, motions, crew.watch, crew_add, is_last)
+            if not len(which):
+                return
+            crew_add = _nothing  # they are counted
+
+    def _settle_with(
+        self, points: int, which: Indices, motions: list[Motion], watch: Watch, told: Callable[[int], None], is_last: bool
+    ) -> Indices:  # fmt: skip
+        """Settle starts side by side; return those that have to be settled again."""
+        from dforce.experiments._table import statuses
+        from dforce.results import Status
+        from dforce.solvers.block import Block, States
         from dforce.solvers.lot import Lot
+        from dforce.solvers.protocols import STEPWISE, make_protocol
+        from dforce.solvers.walk import Walk
 
         lot = Lot.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
-        points = int(lot.samples(self.settings)[0])
-        block = Block(lot, lambda _: self.problem, self.settings, self.harmonics, points, crew.watch)
-        block.walk(np.array([motions[i].y for i in which]), np.full((len(which), 1), self.zc), crew.add, near=False)
-        values = block.points.values(lot, self.harmonics)
-        for place, number in enumerate(which):
-            other = block.points.others.get((place, 0))
-            if other is not None:
-                self._take(int(number), other)
-                continue
-            self._sort_in(int(number), {name: value[place, 0] for name, value in values.items()}, True)
-
-    def _alone(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
-        """Settle one start by itself."""
-        from dforce.solvers.find import make_finder
-
-        finder = make_finder(self.problem, self.settings, self.harmonics)
-        for number in which:
-            motion = motions[number]
-            self._take(int(number), next(finder.along(motion, np.array([self.zc]), crew.watch)))
-            crew.add(1)
-
-    def _take(self, number: int, found: Steady) -> None:
-        from dforce.experiments._table import status_of
-        from dforce.results import Status
-
-        status = status_of(found)
-        if status in (Status.OK, Status.NOT_REPEATING):
-            self._sort_in(number, dict(found.values), status is Status.OK)
-        self.status[number] = status
+        block = Block(lot, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, watch)
+        values = np.full((len(which), 1), self.zc)
+        starts = [motions[i] for i in which]
+        if block.is_periodic:
+            solver: Protocol = Walk(block, values, States.of(*starts), told)
+        else:
+            solver = make_protocol(STEPWISE, block, values, starts, told)
+        solver.run()
+        columns, status = solver.points.columns(block, values), statuses(solver.points, block, values)[:, 0]
+        wrong = status == Status.UNRESOLVED
+        for place in np.flatnonzero(~wrong if not is_last else np.ones_like(wrong)).tolist():
+            number = int(which[place])
+            self.status[number] = status[place]
+            if status[place] in (Status.OK, Status.NOT_REPEATING):
+                of_start = {name: value[place, 0] for name, value in columns.items()}
+                self._sort_in(number, of_start, status[place] == Status.OK)
+        return which[wrong] if not is_last else which[:0]
 
     def _sort_in(self, number: int, values: dict[str, Any], repeats: bool) -> None:
         """Give a start its state: one found before, or a new one. All motions that do not repeat count as one state."""
-        from dforce.results import Status
-
         amplitudes = np.asarray(values["amplitude"]) * np.exp(-1j * np.radians(values["phase"]))
         nearness = ALIKE * self.problem.tones[0].A0
         with self._lock:
@@ -271,7 +275,6 @@ class Starts:
             else:
                 self.states.append(State(amplitudes, values, repeats))
                 self.reached[number] = len(self.states) - 1
-        self.status[number] = Status.OK if repeats else Status.NOT_REPEATING
 
     def by_share(self) -> list[int]:
         """Return the states' numbers, the most frequently reached first."""
@@ -288,3 +291,7 @@ class Starts:
             if column and len(column) == len(order) and name not in ("settling_periods", "drift", "corrections"):
                 table[name] = (("state", *observable.dims), np.array(column))
         return table
+
+
+def _nothing(points: int) -> None:
+    """Count nothing."""

@@ -11,13 +11,14 @@ import pydantic
 from dforce import units
 from dforce.errors import ParameterError, UnitError
 from dforce.experiments._experiment import CaseLike, Experiment, Progress, whole_range
-from dforce.parameters import Parameters, Quantity, param
+from dforce.parameters import Number, Parameters, Part, Quantity, param
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     import xarray as xr
 
+    from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.continuation import Curve
@@ -32,8 +33,10 @@ class Span(Parameters):
 
     title_of: ClassVar[str] = "zc"
 
-    start: float = param(unit="m", symbol="z_c", doc="average distance to start at; far away, where there is one state")
-    stop: float = param(unit="m", symbol="z_c", doc="average distance to end at")
+    start: Number = param(
+        unit="m", symbol="z_c", doc="average distance to start at; far away, where there is one state"
+    )
+    stop: Number = param(unit="m", symbol="z_c", doc="average distance to end at")
 
 
 def _span_of_pair(given: Any) -> Any:
@@ -45,22 +48,26 @@ class Branches(Experiment):
     """All steady states along a parameter, stable or not: the curves of periodic orbits, through folds."""
 
     kind: Literal["branches"] = "branches"
-    zc: Annotated[Span | float, pydantic.BeforeValidator(_span_of_pair)] = param(
+    zc: Part[Annotated[Span | float, pydantic.BeforeValidator(_span_of_pair)]] = param(
         unit="m", symbol="z_c", doc="range {start, stop} of average distances; one distance where a parameter is given"
     )
     parameter: str | None = pydantic.Field(
-        None, max_length=200,
+        default=None, max_length=200, title="Parameter to vary instead of the distance",
+        examples=["sample.youngs_modulus", "drive.A0", "drive.frequency", "cantilever.Q", "tip.radius"],
         description="path of the parameter to vary in place of zc, such as sample.youngs_modulus; "
         "a drive frequency is varied at constant driving force",
     )  # fmt: skip
-    start: float | str | None = pydantic.Field(None, description="value of the parameter to start at")
-    stop: float | str | None = pydantic.Field(None, description="value of the parameter to end at")
+    start: float | str | None = pydantic.Field(default=None, description="value of the parameter to start at")
+    stop: float | str | None = pydantic.Field(default=None, description="value of the parameter to end at")
     largest_step: float = pydantic.Field(
-        0.01, gt=0.0, le=0.5, description="largest step along a curve, relative to the range and to the free amplitude"
+        default=0.01,
+        gt=0.0,
+        le=0.5,
+        description="largest step along a curve, relative to the range and to the free amplitude",
     )
-    max_points: int = pydantic.Field(10_000, ge=2, le=1_000_000, description="points of all curves, at most")
+    max_points: int = pydantic.Field(default=10_000, ge=2, le=1_000_000, description="points of all curves, at most")
     search: int = pydantic.Field(
-        7, ge=0, le=1000, description="number of values at which transients look for states on other curves"
+        default=7, ge=0, le=1000, description="number of values at which states on other curves are looked for"
     )
 
     @pydantic.model_validator(mode="after")
@@ -89,21 +96,29 @@ class Branches(Experiment):
     ) -> xr.Dataset:  # fmt: skip
         """Return the points of all curves, one curve after the other; see :class:`Experiment`."""
         from dforce.experiments._restart import restore_curves, stop_curves
-        from dforce.solvers.continuation import Curve, search
+        from dforce.solvers.continuation import Curve
+        from dforce.solvers.doubling import doublings
         from dforce.solvers.fixed_point import PeriodMap, free_orbit
         from dforce.solvers.integrator import INTEGRATORS, sample_count
+        from dforce.solvers.search import Known, search
 
-        start, stop, quantity, at = self._range(problem, case)
+        start, stop, quantity, anywhere = self._range(problem, case)
         low, high = min(start, stop), max(start, stop)
+
+        def at(value: float) -> Problem:
+            return anywhere(min(max(value, low), high))  # beyond the range, by a rounding, it may not be allowed
+
         among = [at(value) for value in (start, 0.5 * (start + stop), stop)]
         finest = max(among, key=lambda one: sample_count(one, settings))
         integrator = INTEGRATORS[settings.integrator](finest, settings, self.harmonics)
         place = integrator.place if isinstance(self.zc, Span) else _placing(integrator, at, self.zc)
         period_map = PeriodMap(integrator, place, low, high)
         _refuse_changing_period(among)
+        searched = np.linspace(start, stop, self.search)
         curves: list[Curve] = []
         kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
-        under_way, total = (0, 0), 1 + self.search  # which search, and how many curves there were before it
+        # which search, and how many curves there were before it; after the last one doubled motions are followed
+        under_way, total = (0, 0), 2 + self.search
         if earlier is not None:
             kept, under_way = restore_curves(earlier, period_map)
             curves, kept = kept[: under_way[1]], kept[under_way[1] :]
@@ -116,12 +131,19 @@ class Branches(Experiment):
             here = units.show(float(last.u[-1]) * period_map.span, quantity.unit, 4)
             return progress(done, total, f"curve {len(curves)}, {self._name()} = {here}")
 
-        def grow(orbit: Orbit) -> None:
+        def grow(orbit: Orbit) -> bool:
             left = self.max_points - sum(len(curve.points) for curve in curves)
             if left > 1:
                 # a search that is done again finds the same orbits in the same order
                 curves.append(kept.pop(0) if kept else Curve(orbit))
-                curves[-1].grow(period_map, self.largest_step, left, watch)
+                curves[-1].grow(period_map.repeated(curves[-1].repeats), self.largest_step, left, watch)
+            return left > 1
+
+        def found() -> Iterator[Orbit]:
+            number, _ = under_way
+            if number <= self.search:
+                return search(Known(period_map, curves, searched[number - 1] / period_map.span), watch)
+            return doublings(period_map, curves, self.largest_step, watch)
 
         try:
             first = free_orbit(period_map, start / period_map.span) if under_way[0] == 0 else None
@@ -129,17 +151,18 @@ class Branches(Experiment):
                 grow(first if start < stop else first.reversed())
             for number in range(max(1, under_way[0]), total):
                 under_way = number, len(curves)
-                share = (number - 1) / max(self.search - 1, 1)
-                for orbit in search(period_map, curves, (start + share * (stop - start)) / period_map.span, watch):
-                    grow(orbit)
+                for orbit in found():
+                    if not grow(orbit):
+                        break
                 while kept:  # a search on another machine may miss what the first one has found
                     grow(kept[0].forth[0])
             progress(total, total, "")
         except KeyboardInterrupt:
-            data = self._dataset(period_map, curves + kept, quantity)
+            data = self._dataset(period_map, curves + kept, quantity, searched, at)
+            data.attrs["completeness"] = "not checked: the run was stopped"
             stop_curves(data, curves + kept, under_way)
             return data
-        return self._dataset(period_map, curves, quantity)
+        return self._dataset(period_map, curves, quantity, searched, at)
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at the value of the parameter of a point; see :class:`Experiment`."""
@@ -175,34 +198,74 @@ class Branches(Experiment):
             return start, stop, quantity, lambda value: problem.at_frequency(value, tone)
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
-    def _dataset(self, period_map: PeriodMap, curves: list[Curve], quantity: Quantity) -> xr.Dataset:
+    def _dataset(
+        self, period_map: PeriodMap, curves: list[Curve], quantity: Quantity, searched: Array,
+        at: Callable[[float], Problem],
+    ) -> xr.Dataset:  # fmt: skip
+        from dforce.experiments._motion import with_motions
         from dforce.experiments._table import Table
         from dforce.results import describe
+        from dforce.solvers.escape import UnstableStates, escape
         from dforce.solvers.fixed_point import as_steady
+        from dforce.solvers.search import index_sum, why_unproven
 
         orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
-        table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator)
-        for i, (_, orbit) in enumerate(orbits):
-            table.put([(i,)], as_steady(period_map, orbit))
+        table = Table(
+            ("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator.problem, self.harmonics
+        )
+        problems = [at(float(orbit.u[-1]) * period_map.span) for _, orbit in orbits]
+        steady = [as_steady(period_map, orbit) for _, orbit in orbits]
+        for i, problem in enumerate(problems):
+            table.put((i,), steady[i], problem)
         data = table.dataset()
+        data = with_motions(data, ("point",), [one.motion for one in steady], problems)
+        unstable = UnstableStates(curves, period_map)
+        escapes = [escape(orbit, unstable, problem) for (_, orbit), problem in zip(orbits, problems, strict=True)]
+        data["escape"] = ("point", np.array(escapes, dtype=float))
         name = self._name()
         data.coords[name] = ("point", np.array([orbit.u[-1] for _, orbit in orbits], dtype=float) * period_map.span)
         data.coords["branch"] = ("point", np.array([number for number, _ in orbits], dtype=int))
         data["stable"] = ("point", np.array([orbit.is_stable for _, orbit in orbits], dtype=bool))
         data["special"] = ("point", np.array([orbit.special for _, orbit in orbits], dtype=np.str_))
+        repeats = [orbit.repeats * period_map.common for _, orbit in orbits]
+        data["repeat_periods"] = ("point", np.array(repeats, dtype=int))
+        sums = [index_sum(curves, value / period_map.span) for value in searched]
+        if sums:
+            data.coords["searched"] = ("search", searched)
+            data["searched"].attrs["units"] = quantity.unit
+            data["index_sum"] = ("search", np.array(sums, dtype=int))
         if isinstance(self.zc, float):
             data.coords["zc"] = self.zc
             words = {"units": quantity.unit, "long_name": quantity.doc, "symbol": quantity.symbol}
             data[name].attrs.update({key: word for key, word in words.items() if word})
-        data.attrs |= {"along": name, "samples_per_period": period_map.integrator.points}
+        unproven, is_full = why_unproven(period_map.integrator.problem), len(orbits) >= self.max_points - 1
+        data.attrs |= {
+            "along": name, "samples_per_period": period_map.integrator.points,
+            "completeness": _completeness(sums, unproven, is_full),
+        }  # fmt: skip
         return describe(data)
+
+
+def _completeness(sums: list[int], unproven: str, is_full: bool) -> str:
+    """Return in a sentence whether the indices of the states say that none is missing."""
+    if not sums:
+        return "not checked: search = 0"
+    if unproven:
+        return f"not proven: {unproven}, so that the indices of the states need not add up to 1"
+    missing = sum(one != 1 for one in sums)
+    if missing:
+        limit = "; max_points is reached" if is_full else ""
+        return (
+            f"states are missing: their indices do not add up to 1 at {missing} of {len(sums)} searched values{limit}"
+        )
+    return "no single state is missing: their indices add up to 1 at all searched values"
 
 
 def _parsed(key: str, given: Any, unit: str) -> float:
     try:
         return units.parse(given, unit)
     except UnitError as error:
-        raise ParameterError(f"experiment.{key} {error}") from None
+        raise UnitError(f"experiment.{key} {error}") from None
 
 
 def _placing(integrator: Integrator, at: Callable[[float], Problem], zc: float) -> Callable[[float], None]:

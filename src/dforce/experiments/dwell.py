@@ -10,7 +10,7 @@ import pydantic
 
 from dforce.errors import ParameterError
 from dforce.experiments._experiment import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
-from dforce.parameters import param
+from dforce.parameters import Number, Part, param, part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,13 +28,15 @@ class Dwell(Experiment):
     """The tip stays at one average distance; its motion is recorded once it has settled."""
 
     kind: Literal["dwell"] = "dwell"
-    zc: float = param(unit="m", symbol="z_c", doc="average tip–surface distance")
-    start: Start = pydantic.Field("free", description="motion at the start: free, rest, or an amplitude and a phase")
+    zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
+    start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
     record: Literal["settled", "all"] = pydantic.Field(
-        "settled", description="record the settled motion only, or everything from the start as well"
+        default="settled",
+        title="What is recorded",
+        description="record the settled motion only, or everything from the start as well",
     )
     recorded_periods: int = pydantic.Field(
-        8, ge=1, le=100_000, description="periods of the first tone that are recorded once settled"
+        default=8, ge=1, le=100_000, description="periods of the first tone that are recorded once settled"
     )
 
     @classmethod
@@ -47,27 +49,35 @@ class Dwell(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
+        from dforce.experiments._motion import with_motions
         from dforce.experiments._table import Table
         from dforce.results import Status
-        from dforce.solvers.find import make_finder
+        from dforce.solvers.block import Block
+        from dforce.solvers.protocols import settle_at
+        from dforce.solvers.refine import sample_counts
 
         if self.record == "all":  # the whole way there is asked for, so it has to be gone
             settings = settings.replace(method="transient")
-        finder = make_finder(problem, settings, self.harmonics)
-        integrator = finder.integrator
-        table = Table((), {}, integrator)
-        first = motion = initial_motion(integrator, self.start)
+        table = Table((), {}, problem, self.harmonics)
+        plain = Block.of_one(problem, settings, self.harmonics)
         try:
             progress(0, 1, "settling")
-            found = next(finder.along(motion, np.array([self.zc]), lambda: progress(0, 1, "settling")))
+            for points, _ in sample_counts(plain.points, settings):
+                block = Block.of_one(problem, settings, self.harmonics, lambda: progress(0, 1, "settling"), points)
+                integrator = block.integrator(0, self.zc)
+                first = initial_motion(integrator, self.start)
+                found = settle_at(block, first, self.zc)
+                table.put((), found, problem)
+                if table.status[()] != Status.UNRESOLVED:
+                    break
         except KeyboardInterrupt:
-            data = table.dataset().assign_coords(zc=self.zc)
+            data = Table((), {}, problem, self.harmonics).dataset().assign_coords(zc=self.zc)
             data.attrs["interrupted"] = 1
             return data
-        table.put([()], found)
         data = table.dataset().assign_coords(zc=self.zc)
+        integrator = block.integrator(0, self.zc)
         data.attrs["samples_per_period"] = integrator.points
-        if table.status[()] != Status.FAILED:
+        if table.status[()] not in (Status.FAILED, Status.UNRESOLVED):
             settling = int(found.values["settling_periods"])
             motion, count = found.motion, self.recorded_periods
             if self.record == "all":
@@ -78,6 +88,7 @@ class Dwell(Experiment):
                     'lower experiment.recorded_periods, or record = "settled"'
                 )
             motion = record_traces(data, integrator, motion, count)
+            data = with_motions(data, (), [found.motion], [problem])
             record_spectrum(data, integrator, motion, self.recorded_periods)
         progress(1, 1, "")
         return data

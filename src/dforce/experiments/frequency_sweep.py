@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 import pydantic
@@ -11,15 +11,16 @@ from dforce import units
 from dforce.errors import ParameterError, shorten
 from dforce.experiments._experiment import (
     MOST_POINTS,
+    PROTOCOL,
     CaseLike,
     Experiment,
     Progress,
+    ProtocolName,
     Start,
-    initial_motion,
+    refuse_fresh_starts,
     tapping_distance,
 )
-from dforce.experiments._restart import restore, stop
-from dforce.parameters import Parameters, param
+from dforce.parameters import Number, Parameters, Part, param, part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,9 +34,9 @@ class FrequencyGrid(Parameters):
 
     title_of: ClassVar[str] = "frequency"
 
-    start: float = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="first frequency")
-    stop: float = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="last frequency")
-    points: int = pydantic.Field(201, ge=1, le=MOST_POINTS, description="number of frequencies")
+    start: Number = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="first frequency")
+    stop: Number = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="last frequency")
+    points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of frequencies")
 
     def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return the frequencies (Hz)."""
@@ -54,25 +55,34 @@ def _frequencies(given: Any) -> Any:
 
 
 class FrequencySweep(Experiment):
-    """The drive frequency of tone 1 goes up or down at constant driving force; the motion settles at each.
+    """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
     The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument
     where the drive is set at resonance and only its frequency is swept: `A0` is the amplitude of the free curve there.
     """
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
-    frequency: Annotated[FrequencyGrid | tuple[float, ...], pydantic.BeforeValidator(_frequencies)] = param(
+    frequency: Part[Annotated[FrequencyGrid | tuple[float, ...], pydantic.BeforeValidator(_frequencies)]] = param(
         unit="Hz", symbol="f", above="0 Hz", high="10 GHz",
         doc="frequencies of tone 1: a grid {start, stop, points} or a list; the driving force stays as it is",
     )  # fmt: skip
-    zc: float = param(unit="m", symbol="z_c", doc="average tip–surface distance")
+    zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     direction: Literal["up", "down", "both"] = pydantic.Field(
-        "both", description="up (low to high), down (high to low), or both one after the other"
+        default="both",
+        title="Direction",
+        description="up (low to high), down (high to low), or both one after the other",
     )
+    protocol: ProtocolName = PROTOCOL
     carry_state: bool = pydantic.Field(
-        True, description="start each frequency from the motion at the one before; otherwise each from `start`"
+        default=True,
+        description="stepwise: start each frequency from the motion at the one before; otherwise each from `start`",
     )
-    start: Start = pydantic.Field("free", description="motion at the start: free, rest, or an amplitude and a phase")
+    start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
+
+    @pydantic.model_validator(mode="after")
+    def _starts_anew_by_steps(self) -> Self:
+        refuse_fresh_starts(self.protocol, self.carry_state)
+        return self
 
     def frequencies(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return the frequencies (Hz), as given."""
@@ -99,59 +109,24 @@ class FrequencySweep(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return the resonance curve; see :class:`Experiment`."""
-        from dforce.experiments._table import Table
-        from dforce.results import Status, describe
-        from dforce.solvers.integrator import INTEGRATORS
-        from dforce.solvers.response import Response
+        from dforce.experiments._curve import Curve
+        from dforce.results import describe
+        from dforce.solvers.block import Block
 
-        frequencies, visits = self.frequencies(), self.visits()
-        # the lowest frequency needs the most samples per period for the same modes
-        integrator = INTEGRATORS[settings.integrator](
-            problem.at_frequency(float(frequencies.min())), settings, self.harmonics
-        )
-
-        def place(frequency: float) -> None:
-            integrator.take(problem.at_frequency(frequency))
-            integrator.place(self.zc)
-
+        frequencies = self.frequencies()
         coords: dict[str, Any] = {"frequency": frequencies}
         if self.direction == "both":
             coords["direction"] = ["up", "down"]
-        table = Table(tuple(coords), coords, integrator)
-        done = 0
+        lowest = float(frequencies.min())
 
-        def watch() -> None:
-            note = units.show(float(frequencies[visits[min(done, len(visits) - 1)][0]]), "Hz", 6)
-            progress(done, len(visits), f"frequency = {note}")
+        def make(points: int | None) -> Block:
+            return Block.along_frequency(problem, self.zc, lowest, settings, self.harmonics, points)
 
-        response = Response(integrator, place, float(frequencies.min()), float(frequencies.max()))
-        motion = initial_motion(integrator, self.start)
-        if earlier is not None:
-            done, motion = restore(table, earlier, visits, motion)
-            if done:
-                response.go(float(frequencies[visits[done - 1][0]]))
-                response.take_up(motion)
-        try:
-            for visit in visits[done:]:
-                watch()
-                response.go(float(frequencies[visit[0]]))
-                if not done or not self.carry_state or not motion.is_finite:
-                    found = response.settled(initial_motion(integrator, self.start), watch)
-                else:
-                    found = response.carried(watch)
-                table.put([visit], found)
-                motion, done = found.motion, done + 1
-            progress(done, len(visits), "")
-        except KeyboardInterrupt:
-            pass
-        table.write()
-        for place_of in visits[done:]:
-            table.status[place_of] = Status.NOT_COMPUTED  # even if stopped just before it counted as done
-        data = describe(table.dataset().assign_coords(zc=self.zc))
-        data.attrs["samples_per_period"] = integrator.points
-        if done < len(visits):
-            stop(data, motion)
-        return data
+        curve = Curve(
+            make, coords, self.visits(), self.protocol, self.carry_state, self.start, "jump_frequency", ("down", "up"),
+            lambda frequency: f"frequency = {units.show(frequency, 'Hz', 6)}",
+        )  # fmt: skip
+        return describe(curve.run(progress, earlier).assign_coords(zc=self.zc))
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at the frequency of a point; see :class:`Experiment`."""

@@ -15,6 +15,7 @@ from typing import Any
 from dforce import notices
 from dforce.errors import nearest, shorten
 from dforce.forces._force import INTERACTIONS, REGISTRY, Force
+from dforce.forces._groups import grouped
 
 for _file in pkgutil.iter_modules(__path__):
     if not _file.name.startswith("_"):
@@ -31,7 +32,7 @@ for _entry in importlib.metadata.entry_points(group="dforce.forces"):
 
 _models = {model.__name__: model for model in REGISTRY.values()}
 globals().update(_models)
-__all__ = ["INTERACTIONS", "REGISTRY", "Force", *sorted(_models)]
+__all__ = ["INTERACTIONS", "REGISTRY", "Force", "grouped", *sorted(_models)]
 
 
 def __getattr__(name: str) -> Any:

@@ -118,6 +118,11 @@ class Force(Parameters):
         """Inverse of the shortest time in which the force's memory relaxes (1/s); 0 without such a time."""
         return 0.0
 
+    @property
+    def is_passive(self) -> bool:
+        """Whether the sample gives no energy over a cycle, as far as is known: true of the models of dForce itself."""
+        return not self.timed and type(self).__module__.startswith(__package__ + ".") and self.name != "custom"
+
     def law_function(self) -> Callable[..., float]:
         """Return the law of this force: its class's, unless parameters decide it."""
         return type(self).law

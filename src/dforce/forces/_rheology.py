@@ -10,9 +10,10 @@ An element's states are the displacements :math:`w_k` of its dashpots, its stres
 contact where that is positive. So no event has to be found, and the surface goes on to recover by the
 same equation, :math:`\dot w_k = (\max(\delta - x^2/R, u) - w_k)/\tau_k`.
 
-The elements are at :math:`x_i = x_n (i/n)^2`. Between two of them :math:`\delta - x^2/R - u` is taken as
-linear in :math:`x^2` and integrated exactly, so that an elastic sample gives Hertz' law for any number of
-elements; the error of the viscous part falls with the inverse square of their number in contact.
+The elements are at :math:`x_i = x_n (i/n)^2`, so that small contacts have enough of them, too. Between two
+of them :math:`\delta - x^2/R - u` is taken as a parabola in :math:`x^2`, bent as u is on the mean of both
+elements, and integrated exactly, so that an elastic sample gives Hertz' law for any number of elements; the
+error of the viscous part falls with the inverse cube of their number in contact.
 
 Sources: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845
 (1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction in Contact Mechanics and Friction,
@@ -25,7 +26,7 @@ from math import sqrt
 from typing import Any
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import MaybeNumber, param, shared
 
 
 class Viscoelastic(Force):
@@ -37,7 +38,7 @@ class Viscoelastic(Force):
     radius: float = shared("tip.radius")
     poisson: float = shared("sample.poisson_ratio")
     a0: float = shared("contact.a0")
-    max_indentation: float | None = param(
+    max_indentation: MaybeNumber = param(
         None,
         unit="m",
         above="0 nm",
@@ -127,29 +128,47 @@ def load(depth: float, memory: Any, modulus: float, shares: tuple[float, ...], r
     arms = len(shares)
     last = len(memory) // arms - 1
     step = reach / (last * last)
-    total = 0.0
-    x = 0.0
-    push = depth
+    total, x, square, sunk, ahead = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(arms):
-        push -= shares[k] * memory[k]
+        sunk += shares[k] * memory[k]
+        ahead += shares[k] * memory[arms + k]
+    push, square_ahead = depth - sunk, step * step
+    slope, bend = (ahead - sunk) / square_ahead, 0.0
     for i in range(1, last + 1):
-        if depth * radius <= x * x:
+        if depth * radius <= square:
             break  # the surface is nowhere above its height at rest, so nothing farther out touches
-        before, inner = push, x
-        x = step * (i * i)
-        push = depth - x * x / radius
-        for k in range(arms):
-            push -= shares[k] * memory[i * arms + k]
-        if before > 0.0 and push > 0.0:
-            total += (x - inner) * (before + (push - before) * (x + 2.0 * inner) / (3.0 * (x + inner)))
-        elif before > 0.0 or push > 0.0:
-            slope = (before - push) / (x * x - inner * inner)
-            square = inner * inner + before / slope
-            edge = sqrt(square)
-            near = inner if before > 0.0 else x
-            covered = square * (edge - near) - (edge * square - near * near * near) / 3.0
-            total += slope * covered if before > 0.0 else -slope * covered
-    return 2.0 * modulus * total
+        before, inner, inner_square, sunk = push, x, square, ahead
+        x, square = step * (i * i), square_ahead
+        push = depth - square / radius - sunk
+        bend_before = bend
+        if i < last:
+            ahead = 0.0
+            for k in range(arms):
+                ahead += shares[k] * memory[(i + 1) * arms + k]
+            root = step * ((i + 1) * (i + 1))
+            square_ahead = root * root
+            slope_ahead = (ahead - sunk) / (square_ahead - square)
+            bend = (slope_ahead - slope) / (square_ahead - inner_square)
+            slope = slope_ahead
+        if before > 0.0 or push > 0.0:
+            near, far = inner, x
+            if before > 0.0 and push > 0.0:
+                total += (x - inner) * (before + (push - before) * (x + 2.0 * inner) / (3.0 * (x + inner)))
+            else:
+                fall = (before - push) / (square - inner_square)
+                edge_square = inner_square + before / fall
+                edge = sqrt(edge_square)
+                near, far = (inner, edge) if before > 0.0 else (edge, x)
+                total += fall * (edge_square * (far - near) - (far * far * far - near * near * near) / 3.0)
+            mean = 0.5 * (bend_before + bend) if i > 1 else bend
+            total += mean * (bulge(far, inner_square, square) - bulge(near, inner_square, square))
+    return 2.0 * modulus * total if total > 0.0 else 0.0  # the rounding of a last touch must not pull
+
+
+def bulge(x: float, inner: float, outer: float) -> float:
+    """Return the integral over x of :math:`(x^2 - x_0^2)(x_1^2 - x^2)`, with these squares of the ends."""
+    square = x * x
+    return x * (square * ((inner + outer) / 3.0 - square / 5.0) - inner * outer)
 
 
 def relax(

@@ -6,7 +6,7 @@ from math import pi
 
 from dforce.errors import ParameterError
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import MaybeNumber, Number, param, shared
 
 
 class AdhesionHysteresis(Force):
@@ -30,13 +30,13 @@ class AdhesionHysteresis(Force):
 
     radius: float = shared("tip.radius")
     a0: float = shared("contact.a0")
-    approach_energy: float = param(
+    approach_energy: Number = param(
         "20 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_a", doc="surface energy while the tip comes"
     )
-    retract_energy: float = param(
+    retract_energy: Number = param(
         "30 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_r", doc="surface energy while the tip goes"
     )
-    hamaker: float | None = param(
+    hamaker: MaybeNumber = param(
         None,
         unit="J",
         low="0 J",

@@ -53,7 +53,7 @@ class BottomEffect(Force):
     geometry: Literal["cone", "sphere", "punch"] = "cone"
     """shape of the tip"""
     form: Literal["numerical", "series"] = "numerical"
-    """the series carried on by the numerical solution, or the series alone"""
+    """form of the law: the series carried on by the numerical solution, or the series alone"""
 
     @property
     def linear(self) -> float:

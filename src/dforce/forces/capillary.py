@@ -7,7 +7,7 @@ from typing import Literal
 
 from dforce.errors import ParameterError
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact
 
@@ -41,15 +41,15 @@ class Capillary(Force):
     radius: float = shared("tip.radius")
     temperature: float | None = shared("medium.temperature")
     a0: float = shared("contact.a0")
-    surface_tension: float = param("72 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_L", doc="surface tension of the liquid")
-    contact_angle: float = param(
+    surface_tension: Number = param("72 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_L", doc="surface tension of the liquid")
+    contact_angle: Number = param(
         "0 deg",
         low="0 deg",
         below="90 deg",
         symbol=r"\theta",
         doc="contact angle of the liquid on both bodies",
     )
-    formation: float = param(
+    formation: Number = param(
         "0.5 nm",
         low="0 nm",
         symbol=r"d_\mathrm{on}",
@@ -57,9 +57,9 @@ class Capillary(Force):
     )
     meniscus: Literal["constant_volume", "kelvin"] = "constant_volume"
     """what the neck keeps while it is stretched"""
-    volume: float = param("10 nm^3", above="0 nm^3", symbol="V", doc="volume of the neck (constant_volume)")
-    humidity: float = param("0.5", above="0", below="1", symbol="h", doc="relative humidity (kelvin)")
-    molar_volume: float = param(
+    volume: Number = param("10 nm^3", above="0 nm^3", symbol="V", doc="volume of the neck (constant_volume)")
+    humidity: Number = param("0.5", above="0", below="1", symbol="h", doc="relative humidity (kelvin)")
+    molar_volume: Number = param(
         "1.8e-5 m^3/mol", above="0 m^3/mol", symbol="V_m", doc="molar volume of the liquid (kelvin)"
     )
 

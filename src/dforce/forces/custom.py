@@ -11,7 +11,7 @@ import pydantic
 from dforce.errors import ParameterError
 from dforce.forces import _expression
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import MaybeNumber, Number, param, shared
 
 FIELDS = {"R": "radius", "H": "hamaker"}  # where the expression's name is not the field's
 PROBES = (-1e-9, 0.1e-9, 0.5e-9, 1e-9, 1e-8, 1e-7)  # m; a law that is finite at none of them is a mistake
@@ -66,11 +66,11 @@ class Custom(Force):
     law: str = pydantic.Field(  # type: ignore[assignment,misc]
         max_length=_expression.LONGEST, description="the force (N), an expression in SI units"
     )
-    hamaker: float | None = param(None, unit="J", symbol="H", doc="Hamaker constant, H in the law")
-    P1: float = param(0.0, symbol="P_1", doc="first number of your own, in SI units")
-    P2: float = param(0.0, symbol="P_2", doc="second number of your own, in SI units")
-    P3: float = param(0.0, symbol="P_3", doc="third number of your own, in SI units")
-    P4: float = param(0.0, symbol="P_4", doc="fourth number of your own, in SI units")
+    hamaker: MaybeNumber = param(None, unit="J", symbol="H", doc="Hamaker constant, H in the law")
+    P1: Number = param(0.0, symbol="P_1", doc="first number of your own, in SI units")
+    P2: Number = param(0.0, symbol="P_2", doc="second number of your own, in SI units")
+    P3: Number = param(0.0, symbol="P_3", doc="third number of your own, in SI units")
+    P4: Number = param(0.0, symbol="P_4", doc="fourth number of your own, in SI units")
     radius: float | None = shared("tip.radius")
     a0: float | None = shared("contact.a0")
     E_eff: float | None = shared("contact.E_eff")

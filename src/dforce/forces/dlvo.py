@@ -11,7 +11,7 @@ import pydantic
 from dforce.errors import ParameterError
 from dforce.forces._exponential import exponential
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import MaybeNumber, Number, param, shared
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 BOLTZMANN = 1.380649e-23  # J/K, exact
@@ -62,19 +62,19 @@ class DLVO(Force):
     a0: float = shared("contact.a0")
     permittivity: float = shared("medium.permittivity")
     temperature: float = shared("medium.temperature")
-    hamaker: float = param(unit="J", symbol="H", doc="Hamaker constant across the liquid")
-    tip_charge: float | None = param(None, unit="C/m^2", symbol=r"\sigma_t", doc="charge density of the tip")
-    sample_charge: float | None = param(None, unit="C/m^2", symbol=r"\sigma_s", doc="charge density of the sample")
-    tip_potential: float | None = param(None, unit="V", symbol=r"\psi_t", doc="surface potential of the tip")
-    sample_potential: float | None = param(None, unit="V", symbol=r"\psi_s", doc="surface potential of the sample")
-    debye_length: float | None = param(
+    hamaker: Number = param(unit="J", symbol="H", doc="Hamaker constant across the liquid")
+    tip_charge: MaybeNumber = param(None, unit="C/m^2", symbol=r"\sigma_t", doc="charge density of the tip")
+    sample_charge: MaybeNumber = param(None, unit="C/m^2", symbol=r"\sigma_s", doc="charge density of the sample")
+    tip_potential: MaybeNumber = param(None, unit="V", symbol=r"\psi_t", doc="surface potential of the tip")
+    sample_potential: MaybeNumber = param(None, unit="V", symbol=r"\psi_s", doc="surface potential of the sample")
+    debye_length: MaybeNumber = param(
         None,
         unit="m",
         above="0 nm",
         symbol=r"\lambda",
         doc="Debye length; left out, it follows from the salt",
     )
-    salt: float | None = param(
+    salt: MaybeNumber = param(
         None,
         unit="mol/m^3",
         above="0 mol/m^3",

@@ -10,7 +10,7 @@ import pydantic
 
 from dforce.errors import ParameterError
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import MaybeNumber, param, shared
 
 
 class DMT(Force):
@@ -39,14 +39,14 @@ class DMT(Force):
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    hamaker: float | None = param(
+    hamaker: MaybeNumber = param(
         None,
         unit="J",
         low="0 J",
         symbol="H",
         doc="Hamaker constant; left out, it follows from the surface energy",
     )
-    surface_energy: float | None = param(
+    surface_energy: MaybeNumber = param(
         None,
         unit="J/m^2",
         low="0 J/m^2",

@@ -7,7 +7,7 @@ from math import cos, exp, log, pi, sin, tan
 from typing import Literal
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 
@@ -39,13 +39,13 @@ class Electrostatic(Force):
     radius: float = shared("tip.radius")
     half_angle: float | None = shared("tip.half_angle")
     a0: float = shared("contact.a0")
-    bias: float = param("1 V", symbol=r"V_\mathrm{dc}", doc="constant voltage between tip and sample")
-    contact_potential: float = param(
+    bias: Number = param("1 V", symbol=r"V_\mathrm{dc}", doc="constant voltage between tip and sample")
+    contact_potential: Number = param(
         "0 V", symbol=r"V_\mathrm{cpd}", doc="contact potential difference, the bias without force"
     )
-    ac_bias: float = param("0 V", symbol=r"V_\mathrm{ac}", doc="amplitude of the alternating voltage")
-    ac_frequency: float = param("1 kHz", low="0 Hz", symbol="f", doc="frequency of the alternating voltage")
-    cone_height: float = param("10 um", above="0 um", symbol="H_c", doc="height of the cone")
+    ac_bias: Number = param("0 V", symbol=r"V_\mathrm{ac}", doc="amplitude of the alternating voltage")
+    ac_frequency: Number = param("1 kHz", low="0 Hz", symbol="f", doc="frequency of the alternating voltage")
+    cone_height: Number = param("10 um", above="0 um", symbol="H_c", doc="height of the cone")
     geometry: Literal["sphere", "sphere_and_cone"] = "sphere"
     """parts of the tip that attract"""
 

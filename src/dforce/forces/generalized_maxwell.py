@@ -8,7 +8,7 @@ import pydantic
 
 from dforce.errors import ParameterError
 from dforce.forces._rheology import Viscoelastic
-from dforce.parameters import param
+from dforce.parameters import Number, Numbers, param
 
 
 class GeneralizedMaxwell(Viscoelastic):
@@ -27,13 +27,13 @@ class GeneralizedMaxwell(Viscoelastic):
         "Reduction, Springer (2015)"
     )
 
-    relaxed_modulus: float = param(
+    relaxed_modulus: Number = param(
         "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
     )
-    arm_moduli: tuple[float, ...] = param(
+    arm_moduli: Numbers = param(
         ("600 MPa", "300 MPa"), unit="Pa", low="0 Pa", symbol="E_k", doc="Young's modulus of each arm"
     )
-    arm_times: tuple[float, ...] = param(
+    arm_times: Numbers = param(
         ("1 us", "10 us"), unit="s", above="0 s", symbol=r"\tau_k", doc="relaxation time of each arm"
     )
 

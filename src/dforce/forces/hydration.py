@@ -6,7 +6,7 @@ from math import exp, pi
 
 from dforce.forces._exponential import PER_E, raised
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 
 class Hydration(Force):
@@ -25,8 +25,8 @@ class Hydration(Force):
 
     radius: float = shared("tip.radius")
     a0: float = shared("contact.a0")
-    energy: float = param("5 mJ/m^2", symbol="W_h", doc="energy per area, extrapolated to zero distance")
-    decay: float = param("0.5 nm", above="0 nm", symbol=r"\lambda_h", doc="decay length")
+    energy: Number = param("5 mJ/m^2", symbol="W_h", doc="energy per area, extrapolated to zero distance")
+    decay: Number = param("0.5 nm", above="0 nm", symbol=r"\lambda_h", doc="decay length")
 
     @property
     def strength(self) -> float:

@@ -7,7 +7,7 @@ from math import pi, sqrt
 from typing import Any, ClassVar
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
 DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))
@@ -42,10 +42,10 @@ class JKR(Force):
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    surface_energy: float = param(
+    surface_energy: Number = param(
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )
-    hamaker: float = param("0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact")
+    hamaker: Number = param("0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact")
 
     @property
     def length(self) -> float:

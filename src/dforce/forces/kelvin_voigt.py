@@ -6,7 +6,7 @@ from math import pi, sqrt, tan
 from typing import Literal
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 
 class KelvinVoigt(Force):
@@ -39,7 +39,7 @@ class KelvinVoigt(Force):
     half_angle: float | None = shared("tip.half_angle")
     E_eff: float | None = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    viscosity: float = param(
+    viscosity: Number = param(
         "100 Pa s",
         symbol=r"\eta",
         low="0 Pa s",

@@ -7,7 +7,7 @@ from math import pi
 from typing import Any, ClassVar
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 CLOSEST = 0.25  # of z0: nearer, the repulsion is 4000 times the adhesion and no tip ever comes there
 
@@ -30,13 +30,13 @@ class LennardJones(Force):
     example: ClassVar[Mapping[str, Any]] = {"work_of_adhesion": "50 mJ/m^2"}
 
     radius: float = shared("tip.radius")
-    work_of_adhesion: float = param(
+    work_of_adhesion: Number = param(
         unit="J/m^2",
         low="0 J/m^2",
         symbol="W",
         doc="work of adhesion, energy per area at the equilibrium distance",
     )
-    equilibrium: float = param(
+    equilibrium: Number = param(
         "0.165 nm",
         above="0 nm",
         symbol="z_0",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 MU_0 = 1.25663706212e-6  # N/A^2, CODATA 2018
 
@@ -27,11 +27,13 @@ class MagneticDipole(Force):
 
     radius: float = shared("tip.radius")
     a0: float = shared("contact.a0")
-    tip_moment: float = param("2e-18 A m^2", symbol="m_t", doc="magnetic moment of the tip, positive when it points up")
-    sample_moment: float = param(
+    tip_moment: Number = param(
+        "2e-18 A m^2", symbol="m_t", doc="magnetic moment of the tip, positive when it points up"
+    )
+    sample_moment: Number = param(
         "2e-18 A m^2", symbol="m_s", doc="magnetic moment in the sample, positive when it points up"
     )
-    depth: float = param("10 nm", low="0 nm", symbol="s", doc="depth of the sample's dipole below the surface")
+    depth: Number = param("10 nm", low="0 nm", symbol="s", doc="depth of the sample's dipole below the surface")
 
     @property
     def strength(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import MaybeNumber, Number, param, shared
 
 TERMS = 20
 FARTHEST = 49.0  # root of the depth above pull-off to which the force is fitted
@@ -50,10 +50,10 @@ class MaugisDugdale(Force):
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    surface_energy: float = param(
+    surface_energy: Number = param(
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )
-    hamaker: float | None = param(
+    hamaker: MaybeNumber = param(
         None, unit="J", low="0 J", symbol="H", doc="Hamaker constant outside contact; left out, it matches"
     )
 

@@ -6,7 +6,7 @@ from math import exp
 
 from dforce.forces._exponential import exponential
 from dforce.forces._force import Force
-from dforce.parameters import param
+from dforce.parameters import Number, param
 
 
 class Morse(Force):
@@ -23,9 +23,9 @@ class Morse(Force):
     contains = ("chemical bond",)
     source = "P. M. Morse, Phys. Rev. 34, 57 (1929); R. Pérez et al., Phys. Rev. B 58, 10835 (1998)"
 
-    bond_energy: float = param("2.15e-19 J", low="0 J", symbol="E_b", doc="depth of the bond's energy")
-    decay: float = param("15.5 1/nm", above="0 1/nm", symbol=r"\kappa", doc="inverse decay length of the attraction")
-    bond_length: float = param("0.2357 nm", low="0 nm", symbol=r"\sigma", doc="distance at which the force is zero")
+    bond_energy: Number = param("2.15e-19 J", low="0 J", symbol="E_b", doc="depth of the bond's energy")
+    decay: Number = param("15.5 1/nm", above="0 1/nm", symbol=r"\kappa", doc="inverse decay length of the attraction")
+    bond_length: Number = param("0.2357 nm", low="0 nm", symbol=r"\sigma", doc="distance at which the force is zero")
 
     @staticmethod
     def law(d: float, rate: float, t: float, bond_energy: float, decay: float, bond_length: float) -> float:

@@ -9,7 +9,7 @@ import pydantic
 
 from dforce.errors import ParameterError
 from dforce.forces._rheology import Viscoelastic
-from dforce.parameters import param
+from dforce.parameters import Number, param
 
 ARMS_PER_DECADE = 2  # the sum of the arms then waves by less than 1e-3 about the power law
 SPACING = log(10.0) / ARMS_PER_DECADE
@@ -33,13 +33,13 @@ class PowerLaw(Viscoelastic):
     name = "power_law"
     source = "Y. M. Efremov, W.-H. Wang, S. D. Hardy, R. L. Geahlen, A. Raman, Sci. Rep. 7, 1541 (2017)"
 
-    modulus_at_reference: float = param(
+    modulus_at_reference: Number = param(
         "1 MPa", above="0 Pa", symbol="E", doc="Young's relaxation modulus at the reference time"
     )
-    reference_time: float = param("1 ms", above="0 s", symbol="t_0", doc="time at which that modulus holds")
-    exponent: float = param("0.2", above="0", below="1", symbol=r"\beta", doc="exponent of the relaxation")
-    shortest_time: float = param("0.1 us", above="0 s", doc="shortest relaxation time")
-    longest_time: float = param("10 ms", above="0 s", doc="longest relaxation time")
+    reference_time: Number = param("1 ms", above="0 s", symbol="t_0", doc="time at which that modulus holds")
+    exponent: Number = param("0.2", above="0", below="1", symbol=r"\beta", doc="exponent of the relaxation")
+    shortest_time: Number = param("0.1 us", above="0 s", doc="shortest relaxation time")
+    longest_time: Number = param("10 ms", above="0 s", doc="longest relaxation time")
 
     @pydantic.model_validator(mode="after")
     def _times_are_ordered(self) -> Self:

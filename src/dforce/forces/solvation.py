@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, exp, pi
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 
 class Solvation(Force):
@@ -22,9 +22,11 @@ class Solvation(Force):
     source = "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011)"
 
     a0: float = shared("contact.a0")
-    amplitude: float = param("1 nN", symbol="F_0", doc="amplitude, extrapolated to zero distance")
-    molecule: float = param("0.3 nm", above="0 nm", symbol=r"\sigma", doc="size of a molecule: period and decay length")
-    phase: float = param("0 deg", symbol=r"\varphi", doc="phase of the oscillation at zero distance")
+    amplitude: Number = param("1 nN", symbol="F_0", doc="amplitude, extrapolated to zero distance")
+    molecule: Number = param(
+        "0.3 nm", above="0 nm", symbol=r"\sigma", doc="size of a molecule: period and decay length"
+    )
+    phase: Number = param("0 deg", symbol=r"\varphi", doc="phase of the oscillation at zero distance")
 
     @staticmethod
     def law(d: float, rate: float, t: float, amplitude: float, molecule: float, phase: float, a0: float) -> float:

@@ -43,7 +43,7 @@ class Tatara(Force):
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
     form: Literal["implicit", "series", "series_15"] = "implicit"
-    """the law itself, or its series"""
+    """form of the law: the law itself, or its series"""
 
     @property
     def n(self) -> float:

@@ -7,7 +7,7 @@ from math import sin, tan
 from typing import Any, ClassVar, Literal
 
 from dforce.forces._force import Force
-from dforce.parameters import param, shared
+from dforce.parameters import Number, param, shared
 
 
 class VanDerWaals(Force):
@@ -42,11 +42,11 @@ class VanDerWaals(Force):
     radius: float = shared("tip.radius")
     half_angle: float | None = shared("tip.half_angle")
     a0: float = shared("contact.a0")
-    hamaker: float = param(unit="J", symbol="H", doc="Hamaker constant; negative for repulsion across a liquid")
+    hamaker: Number = param(unit="J", symbol="H", doc="Hamaker constant; negative for repulsion across a liquid")
     geometry: Literal["sphere", "exact_sphere", "capped_cone", "flat"] = "sphere"
     """shape of the tip"""
     inside: Literal["constant", "off"] = "constant"
-    """the attraction in contact: as at a0, or none"""
+    """attraction in contact: as at a0, or none"""
 
     @property
     def strength(self) -> float:

@@ -27,7 +27,11 @@ forms      the tabs: fields, lists, choices, forces
 sliders    parameters on sliders
 menus      menus of titles and sentences
 setpoint   the quantities at the set point (setpoint.js)
-setpoint   the quantities at the set point (setpoint.js)
+words      sentences about a case in the words of the forms
+store      what a visit leaves, in a file of its own
+telling    says in a sentence why something failed
+rehearsal  draws and writes a result from outside once, before it replaces anything
+bounds     what a document from a file may hold
 view       one page of a session: forms, live curve, run bar, errors and advice at their fields
 pages      the layout: header with menus, tabs at the left, plots at the right
 limits     what one may ask of a server that others use too

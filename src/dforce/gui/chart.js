@@ -90,12 +90,6 @@ export default {
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     await load(this.library);
   },
-  watch: {
-    // what stands beside a plot that is dimmed goes by this mark; ":has" would be looked up at every piece that is drawn
-    stale(now) {
-      this.$el.closest(".df-shown")?.toggleAttribute("data-stale", now);
-    },
-  },
   beforeUnmount() {
     this.observer.disconnect();
     this.theme.disconnect();
@@ -111,11 +105,10 @@ export default {
         this.drawn = true;
         this.$refs.plot.on("plotly_click", (event) => {
           const point = event.points[0];
-          this.$emit("point", { curve: point.curveNumber, index: point.pointIndex, x: point.x, y: point.y, id: point.data.meta });
+          this.$emit("point", { revision: this.revision, curve: point.curveNumber, index: point.pointIndex, x: point.x, y: point.y, id: point.data.meta });
         });
         this.fit();
       }
-      this.stale = false;
       this.revision = revision;
       return revision;
     },

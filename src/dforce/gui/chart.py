@@ -51,7 +51,8 @@ class Chart(ui.element, component="chart.js"):
         if on_point is not None:
 
             def clicked(event: GenericEventArguments) -> None:
-                on_point(dict(event.args))
+                if event.args["revision"] == self.revision:  # else it was on a figure that has been replaced
+                    on_point(dict(event.args))
 
             self.on("point", clicked)
 
@@ -74,6 +75,6 @@ class Chart(ui.element, component="chart.js"):
         with contextlib.suppress(TimeoutError):
             await self.run_method("draw", figure, self.revision, timeout=PATIENCE)
 
-    def dim(self, stale: bool = True) -> None:
+    def dim(self, stale: bool) -> None:
         """Show that the chart does not follow what was last typed."""
         self.run_method("dim", stale)

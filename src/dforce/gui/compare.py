@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.gui.document import LONGEST_NAME, Kept
+from dforce.gui.document import COLORS, LONGEST_NAME, Kept
 
 if TYPE_CHECKING:
     import xarray as xr
 
-COLORS = 6  # that the theme has for series
 NOT_COMPARED = ("title", "about", "plugins")
 NOTHING = "–"
 LONGEST_VALUE = 60

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import collections
-import math
 import os
 import threading
 import time
@@ -17,6 +16,8 @@ import dforce as df
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from dforce.gui.document import Document
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -110,10 +111,11 @@ async def in_thread(pool: ThreadPoolExecutor, work: Callable[[], R]) -> R:
 
 @dataclass(frozen=True)
 class Live:
-    """A live curve: the result, and whether it was given up because it takes too long."""
+    """A live curve: the result, whether it was given up because it takes too long, and whether code was compiled for it."""
 
     result: xr.Dataset | None
     gave_up: bool = False
+    compiled: bool = False
 
 
 def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str], None]) -> Live:
@@ -126,23 +128,20 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
     overtaken
         Says whether something newer waits, so that this one may be given up.
     say
-        Called, in this thread, with what dForce says, such as that it compiles; the time before its first point is not counted.
+        Called, in this thread, with what dForce says, such as that it compiles; the time that takes is not counted.
     """
-    started = math.inf
-    looks = 0
+    began: float | None = None
 
     def watch(done: int, total: int, note: str) -> None:
-        nonlocal started, looks
-        looks += 1
-        if looks == 2:  # before that, code is compiled or read from disk, once
-            started = time.monotonic()
-        late = time.monotonic() - started
-        if done < total and (late > PATIENCE or (late > 0.2 and overtaken())):
+        nonlocal began
+        spent = time.monotonic() - heard.seconds
+        began = spent if began is None else began
+        if done < total and (spent - began > PATIENCE or (spent - began > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    with df.listening(say):
+    with df.listening(say) as heard:
         result = df.run(case, progress=watch)
-    return Live(result, bool(result.attrs.get("interrupted")))
+    return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
 
 @dataclass
@@ -151,6 +150,7 @@ class Job:
 
     case: df.Case
     seconds: float = float("inf")  # allowed
+    document: Document | None = None  # that the case is of
     state: str = "queued"  # queued | running | done | stopped | failed
     done: int = 0
     total: int = 0
@@ -176,6 +176,26 @@ class Job:
         if not 0 < self.done < self.total:
             return None
         return (time.monotonic() - self.began) * (self.total - self.done) / self.done
+
+    def is_of(self, document: Document) -> bool:
+        """Return whether it runs the case of a document."""
+        return self.document is not None and self.document.same_case(document)
+
+    def words(self) -> str:
+        """Say in words how far it is."""
+        if self.state == "queued":
+            return "waiting for its turn"
+        if self.state == "failed":
+            return self.error
+        if self.state == "stopped" and self.error:
+            return self.error
+        if self.state == "stopped":
+            return f"stopped at {self.done} of {self.total}" if self.total else "stopped"
+        if self.state == "done":
+            return self.error
+        left = self.time_left()
+        count = f"{self.done} of {self.total}" if self.total else self.note
+        return f"{count}, {_duration(left)} left" if left is not None else count
 
     def work(self) -> None:
         """Run the case in turns with others; blocking, in a thread."""
@@ -236,3 +256,9 @@ class Job:
                     self.state = "stopped"
             look()
         look()
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{max(1, round(seconds))} s"
+    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

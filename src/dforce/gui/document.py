@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
 import dforce as df
+from dforce.gui import bounds
 
 Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count from 0
 
-FIRST = "figure-3-air-jump"  # what a new window shows
+FIRST = "hysteresis"  # what a new window shows
 MOST_SLIDERS = 12
 MOST_PLOTS = 10
+MOST_RESULTS = 50
+MOST_QUANTITIES = 100  # of a picture
 LONGEST_NAME = 120
+PLUGINS = "plugins are Python files, which are not run here; install them as a package"
+COLORS = 6  # that the theme has for series
+NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
 LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
 
 
@@ -62,6 +67,8 @@ class Document:
         The results kept, the newest last; :mod:`dforce.gui.results` holds them.
     set_point
         The share of the free amplitude at which quantities are read off the curves.
+    opened
+        The tables as they were opened: what a description in them is about.
     """
 
     table: Mapping[str, Any]
@@ -71,19 +78,21 @@ class Document:
     plots: tuple[df.Picture, ...] = ()
     results: tuple[Kept, ...] = ()
     set_point: float = 0.8
+    opened: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, case: df.Case) -> Self:
         """Return the document of a case."""
-        return cls(tomllib.loads(case.to_toml()))
+        table = tomllib.loads(case.to_toml())
+        return cls(table, opened=table)
 
     @classmethod
     def first(cls) -> Self:
         """Return the document that a new window shows: curves that have something on a slider to follow."""
-        return dataclasses.replace(cls.of(df.example(FIRST)), sliders=(Slider(("drive", "A0"), 2.0, 12.0),))
+        return dataclasses.replace(cls.of(df.example(FIRST)), sliders=(Slider(("drive", "A0"), 12.0, 22.0),))
 
     def case(self) -> df.Case:
-        """Return the case without the forces that are switched off.
+        """Return the case without the forces that are switched off; with its description unless it is edited.
 
         Raises
         ------
@@ -92,10 +101,21 @@ class Document:
         """
         table = dict(self.table)
         if table.pop("plugins", None):
-            raise df.ParameterError("plugins are Python files, which are not run here; install them as a package")
+            raise df.ParameterError(PLUGINS)
+        if self.edited:
+            table.pop("about", None)
         forces = table.get("forces", [])
         table["forces"] = [force for place, force in enumerate(forces) if place not in self.off]
         return df.Case(**copy.deepcopy(table))
+
+    @property
+    def edited(self) -> bool:
+        """Whether more than the title differs from what was opened, so that its description may no longer be true."""
+        return bool(self.off) or _unnamed(self.table) != _unnamed(self.opened)
+
+    def same_case(self, other: Document) -> bool:
+        """Return whether another document holds the same case, whatever its name and how it is looked at."""
+        return self.off == other.off and _unnamed(self.table) == _unnamed(other.table)
 
     def value(self, path: Path) -> Any:
         """Return what stands at a path, None where nothing does."""
@@ -160,33 +180,41 @@ class Document:
             When the data are none.
         """
         try:
-            sliders = tuple(
-                Slider(tuple(given["path"]), float(given["low"]), float(given["high"])) for given in plain["sliders"]
-            )
-            if not all(math.isfinite(end) for slider in sliders for end in (slider.low, slider.high)):
-                raise ValueError("a slider without ends")
-            if not isinstance(plain["table"], Mapping):
-                raise ValueError("no case")
             return cls(
-                table=copy.deepcopy(dict(plain["table"])),
-                off=tuple(int(n) for n in plain["off"]),
-                aside=copy.deepcopy(dict(plain["aside"])),
-                sliders=sliders[:MOST_SLIDERS],
-                plots=tuple(_picture(given) for given in plain["plots"][:MOST_PLOTS]),
-                results=tuple(_kept(given) for given in plain["results"]),
-                set_point=min(max(float(plain["set_point"]), LOWEST_SET_POINT), HIGHEST_SET_POINT),
+                table=bounds.table(plain["table"]),
+                off=tuple(bounds.whole(n, 0, bounds.MOST_ITEMS) for n in bounds.items(plain["off"], bounds.MOST_ITEMS)),
+                aside=bounds.table(plain["aside"]),
+                sliders=tuple(_slider(given) for given in bounds.items(plain["sliders"], MOST_SLIDERS)),
+                plots=tuple(_picture(given) for given in bounds.items(plain["plots"], MOST_PLOTS)),
+                results=tuple(_kept(given) for given in bounds.items(plain["results"], MOST_RESULTS)),
+                set_point=bounds.number(plain["set_point"], LOWEST_SET_POINT, HIGHEST_SET_POINT),
+                opened=bounds.table(plain.get("opened", {})),
             )
-        except (KeyError, TypeError, ValueError, AttributeError):
+        except (KeyError, TypeError, ValueError):
             raise df.CaseError("what was kept of the last visit cannot be read") from None
 
 
+def _slider(given: Any) -> Slider:
+    low, high = (bounds.number(given[end], -bounds.LARGEST, bounds.LARGEST) for end in ("low", "high"))
+    if not low < high:
+        raise ValueError("a slider without a range")
+    return Slider(bounds.path(given["path"]), low, high)
+
+
+def _unnamed(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: part for name, part in table.items() if name not in NAMING}
+
+
 def _picture(given: Any) -> df.Picture:
-    y = tuple(str(name) for name in given["y"])
-    return df.Picture(str(given["x"]), y, bool(given["together"]), bool(given["logarithmic"]))
+    x, *y = (bounds.text(name, LONGEST_NAME) for name in [given["x"], *bounds.items(given["y"], MOST_QUANTITIES)])
+    if not y:
+        raise ValueError("a picture of nothing")
+    return df.Picture(x, tuple(y), bool(given["together"]), bool(given["logarithmic"]))
 
 
 def _kept(given: Any) -> Kept:
-    return Kept(str(given["id"]), str(given["name"])[:LONGEST_NAME], int(given["color"]), bool(given["shown"]))
+    name, color = bounds.text(given["name"], LONGEST_NAME), bounds.whole(given["color"], 0, COLORS - 1)
+    return Kept(bounds.text(given["id"], LONGEST_NAME), name, color, bool(given["shown"]))
 
 
 def _put(table: Any, path: Path, value: Any) -> Any:

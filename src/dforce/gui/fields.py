@@ -15,6 +15,12 @@ from dforce.gui.typed import with_point
 
 NEEDED = "this needs a value"
 LEFT_OUT = re.compile(r"left out: ([^;]+)")
+TOO_LARGE = re.compile(
+    r"[+-]?\d{19,}|[+-]?\d+(\.\d*)?[eE]\+?\d+"
+)  # numbers that stay texts, as :func:`dforce.gui.values.read` says
+KEY = re.compile(
+    r"(?<![.\w])[a-z]+(?:_[a-z\d]+)+(?![.\w])"
+)  # a word of case files; one with dots is a path, to be typed
 BOUNDS = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
 
 
@@ -88,14 +94,14 @@ def fields(model: type[df.Parameters]) -> list[Field]:
 
 def _field(model: type[df.Parameters], key: str) -> Field:
     info, quantity = model.model_fields[key], model.quantities().get(key)
-    doc = info.description or key.replace("_", " ")
+    doc = info.description or spaced(key)
     shapes = tuple(_shapes(info.annotation, quantity))
     default = None if info.is_required() else info.get_default(call_default_factory=True)
     left_out = LEFT_OUT.search(doc)
     return Field(
         key=key,
-        label=_label(key, doc, any(shape.kind == "choice" for shape in shapes)),
-        help=f"{doc[0].upper()}{doc[1:]}.{_bounds(quantity) if quantity else ''}",
+        label=info.title or _label(key, doc),
+        help=f"{_help(doc)}{_bounds(quantity) if quantity else ''}",
         shapes=shapes,
         required=info.is_required(),
         default=default,
@@ -106,14 +112,25 @@ def _field(model: type[df.Parameters], key: str) -> Field:
     )
 
 
-def _label(key: str, doc: str, choice: bool) -> str:
+def _label(key: str, doc: str) -> str:
     """Return the first phrase of a sentence as a label; the key where the sentence explains words to choose from."""
     first, sign = min(
         ((doc.partition(sign)[0], sign) for sign in ("; ", ": ", " (", ", ", " {")), key=lambda f: len(f[0])
     )
     explains = sign == ": " and first != doc and " " not in first
-    label = key.replace("_", " ") if choice or explains else first
+    label = spaced(key) if explains else first
     return f"{label[0].upper()}{label[1:]}"
+
+
+def _help(doc: str) -> str:
+    """Return the explanation of a parameter as a sentence, with the words that the forms show in place of a file's."""
+    text = KEY.sub(lambda key: spaced(key[0]), doc).replace("`", "")
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def spaced(word: str) -> str:
+    """Return a word of a case file as the forms show it: "own mode"."""
+    return word.replace("_", " ")
 
 
 def _bounds(quantity: df.Quantity) -> str:
@@ -127,7 +144,7 @@ def _bounds(quantity: df.Quantity) -> str:
 
 
 def _plain(bound: float, unit: str) -> str:
-    return f"{bound:g}" if unit == "1" else df.show(bound, unit)
+    return f"{bound:,.12g}" if unit == "1" else df.show(bound, unit)
 
 
 def _shapes(annotation: Any, quantity: df.Quantity | None) -> list[Shape]:
@@ -156,7 +173,7 @@ def _part(part: Any, quantity: df.Quantity | None, alone: bool) -> list[Shape]:
         return [Shape("numbers", label="list of values")] if quantity is not None else [Shape("texts")]
     if _is_parameters(part):
         keys = ", ".join(part.keys())
-        return [Shape("table", label=keys.replace("_", " "), model=part)]
+        return [Shape("table", label=spaced(keys), model=part)]
     if quantity is not None:
         return [Shape("quantity", label="one value")]
     return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]
@@ -180,7 +197,10 @@ def check(field: Field, shape: Shape, value: Any) -> str:
             for item in value:
                 field.quantity.check(df.parse(_pointed(item), field.quantity.unit))
         elif shape.kind in ("whole", "number") and isinstance(value, str):
-            return f"{df.shorten(value, 40)} is not a {'whole ' if shape.kind == 'whole' else ''}number"
+            words = (
+                "is too large" if TOO_LARGE.fullmatch(value) else f"is not a {'whole ' * (shape.kind == 'whole')}number"
+            )
+            return f"{df.shorten(value, 40)} {words}"
         elif shape.kind == "number" and not math.isfinite(value):
             return "this is not a finite number"
     except df.ParameterError as error:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import re
 import tempfile
 import threading
@@ -19,9 +18,8 @@ from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
 from dforce.gui.plots import Plots
 from dforce.gui.saving import ask, choice, text
+from dforce.gui.telling import say, telling
 from dforce.gui.view import View
-
-log = logging.getLogger("dforce.gui")
 
 ENDING = ".dforce"  # of a project
 ACCEPTED = f".toml,.nc,{ENDING}"
@@ -29,7 +27,8 @@ DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, with everything, to be opened again", ".csv": "CSV, a table for a spreadsheet"}
 NOTHING = "There is no result yet; press Run."
-UNKNOWN = "An error inside dForce, please report it."
+UNSAVED = "the file could not be made"
+UNSENT = "The file did not arrive: the window's server has no room for it, or cannot be reached."
 REFUSED = (
     f"Only a case (.toml), a result (.nc) or a project ({ENDING}) of at most {uploads.MOST_BYTES // 1_000_000} MB "
     "can be opened."
@@ -68,6 +67,7 @@ class Files:
         self.upload = ui.upload(auto_upload=True, on_upload=self._uploaded, max_file_size=uploads.MOST_BYTES)
         self.upload.props(f'accept="{ACCEPTED}"').classes("df-upload")
         self.upload.on_rejected(lambda: say(REFUSED))
+        self.upload.on("failed", lambda: say(UNSENT))
         ui.add_body_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
@@ -76,7 +76,7 @@ class Files:
                 say(REFUSED)
             return
         data = await event.file.read()
-        await self._attempt(lambda: self.open(data))
+        await self._attempt("the file could not be opened", lambda: self.open(data))
 
     async def open(self, data: bytes) -> None:
         """Open a file by its content.
@@ -93,8 +93,7 @@ class Files:
         elif kind == "result":
             result = await asyncio.to_thread(uploads.result_from, data, session.shelf.folder)
             case = session.limits.check(uploads.case_of(str(result.attrs["case"])))
-            self.view.edit(Document.of(case), anew=True)
-            await session.keep(result)
+            await session.take_result(Document.of(case), result)
             self.view.show_result(result)
         else:
             document, results = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
@@ -107,7 +106,7 @@ class Files:
             data = await asyncio.to_thread(project.packed, self.view.document, self.view.session.shelf)
             ui.download.content(data, self._name(ENDING), "application/zip")
 
-        await self._attempt(save)
+        await self._attempt(UNSAVED, save)
 
     async def save_case(self) -> None:
         """Save the case as a TOML file."""
@@ -115,7 +114,7 @@ class Files:
         async def save() -> None:
             ui.download.content(self.view.document.case().to_toml(), self._name(".toml"), "application/toml")
 
-        await self._attempt(save)
+        await self._attempt(UNSAVED, save)
 
     async def save_script(self) -> None:
         """Save the script that does the same."""
@@ -124,7 +123,7 @@ class Files:
             text = self.view.document.case().to_python(stem(self._title()))
             ui.download.content(text, self._name(".py"), "text/x-python")
 
-        await self._attempt(save)
+        await self._attempt(UNSAVED, save)
 
     def result_dialog(self) -> None:
         """Ask which result to save, and how."""
@@ -142,7 +141,7 @@ class Files:
             data = await asyncio.to_thread(written, lambda path: df.write(result, path), ending)
             ui.download.content(data, f"{stem(str(result.attrs.get('title', '')))}{ending}")
 
-        await self._attempt(save)
+        await self._attempt(UNSAVED, save)
 
     def figure_dialog(self) -> None:
         """Ask for the format and the width of the figure."""
@@ -160,19 +159,12 @@ class Files:
             data = await asyncio.to_thread(figure_file, layers, wanted, ending, width)
             ui.download.content(data, self._name(ending))
 
-        await self._attempt(save)
+        await self._attempt(UNSAVED, save)
 
-    async def _attempt(self, work: Callable[[], Awaitable[None]]) -> None:
+    async def _attempt(self, what: str, work: Callable[[], Awaitable[None]]) -> None:
         """Do what may fail, and say in a sentence why it did."""
-        with self.upload:  # a dialog that asked for it is gone by now
-            try:
-                await work()
-            except df.DForceError as error:
-                words = str(error)
-                say(f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}")
-            except Exception:  # a defect must not leave a person without a word
-                log.exception("a file could not be opened or saved")
-                say(UNKNOWN)
+        with self.upload, telling(what):  # a dialog that asked for it is gone by now
+            await work()
 
     def _title(self) -> str:
         return str(self.view.document.value(("title",)) or "")
@@ -192,7 +184,7 @@ def figure_file(layers: list[Layer], wanted: df.Picture | None, ending: str, wid
     results = {layer.name: layer.result for layer in layers}
     with DRAWING:
         try:
-            axes = df.plot.draw(layers[0].result if len(layers) == 1 else results, wanted)
+            axes = df.plot.draw(layers[0].result if len(layers) == 1 else results, wanted, df.plot.Sheet())
             return written(lambda path: df.plot.save(axes, path, DPI, width), ending)
         except (ValueError, KeyError) as error:
             if isinstance(error, df.DForceError):
@@ -211,8 +203,3 @@ def written(write: Callable[[Path], object], ending: str) -> bytes:
 def stem(title: str) -> str:
     """Return a file's name, without its ending, that every system takes."""
     return re.sub(r"[^A-Za-z0-9]+", "-", title)[:60].strip("-").lower() or "dforce"
-
-
-def say(sentence: str) -> None:
-    """Show a sentence until it has been read."""
-    ui.notify(sentence, type="negative", multi_line=True, close_button="Close", timeout=15_000)

@@ -14,7 +14,7 @@ import dforce as df
 from dforce.gui import typed
 from dforce.gui.document import Path
 from dforce.gui.entry import Entry
-from dforce.gui.fields import Field, Shape, carried, check, fields, name_of, start_of
+from dforce.gui.fields import Field, Shape, carried, check, fields, name_of, spaced, start_of
 from dforce.gui.menus import menu
 from dforce.gui.sliders import toggle
 from dforce.gui.values import read, shown, units_of
@@ -118,7 +118,7 @@ class Forms:
         elif name == "experiment":
             self._experiment()
         elif inspect.isclass(model) and issubclass(model, df.Parameters):
-            heading(name.replace("_", " ").capitalize())
+            heading(spaced(name).capitalize())
             self._table((name,), model)
 
     def _table(self, path: Path, model: type[df.Parameters]) -> None:
@@ -127,7 +127,8 @@ class Forms:
         if model.ways:
             way = self._way(path, model)
             words = {name: name for name in model.ways}
-            self._choice(path, "Described by", words, way, lambda new: self._take_way(path, model, way, new))
+            label = f"{str(path[-1]).capitalize()} given as"
+            self._choice(path, label, words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
         folded = [field for field in self._unused(path, model) if field.key not in hidden]
         for field in fields(model):
@@ -215,7 +216,7 @@ class Forms:
         elif shape.kind == "tables" and shape.model is not None:
             self._tables(path, field, shape.model)
         elif shape.kind == "choice":
-            words = {word: word.replace("_", " ") for word in shape.words}
+            words = {word: spaced(word) for word in shape.words}
             chosen = str(self.view.document.value(path) or field.default)
             entry = self._choice(path, field.label, words, chosen, lambda new: self._put(path, new), field.help)
             self.shown[path] = (field, shape, entry)
@@ -347,7 +348,7 @@ class Forms:
         """Show the choice of the experiment, and the fields of the one chosen."""
         heading("Experiment")
         kind = self.view.document.value(("experiment", "kind")) or ""
-        words = {name: name.replace("_", " ") for name in df.EXPERIMENTS}
+        words = {name: spaced(name) for name in df.EXPERIMENTS}
         if kind not in words:
             words = {"": "choose one", **words}
         self._choice(("experiment",), "Kind", words, str(kind), lambda new: self._take_experiment(str(kind), new))

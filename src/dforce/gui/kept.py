@@ -13,6 +13,7 @@ import dforce as df
 from dforce.gui import compare
 from dforce.gui.document import LONGEST_NAME, Kept
 from dforce.gui.figures import Layer
+from dforce.gui.telling import telling
 from dforce.gui.view import View
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class KeptResults:
         self.strip.on("keep", self._keep)
         self.strip.on("shown", lambda event: self._change(event, shown=bool(event.args["shown"])))
         self.strip.on("rename", lambda event: self._change(event, name=str(event.args["name"])[:LONGEST_NAME]))
-        self.strip.on("remove", lambda event: self.view.session.drop(str(event.args)))
+        self.strip.on("remove", self._remove)
         self.strip.on("compare", self._compare)
 
     def table(self) -> None:
@@ -114,7 +115,12 @@ class KeptResults:
 
     async def _keep(self) -> None:
         if self.view.result is not None:
-            await self.view.session.keep(self.view.result)
+            with telling("the result could not be kept"):
+                await self.view.session.keep(self.view.result)
+
+    async def _remove(self, event: GenericEventArguments) -> None:
+        with telling("the result could not be removed"):
+            await self.view.session.drop(str(event.args))
 
     def _compare(self) -> None:
         self.comparing = not self.comparing

@@ -9,7 +9,7 @@ const digits = (x) => (x === 0 ? "0" : Math.abs(x) >= 1000 || Math.abs(x) < 0.00
 
 export default {
   template: `
-    <section class="df-motion" aria-label="motion at a point" :data-state="state">
+    <section class="df-motion" aria-label="motion at a point" :data-state="state" :class="{'df-behind': behind}">
       <header class="df-motion-head"><h2>Motion at <template v-for="(part, n) in places" :key="n"><template v-if="n">, </template>
           <span v-if="part.symbol"><span class="df-symbol" v-html="part.symbol"></span> = </span>{{ part.text }}</template></h2>
         <button type="button" class="df-remove" aria-label="close the motion" title="Close" @click="$emit('close')">×</button></header>
@@ -61,12 +61,13 @@ export default {
           {{ digits(motion.peak) }} {{ motion.forceUnit }}) are to scale; dashed: the tip at rest.</p>
       </template>
     </section>`,
-  props: { places: { default: () => [] }, note: { default: "" }, error: { default: "" }, motion: { default: null }, state: { default: "" } },
+  props: { places: { default: () => [] }, note: { default: "" }, error: { default: "" }, motion: { default: null }, state: { default: "" },
+           behind: Boolean },
   data() {
     return { now: 0, playing: true, uid: "motion-" + Math.random().toString(36).slice(2) };
   },
   computed: {
-    moving() { return this.playing && this.motion !== null && !this.error; },
+    moving() { return this.playing && this.motion !== null && !this.error && !this.behind; },
     count() { return this.motion.gap.length; },
     rest() { return this.motion.rest; },
     force() { return this.motion.force[this.now]; },

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,13 @@ from nicegui import ui
 import dforce as df
 from dforce.gui.compute import LIVE, Latest, in_thread
 from dforce.gui.figures import Layer, unit_of
+from dforce.gui.shown import Part, Shown
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from dforce.gui.document import Document
+    from dforce.gui.view import Curve
 
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen
@@ -28,28 +33,41 @@ class Drawing(ui.element, component="motion.js"):
 
 @dataclass(frozen=True)
 class Spot:
-    """A point of a result: the places along its dimensions, and whether it is of the curve that follows the fields."""
+    """A point of a result: the places along its dimensions, and the document of the curve that it follows.
+
+    Without a document it is a point of a result that is kept.
+    """
 
     result: xr.Dataset
     places: dict[str, int]
-    name: str
-    follows: bool
+    document: Document | None
 
 
 class MotionPanel:
-    """Shows the motion at a point; hidden until one is clicked."""
+    """Shows the motion at a point; hidden until one is clicked.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    shown
+        Is told of which document the motion is; while it is behind, the motion stands still.
+    """
+
+    def __init__(self, shown: Shown) -> None:
+        self.shown = shown
         self.element = Drawing()
         self.element.set_visibility(False)
         self.element.on("close", self.close)
         self.spot: Spot | None = None
         self._latest = Latest(self._compute)
+        shown.mark(Part.MOTION, self._stand)
 
-    def open(self, layer: Layer, places: dict[str, int], follows: bool) -> None:
-        """Show the motion at a point of a result."""
+    def _stand(self, behind: bool) -> None:
+        self.element.props["behind"] = behind
+
+    def open(self, layer: Layer, places: dict[str, int], document: Document | None) -> None:
+        """Show the motion at a point of a result; with a document, of the curve that follows it."""
         motionless = {dim: place for dim, place in places.items() if dim in layer.result["amplitude"].dims}
-        self.spot = Spot(layer.result, motionless, layer.name, follows)
+        self.spot = Spot(layer.result, motionless, document)
         self.element.set_visibility(True)
         self._latest.ask(self.spot)
 
@@ -58,23 +76,25 @@ class MotionPanel:
         self.spot = None
         self.element.props["motion"] = None  # what is not seen need not move
         self.element.set_visibility(False)
+        self.shown.show(Part.MOTION, None)
 
-    def follow(self, result: xr.Dataset | None) -> None:
-        """Show the motion at the same place of the curve that follows the fields, or nothing where it has no such place."""
+    def follow(self, curve: Curve | None, layers: Sequence[Layer]) -> None:
+        """Show the motion at the same place of the curve that follows the fields.
+
+        It is closed where that has no such place, and with the result that is kept where that is no longer drawn.
+        """
         spot = self.spot
-        if spot is None or not spot.follows or result is None or result is spot.result:
+        if spot is None or (curve is not None and curve.result is spot.result):
             return
-        places: dict[str, int] = {}
-        for dim, place in spot.places.items():
-            if "amplitude" not in result or dim not in result["amplitude"].dims or dim == "point":
+        if spot.document is None:
+            if all(layer.result is not spot.result for layer in layers):
                 self.close()
-                return
-            there = spot.result[dim].values[place]
-            if result[dim].dtype.kind == "f":
-                places[dim] = int(np.argmin(np.abs(result[dim].values - there)))
-            else:
-                places[dim] = min(place, result.sizes[dim] - 1)
-        self.spot = Spot(result, places, spot.name, True)
+            return
+        places = _same_places(spot, curve.result) if curve is not None else None
+        if curve is None or places is None:
+            self.close()
+            return
+        self.spot = Spot(curve.result, places, curve.document)
         self._latest.ask(self.spot)
 
     async def _compute(self, spot: Spot) -> None:
@@ -97,6 +117,21 @@ class MotionPanel:
         if not self._latest.overtaken and self.spot is spot:
             self.element.props.update(shown)
             self.element.update()
+            self.shown.show(Part.MOTION, spot.document)
+
+
+def _same_places(spot: Spot, result: xr.Dataset) -> dict[str, int] | None:
+    """Return where the point of another result is that lies at the same place; None where there is none."""
+    places: dict[str, int] = {}
+    for dim, place in spot.places.items():
+        if "amplitude" not in result or dim not in result["amplitude"].dims or dim == "point":
+            return None
+        there = spot.result[dim].values[place]
+        if result[dim].dtype.kind == "f":
+            places[dim] = int(np.argmin(np.abs(result[dim].values - there)))
+        else:
+            places[dim] = min(place, result.sizes[dim] - 1)
+    return places
 
 
 def _given_up(point: xr.Dataset, watch: Any) -> xr.Dataset | None:

@@ -17,9 +17,12 @@ from dforce.gui.files import Files
 from dforce.gui.forms import Forms
 from dforce.gui.limits import ALONE, Limits
 from dforce.gui.menus import menu
-from dforce.gui.plots import Plots
+from dforce.gui.plots import Plots, dim
 from dforce.gui.session import Session
+from dforce.gui.shown import Part
 from dforce.gui.sliders import SliderStrip
+from dforce.gui.store import Store
+from dforce.gui.telling import as_sentence, say
 from dforce.gui.view import Said, View
 
 TABS = {
@@ -34,13 +37,13 @@ HERE = Path(__file__).parent
 SHEETS = ("style.css", "plots.css")
 
 
-def register(results: Path, document: Document | None = None, limits: Limits = ALONE) -> None:
+def register(folder: Path, document: Document | None = None, limits: Limits = ALONE) -> None:
     """Make the page known to the server.
 
     Parameters
     ----------
-    results
-        Folder in which each session has a folder of results.
+    folder
+        Folder in which each session has a file for what is typed and a folder for its results.
     document
         What the first page of each session shows; None: what its last visit left.
     limits
@@ -56,7 +59,8 @@ def register(results: Path, document: Document | None = None, limits: Limits = A
         if name not in sessions:
             for old in [key for key, session in sessions.items() if session.idle(FORGOTTEN)]:
                 del sessions[old]  # its document is kept in the storage
-            sessions[name] = Session(app.storage.user, results / name, limits)
+            store = Store(folder / "sessions" / f"document-{name}.json")
+            sessions[name] = Session(store, folder / "results" / name, limits)
             if document is not None:
                 sessions[name].document = document
         return sessions[name]
@@ -89,8 +93,9 @@ class Page:
         with ui.element("header").classes("df-header"):
             self._header()
         with ui.element("div").classes("df-body"):
-            with ui.element("aside").classes("df-left").props('aria-label="parameters"'):
+            with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:
                 self._left()
+            self.view.shown.mark(Part.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
         client = ui.context.client
@@ -176,24 +181,26 @@ class Page:
 
     def _right(self) -> None:
         SliderStrip(self.view)
-        status = ui.label().classes("df-status").props('role="status"')
+        unkept = ui.label().classes("df-banner wrong").props('role="alert"')
 
-        def show(text: str) -> None:
-            status.set_text(text)
-            status.set_visibility(bool(text))
+        def show_unkept(text: str) -> None:
+            unkept.set_text(text)
+            unkept.set_visibility(bool(text))
 
-        show("")
-        self.view.on_status.append(show)
+        show_unkept("")
+        self.view.on_unkept.append(show_unkept)
         _about(self.view)
         self.plots = self.files.plots = Plots(self.view)
 
 
 def _about(view: View) -> None:
-    """Show the sentence on what the case shows, where it has one."""
+    """Show the sentence on what the case shows, where it has one; once the case is edited, it is of the one before."""
     line = ui.label().classes("df-about")
 
     def show(anew: bool) -> None:
         text = str(view.document.value(("about", "shows")) or "")
+        if text and view.document.edited:
+            text = f"Before it was edited: {text}"
         if line.text != text:
             line.set_text(text)
             line.props["title"] = text
@@ -214,17 +221,25 @@ class RunBar:
             self.stop = ui.button("Stop", icon="stop", on_click=view.session.stop, color=None).props(
                 "flat dense no-caps"
             )
-            self.run = ui.button("Run", icon="play_arrow", on_click=view.run).props(
+            self.run = ui.button("Run", icon="play_arrow", on_click=self._run).props(
                 "unelevated dense no-caps color=primary"
             )
         view.on_job.append(self.show)
         view.on_show.append(self._forget)
         self.show()
 
+    async def _run(self) -> None:
+        """Run, or say why nothing is run."""
+        wrong = await self.view.run()
+        if wrong:
+            say(f"Nothing was run. {as_sentence(wrong)}")
+
     def _forget(self, anew: bool) -> None:
         """Say no more about a run that has ended once something is edited."""
         if self.view.session.job is None or not self.view.session.job.busy:
             self.text.set_text("")
+        else:
+            self.show()
 
     def show(self) -> None:
         """Show the state of the session's run."""
@@ -240,28 +255,18 @@ class RunBar:
             self.progress.props(f"value={job.share:.3f}")
         else:
             self.progress.props(remove="value")
-        self.text.set_text(_words(job))
+        self.text.set_text(_words(job, job.is_of(self.view.document)))
 
 
-def _words(job: Job) -> str:
-    """Return in words how far a run is."""
-    if job.state == "queued":
-        return "waiting for its turn"
-    if job.state == "failed":
-        return job.error
-    if job.state == "stopped":
-        return f"stopped at {job.done} of {job.total}" if job.total else "stopped"
-    if job.state == "done":
-        return ""
-    left = job.time_left()
-    count = f"{job.done} of {job.total}" if job.total else job.note
-    return f"{count}, {_duration(left)} left" if left is not None else count
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{max(1, round(seconds))} s"
-    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+def _words(job: Job, here: bool) -> str:
+    """Return in words how far a run is; of a case that is no longer here, that it is of another."""
+    if here:
+        return job.words()
+    return (
+        "the run of an earlier case has ended; see the list"
+        if job.state == "done"
+        else f"an earlier case: {job.words()}"
+    )
 
 
 def _icon(icon: str, label: str, press: Callable[[], None]) -> ui.button:

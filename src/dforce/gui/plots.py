@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nicegui import background_tasks, ui
@@ -16,14 +18,41 @@ from dforce.gui.kept import KeptResults
 from dforce.gui.motion import MotionPanel
 from dforce.gui.numbers import Numbers
 from dforce.gui.setpoint import SetPoint
-from dforce.gui.view import View
+from dforce.gui.shown import Part
+from dforce.gui.view import STANDING, View
 
 if TYPE_CHECKING:
     import xarray as xr
 
+NOTHING = "There is no result yet."
+
+
+log = logging.getLogger("dforce.gui")
+
+UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report it."
+
 
 class Picker(ui.element, component="picker.js"):
     """Chooses what is drawn: one of the usual pictures, or any quantities against any other."""
+
+
+class Waiting:
+    """What is waited for, in the middle of the container that is open when it is made."""
+
+    def __init__(self) -> None:
+        with ui.element("div").classes("df-waiting") as self.frame:
+            self.bar = ui.element("progress").props('max=1 aria-label="progress"')
+            self.text = ui.label().props('role="status"')
+
+    def show(self, text: str, share: float | None = None) -> None:
+        """Show a sentence, with a bar for the share that is done: 0 before it is known, None where nothing is under way."""
+        self.frame.set_visibility(bool(text))
+        self.text.set_text(text)
+        self.bar.set_visibility(share is not None)
+        if share:
+            self.bar.props(f"value={share:.3f}")
+        else:
+            self.bar.props(remove="value")
 
 
 class Plots:
@@ -37,6 +66,7 @@ class Plots:
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
         self.result: xr.Dataset | None = None
         self.layers: list[figures.Layer] = []
+        self.line = ui.label().classes("df-status").props('role="status"')
         with ui.element("div").classes("df-plotbar"):
             self.picker = Picker()
             self.picker.on("picture", self._picture)
@@ -46,14 +76,20 @@ class Plots:
         with ui.element("div").classes("df-shown"):
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked)
-            self.motion = MotionPanel()
+                self.waiting = Waiting()
+            self.motion = MotionPanel(view.shown)
         self.set_point = SetPoint(view)
         self.numbers.table()
         self.kept.table()
         view.compose = self.compose
+        for element in (self.set_point.element, self.numbers.sheet, self.kept.differences):
+            view.shown.mark(Part.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)
-        view.on_status.append(self._waits)
+        view.on_status.append(self.wait)
+        view.on_job.append(self.wait)
+        view.on_said.append(lambda said: self.wait())
+        self.wait()
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with those kept that are drawn beside it."""
@@ -61,13 +97,14 @@ class Plots:
         self.layers = self.kept.layers(result)
         first = self.layers[-1].result if self.layers else None
         if first is None:
-            self.drawn = figures.Drawn(figures.empty("There is no result yet."))
+            self.drawn = figures.Drawn(figures.empty(""))
         elif "reached" in first:
             self.drawn = figures.basins(first)
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
+        self.wait()
         return self.drawn.figure
 
     def beside(self) -> None:
@@ -78,7 +115,19 @@ class Plots:
         self.picker.set_visibility(self.shown is not None)
         self.set_point.show(self.layers, self.shown)
         self.numbers.show(self.drawn, self.shown)
-        self.motion.follow(self.result)
+        self.motion.follow(self.view.curve, self.layers)
+
+    def wait(self) -> None:
+        """Say what is waited for: above the curves, or in the middle of a plot that is still empty."""
+        text, job, empty = self.view.status, self.view.session.job, not self.layers
+        self.line.set_text("" if empty else text)
+        self.line.set_visibility(bool(self.line.text))
+        if empty and not text and job is not None and job.busy and job.is_of(self.view.document):
+            self.waiting.show(f"Running: {job.words()}", job.share)
+        elif empty and not text:
+            self.waiting.show(NOTHING if self.view.said.wrong else "")
+        else:
+            self.waiting.show(text if empty else "", None if text in STANDING else 0.0)
 
     def wanted(self, result: xr.Dataset) -> df.Picture:
         """Return the picture that was last chosen for such a result, else the one that says most."""
@@ -86,19 +135,17 @@ class Plots:
         chosen = (picture for picture in reversed(self.view.document.plots) if {picture.x, *picture.y} <= known)
         return next(chosen, None) or df.pictures_of(result)[0]
 
-    def _waits(self, text: str) -> None:
-        """Draw the results kept, or a sentence, while there is no curve yet that follows the fields."""
-        if text and self.view.result is None:
-            self.redraw()
-
     def redraw(self) -> None:
         """Draw the same results in another way."""
         background_tasks.create(self._redraw(), name="redraw")
 
     async def _redraw(self) -> None:
-        await self.view.session.load_shown()
-        await self.view.main.draw(self.compose(self.view.result))
-        self.view.show_beside()
+        try:
+            await self.view.draw()
+            self.view.show_beside()
+        except Exception:  # a plot that stays as it was would show what nobody asked for
+            log.exception("the results could not be drawn")
+            await self.view.main.draw(figures.empty(UNDRAWN))
 
     def _offer(self, result: xr.Dataset, wanted: df.Picture) -> None:
         """Show in the picker what can be drawn, and what is."""
@@ -169,8 +216,13 @@ class Plots:
             self._open_motion(layers[-1], {"state": int(reached[row, column]) - 1})
 
     def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
-        follows = layer.result is self.view.result and self.view.session.kept_as(layer.result) is None
-        self.motion.open(layer, places, follows)
+        curve = self.view.curve
+        self.motion.open(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
+
+
+def dim(element: ui.element, behind: bool) -> None:
+    """Dim what is behind."""
+    element.classes(add="df-behind" if behind else "", remove="" if behind else "df-behind")
 
 
 def _words(result: xr.Dataset, name: str) -> dict[str, str]:

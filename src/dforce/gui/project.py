@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.gui.document import Document
-from dforce.gui.results import IDENTIFIER, MOST, Shelf
+from dforce.gui.document import PLUGINS, Document
+from dforce.gui.results import IDENTIFIER, Shelf
 from dforce.gui.uploads import MOST_BYTES, result_from
 
 if TYPE_CHECKING:
@@ -56,9 +57,7 @@ def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]
             plain = json.loads(_entry(archive, DOCUMENT, LONGEST_DOCUMENT))
             if not isinstance(plain, dict) or plain.get("format") != FORMAT:
                 raise df.ResultError("this project was written by another version of dForce")
-            document = Document.from_plain(plain["document"])
-            if len(document.results) > MOST:
-                raise df.ResultError(f"this project holds more than {MOST} results")
+            document = _document(plain["document"])
             files = {}
             left = 4 * MOST_BYTES
             for kept in document.results:
@@ -71,15 +70,32 @@ def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]
         KeyError,
         ValueError,
         EOFError,
-        RecursionError,
-        NotImplementedError,
-        RuntimeError,
+        RuntimeError,  # a password, a method of packing that is not known, tables nested too deeply
+        zlib.error,
         OSError,
     ) as error:
         if isinstance(error, df.DForceError):
             raise
         raise df.ResultError(BROKEN) from None
-    return document, {identifier: result_from(file, folder) for identifier, file in files.items()}
+    results = {identifier: result_from(file, folder, document.plots) for identifier, file in files.items()}
+    return document, results
+
+
+def _document(plain: Any) -> Document:
+    """Return the document of a project.
+
+    Raises
+    ------
+    ResultError, ParameterError
+        When it is none, or names Python files.
+    """
+    try:
+        document = Document.from_plain(plain)
+    except df.CaseError:
+        raise df.ResultError(BROKEN) from None
+    if "plugins" in document.table:
+        raise df.ParameterError(PLUGINS)
+    return document
 
 
 def _entry(archive: zipfile.ZipFile, name: str, most: int) -> bytes:

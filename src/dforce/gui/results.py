@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
+from dforce.gui.document import MOST_RESULTS
+from dforce.gui.store import why
 
 if TYPE_CHECKING:
     import xarray as xr
 
 IDENTIFIER = re.compile(r"[0-9a-f]{16}")
-MOST = 50  # results of a session
 MOST_BYTES = 500_000_000  # of a session
 
 
@@ -30,10 +31,19 @@ class Shelf:
         self.folder = folder
 
     def keep(self, result: xr.Dataset) -> str:
-        """Write a result and return its identifier; the oldest ones go when there are too many. Blocking."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        """Write a result and return its identifier; the oldest ones go when there are too many. Blocking.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written; no other result has gone then.
+        """
         name = secrets.token_hex(8)
-        df.write(result, self.folder / f"{name}.nc")
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            df.write(result, self.folder / f"{name}.nc")
+        except OSError as error:
+            raise df.ResultError(why(error)) from error
         self._forget()
         return name
 
@@ -74,6 +84,6 @@ class Shelf:
     def _forget(self) -> None:
         files = self._files()
         sizes = [file.stat().st_size for file in files]
-        while len(files) > 1 and (len(files) > MOST or sum(sizes) > MOST_BYTES):
+        while len(files) > 1 and (len(files) > MOST_RESULTS or sum(sizes) > MOST_BYTES):
             files.pop(0).unlink(missing_ok=True)
             sizes.pop(0)

@@ -6,7 +6,6 @@ Any web page may send requests to this computer, and open a WebSocket to it: so 
 from __future__ import annotations
 
 import hmac
-import http.cookies
 import os
 import secrets
 import urllib.parse
@@ -22,6 +21,7 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 KEY = "key"  # of the secret in the address
 MOST_BYTES = 50_000_000  # of a request
+TOO_LARGE = f"This is larger than {MOST_BYTES // 1_000_000} MB, which is not taken."
 POLICY = "; ".join(
     (
         "default-src 'self'",
@@ -64,6 +64,22 @@ def kept_secret(file: Path) -> str:
     return secret
 
 
+class _Headers:
+    """The headers of a request, as text."""
+
+    def __init__(self, scope: Scope) -> None:
+        self.pairs = [(key.decode("latin-1").lower(), value.decode("latin-1")) for key, value in scope["headers"]]
+
+    def all(self, name: str) -> list[str]:
+        """Return the values of a header that may come several times."""
+        return [value for key, value in self.pairs if key == name]
+
+    def only(self, name: str) -> str | None:
+        """Return the value of a header, empty where there is none; None where there are several."""
+        found = self.all(name)
+        return None if len(found) > 1 else "".join(found)
+
+
 class Guard:
     """Lets through what comes from a page of this server itself.
 
@@ -87,7 +103,7 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        headers = {key.decode("latin-1").lower(): value.decode("latin-1") for key, value in scope["headers"]}
+        headers = _Headers(scope)
         wrong = self._wrong(headers)
         if wrong:
             await _refuse(scope, send, 403, wrong)
@@ -98,15 +114,37 @@ class Guard:
                 scope, send, 403, "This page needs the whole address that dForce printed when it was started."
             )
         elif _size(headers) > MOST_BYTES:
-            await _refuse(scope, send, 413, f"This is larger than {MOST_BYTES // 1_000_000} MB, which is not taken.")
+            await _refuse(scope, send, 413, TOO_LARGE)
+        elif scope["type"] == "websocket":
+            await self.app(scope, receive, _with_headers(send))
         else:
-            await self.app(scope, _counted(receive), _with_headers(send))
+            await self._pass_on(scope, receive, send)
 
-    def _wrong(self, headers: dict[str, str]) -> str:
-        host, origin = headers.get("host", ""), headers.get("origin")
-        if self.hosts and host not in self.hosts:
+    async def _pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on a request; one that breaks off, or has no end, is nothing for the one who started the server to read."""
+        from starlette.requests import ClientDisconnect
+
+        body = _Body(receive)
+        # some of what answers takes a request apart before it looks whether there is one
+        if await body.is_there():
+            try:
+                await self.app(scope, body.receive, _with_headers(send))
+                return
+            except ClientDisconnect:
+                pass
+        if body.size > MOST_BYTES:
+            await _refuse(scope, send, 413, TOO_LARGE)
+        else:
+            await _refuse(scope, send, 400, "This request ended before it was whole.")
+
+    def _wrong(self, headers: _Headers) -> str:
+        host, origin = headers.only("host"), headers.only("origin")
+        if host is None or origin is None:
+            return "This request has a header twice, which no browser sends."
+        if self.hosts and host.lower() not in self.hosts:
             return "This server answers only under the address that dForce printed when it was started."
-        if origin is not None and urllib.parse.urlsplit(origin).netloc != host:
+        # compared as text: an origin that is no address must not be taken apart
+        if origin and origin.lower() not in (f"http://{host.lower()}", f"https://{host.lower()}"):
             return "This request comes from another page."
         return ""
 
@@ -114,12 +152,11 @@ class Guard:
         query = urllib.parse.parse_qs(scope.get("query_string", b"").decode("latin-1"))
         return scope["type"] == "http" and _same(query.get(KEY, [""])[0], self.secret)
 
-    def _in_cookie(self, headers: dict[str, str]) -> bool:
-        try:
-            found = http.cookies.SimpleCookie(headers.get("cookie", "")).get(self.cookie)
-        except http.cookies.CookieError:
-            return False
-        return found is not None and _same(found.value, self.secret)
+    def _in_cookie(self, headers: _Headers) -> bool:
+        """Return whether one of the cookies is ours; those of other programs on this computer come along."""
+        # http.cookies gives up at the first cookie that it finds wrong, whoever set it
+        pairs = (part.partition("=") for line in headers.all("cookie") for part in line.split(";"))
+        return any(name.strip() == self.cookie and _same(value.strip(), self.secret) for name, _, value in pairs)
 
     async def _remember(self, scope: Scope, send: Send) -> None:
         """Send the browser to the address without the secret, which a cookie then holds."""
@@ -135,8 +172,8 @@ def _same(given: str, wanted: str) -> bool:
     return hmac.compare_digest(given.encode("utf-8", "replace"), wanted.encode())
 
 
-def _size(headers: dict[str, str]) -> int:
-    length = headers.get("content-length", "0")
+def _size(headers: _Headers) -> int:
+    length = headers.only("content-length") or ("x" if headers.all("content-length") else "0")
     return int(length) if length.isdecimal() and len(length) < 19 else MOST_BYTES + 1
 
 
@@ -150,20 +187,34 @@ async def _refuse(scope: Scope, send: Send, status: int, text: str) -> None:
     await send({"type": "http.response.body", "body": body})
 
 
-def _counted(receive: Receive) -> Receive:
-    """Return a receiver that ends a body which does not say how long it is and does not stop."""
-    received = 0
+class _Body:
+    """The body of a request, which is cut off where it does not say how long it is and does not stop.
 
-    async def counted() -> Message:
-        nonlocal received
-        message = await receive()
+    Attributes
+    ----------
+    size
+        Bytes received.
+    """
+
+    def __init__(self, receive: Receive) -> None:
+        self.size = 0
+        self._receive = receive
+        self._first: Message | None = None
+
+    async def is_there(self) -> bool:
+        """Wait for the first part; return False when the connection ends before it."""
+        self._first = await self._receive()
+        return bool(self._first["type"] == "http.request")
+
+    async def receive(self) -> Message:
+        """Return the next part."""
+        first, self._first = self._first, None
+        message = first if first is not None else await self._receive()
         if message["type"] == "http.request":
-            received += len(message.get("body", b""))
-            if received > MOST_BYTES:
+            self.size += len(message.get("body", b""))
+            if self.size > MOST_BYTES:
                 return {"type": "http.disconnect"}
         return message
-
-    return counted
 
 
 def _with_headers(send: Send) -> Send:

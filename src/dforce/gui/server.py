@@ -20,6 +20,8 @@ from dforce.gui.security import KEY, Guard, kept_secret
 
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
 OWN = "127.0.0.1"
+# listening there is listening everywhere; what is sent to those far addresses, kept for documentation, goes to the network
+EVERYWHERE = {"0.0.0.0": (socket.AF_INET, "192.0.2.1"), "::": (socket.AF_INET6, "2001:db8::1")}
 RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
 STARTS_WITHIN = 2.0  # s in which a browser that cannot start, for want of a screen say, gives up
 SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
@@ -92,11 +94,14 @@ def free_port(host: str, wanted: int | None = None) -> int:
 def serve(options: Options) -> None:
     """Start the server and show the window; returns when it is stopped."""
     folder = options.folder or data_folder()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    try:
+        _make(folder)
+        secret, cookie_secret = kept_secret(folder / "secret"), kept_secret(folder / "cookie-secret")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise df.ParameterError(f"the window cannot keep anything in '{df.shorten(str(folder))}': {reason}") from None
     # read by NiceGUI when it is imported, which is why that waits until here
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / "sessions")
-    for name in ("sessions", "results"):
-        (folder / name).mkdir(mode=0o700, exist_ok=True)
     from nicegui import app, ui
 
     from dforce.gui import pages
@@ -104,12 +109,11 @@ def serve(options: Options) -> None:
     # a page must be answered while a thread compiles or prepares a run in Python
     sys.setswitchinterval(SWITCH)
     port = free_port(options.host, options.port)
-    secret = kept_secret(folder / "secret")
     address = f"http://{_named(options.host)}:{port}/?{KEY}={secret}"
     alone = options.host in (OWN, "localhost", "::1")
-    hosts = frozenset(f"{name}:{port}" for name in (OWN, "localhost", "[::1]")) if alone else frozenset[str]()
+    hosts = own_hosts(port) if alone else frozenset[str]()
     document = None if options.case is None else Document.of(options.case)
-    pages.register(folder / "results", document, ALONE if alone else SHARED)
+    pages.register(folder, document, ALONE if alone else SHARED)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
     told = threading.Thread(
         target=_announce, args=(options.host, port, address, options.show, folder / "browser"), daemon=True
@@ -117,18 +121,42 @@ def serve(options: Options) -> None:
     app.on_startup(told.start)
     ui.run(
         host=options.host, port=port, title="dForce", language="en-US", reload=False, show=False, dark=None,
-        reconnect_timeout=RECONNECT, storage_secret=kept_secret(folder / "cookie-secret"), show_welcome_message=False,
+        reconnect_timeout=RECONNECT, storage_secret=cookie_secret, show_welcome_message=False,
         # numbers hardly shrink, and packing them takes time and memory for each page
         ws_per_message_deflate=False, favicon=str(Path(__file__).parent / "icon.svg"), tailwind=False,
         session_middleware_kwargs={"max_age": 10 * 365 * 86400, "same_site": "lax", "session_cookie": f"dforce-session-{port}"},
     )  # fmt: skip
 
 
+def own_hosts(port: int) -> frozenset[str]:
+    """Return the values of the header Host under which a browser on this computer asks; it leaves out port 80."""
+    names = (OWN, "localhost", "[::1]")
+    return frozenset(f"{name}:{port}" for name in names) | frozenset(names if port == 80 else ())
+
+
+def _make(folder: Path) -> None:
+    """Make the folder with its own folders, which nobody but its owner may read."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for name in ("sessions", "results"):
+        (folder / name).mkdir(mode=0o700, exist_ok=True)
+
+
 def _named(host: str) -> str:
-    """Return the name under which others reach this computer."""
-    if host in ("0.0.0.0", "::"):
-        return socket.gethostname()
+    """Return under what others reach this computer: a number, for names need not be known on a network."""
+    if host in EVERYWHERE:
+        host = own_address(host)
     return f"[{host}]" if ":" in host else host
+
+
+def own_address(host: str) -> str:
+    """Return the address of this computer on its network; its name where it is on none."""
+    family, far = EVERYWHERE[host]
+    with socket.socket(family, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((far, 9))  # sends nothing: it only asks which way something would go
+            return str(probe.getsockname()[0])
+        except OSError:
+            return socket.gethostname()
 
 
 def _announce(host: str, port: int, address: str, show: str, profile: Path) -> None:

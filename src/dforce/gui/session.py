@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
+import logging
+import threading
 import time
 import weakref
-from collections.abc import Callable, MutableMapping
+from collections.abc import MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -24,7 +26,11 @@ if TYPE_CHECKING:
 MOST_STEPS = 200  # of undo
 TOGETHER = 1.5  # s; edits of one field that follow each other faster are one step of undo
 SAVED_AFTER = 0.5  # s
-KEY = "document"
+TRIED_AGAIN = 5.0  # s after which what could not be kept is written once more
+KEY, UNREAD = "document", "unread"
+
+log = logging.getLogger("dforce.gui")
+LOOKED_EVERY = 0.1  # s between two looks at a run
 
 
 class View(Protocol):
@@ -39,6 +45,12 @@ class View(Protocol):
     def show_anew(self) -> None:
         """Draw what is shown in another way; nothing is computed."""
 
+    def show_unkept(self) -> None:
+        """Show whether what is typed is kept."""
+
+    def show_result(self, result: xr.Dataset) -> None:
+        """Show a result of the document's case."""
+
 
 class Session:
     """One person's work.
@@ -46,7 +58,7 @@ class Session:
     Parameters
     ----------
     store
-        A dict that is kept over a restart.
+        A dict that is kept over a restart; it raises :class:`dforce.ResultError` where it cannot keep what it is given.
     folder
         The folder for this session's results alone.
     limits
@@ -65,6 +77,9 @@ class Session:
         self._last = ("", 0.0)
         self._seen = time.monotonic()
         self._saving: asyncio.TimerHandle | None = None
+        self._writing = threading.Lock()
+        self._keeping = asyncio.Lock()
+        self.unkept = ""  # why what is typed is not kept
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
         """Take a new document as one step of undo; quick edits of one `name` are one step together."""
@@ -121,18 +136,40 @@ class Session:
         for view in tuple(self.views):
             view.show(anew)
 
-    async def run(self, case: df.Case, finished: Callable[[Job], None]) -> None:
-        """Run a case, one at a time for each session, and keep its result; partial ones too."""
-        if self.job is not None and self.job.busy:
-            return
-        job = self.job = Job(case, self.limits.seconds)
-        await job.go(self._look)
-        if job.result is not None:
-            await self.keep(job.result)
-        finished(job)
+    async def run(self, document: Document) -> None:
+        """Run a document's case once no other run of the session is under way, and keep its result; partial ones too.
 
-    async def keep(self, result: xr.Dataset) -> None:
+        A run that had to wait is not begun when it has been done, or another case is typed by then. A result is shown
+        where the document still holds its case; else it is in the list, and not drawn.
+
+        Raises
+        ------
+        ParameterError
+            When what is typed is not a case, or asks for more than the limits allow.
+        """
+        case = self.limits.check(document.case())
+        while self.job is not None and self.job.busy:
+            await asyncio.sleep(LOOKED_EVERY)
+            if self.job.is_of(document) or not document.same_case(self.document):
+                return
+        job = self.job = Job(case, self.limits.seconds, document)
+        await job.go(self._look, LOOKED_EVERY)
+        if job.result is not None:
+            try:
+                await self.keep(job.result, shown=job.is_of(self.document))
+            except df.ResultError as error:
+                job.error = f"this result could not be kept: {error}"
+            if job.is_of(self.document):
+                for view in tuple(self.views):
+                    view.show_result(job.result)
+        self._look()
+
+    async def keep(self, result: xr.Dataset, shown: bool = True) -> None:
         """Keep a result on the shelf and in the list; the oldest ones go where the shelf is full."""
+        async with self._keeping:  # else the list of the later one leaves out what is still being written
+            await self._keep(result, shown)
+
+    async def _keep(self, result: xr.Dataset, shown: bool) -> None:
         last = self.document.results[-1].id if self.document.results else ""
 
         def shelve() -> tuple[str, set[str], xr.Dataset | None]:
@@ -142,10 +179,22 @@ class Session:
         identifier, here, before = await asyncio.to_thread(shelve)
         others = [kept for kept in self.document.results if kept.id in here]
         name = compare.name_of(result, before, [kept.name for kept in others])
-        self.results_of[identifier] = result
         self._known[identifier] = weakref.ref(result)
-        entry = Kept(identifier, name, compare.color_of(others))
+        if shown:
+            self.results_of[identifier] = result
+        entry = Kept(identifier, name, compare.color_of(others), shown)
         self.look(dataclasses.replace(self.document, results=(*others, entry)))
+
+    async def take_result(self, document: Document, result: xr.Dataset) -> None:
+        """Take a result and the document of its case in place of what is shown.
+
+        Raises
+        ------
+        ResultError
+            When the result cannot be written; nothing has changed then.
+        """
+        await self.keep(result)
+        self.edit(document, anew=True)
 
     async def take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
         """Take a project in place of what is shown; results kept before stay in the list, hidden.
@@ -157,6 +206,10 @@ class Session:
         CaseError
             When the document cannot be shown; nothing has changed then.
         """
+        async with self._keeping:
+            await self._take_project(document, results)
+
+    async def _take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
         names: dict[str, str] = {}
         before, steps = self.document, self.steps
         try:
@@ -214,14 +267,34 @@ class Session:
         for view in tuple(self.views):
             view.show_job()
 
-    def save_soon(self) -> None:
+    def save_soon(self, seconds: float = SAVED_AFTER) -> None:
         """Keep the document, at most twice a second while it changes."""
         if self._saving is None:
-            self._saving = asyncio.get_running_loop().call_later(SAVED_AFTER, self._save)
+            self._saving = asyncio.get_running_loop().call_later(seconds, self._save)
 
     def _save(self) -> None:
         self._saving = None
-        self.store[KEY] = self.document.to_plain()
+        asyncio.get_running_loop().run_in_executor(None, self._write).add_done_callback(self._saved)
+
+    def _write(self) -> None:
+        """Write the document as it is now. Blocking."""
+        with self._writing:
+            self.store[KEY] = self.document.to_plain()
+
+    def _saved(self, written: asyncio.Future[None]) -> None:
+        """Say whether the document was written, and try again where it was not."""
+        if written.cancelled():
+            return
+        error = written.exception()
+        if error is not None and not isinstance(error, df.ResultError):
+            log.error("what was typed could not be kept", exc_info=error)
+        unkept = "" if error is None else f"What you type is not kept: {error}. Save the case (menu File)."
+        if error is not None:
+            self.save_soon(TRIED_AGAIN)
+        if unkept != self.unkept:
+            self.unkept = unkept
+            for view in tuple(self.views):
+                view.show_unkept()
 
     def idle(self, seconds: float) -> bool:
         """Return whether no page has shown the session for so long and nothing runs."""
@@ -235,10 +308,15 @@ class Session:
         self.stop()
         if self._saving is not None:
             self._saving.cancel()
-            self._save()
+            try:
+                self._write()
+            except df.ResultError as error:
+                log.error("what was typed last could not be kept: %s", error)
 
     def _kept(self) -> Document:
         try:
             return Document.from_plain(self.store[KEY]) if KEY in self.store else Document.first()
         except df.CaseError:
+            with contextlib.suppress(df.ResultError):  # said as soon as something is typed
+                self.store[UNREAD] = self.store[KEY]  # what is typed from now on must not write over it
             return Document.first()

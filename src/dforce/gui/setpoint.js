@@ -8,8 +8,7 @@ export default {
         <span v-if="now.text" class="df-text" role="status">{{ now.text }}</span></div>
       <div v-if="!now.text" class="df-setpoint-rows" role="region" aria-label="states at the set point" tabindex="0"><table>
         <thead><tr><th scope="col">state</th>
-          <th v-for="(column, n) in now.columns" :key="n" scope="col">{{ column.label }} <span class="df-symbol" v-html="column.symbol"></span>{{
-            column.unit ? " (" + column.unit + ")" : "" }}</th></tr></thead>
+          <th v-for="(column, n) in now.columns" :key="n" scope="col">{{ column.label }} <span class="df-symbol" v-html="column.symbol"></span></th></tr></thead>
         <tbody><tr v-for="(row, n) in now.rows" :key="n">
           <th scope="row"><span v-if="row.name" class="df-dot" :style="{'--df-dot': 'var(--df-series-' + row.color + ')'}"
             :title="row.name"></span> <b>{{ row.state }}</b><template v-if="row.ways">, {{ row.ways }}</template></th>

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 MOST_COLUMNS = 10
 MOST_ROWS = 30
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NONE = "No state on these curves has this amplitude."
 TOO_NEAR = "The amplitude stays below this everywhere; let the curve begin farther from the surface (tab Experiment)."
 
@@ -47,7 +48,8 @@ class SetPoint:
 
     def marked(self, layers: Sequence[Layer], wanted: df.Picture) -> list[Layer]:
         """Return layers with their states at the set point, those that are curves."""
-        return [dataclasses.replace(layer, states=self._states(layer.result, wanted)) for layer in layers]
+        share = self.view.document.set_point
+        return [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
 
     def show(self, layers: Sequence[Layer], wanted: df.Picture | None) -> None:
         """Show the states of layers."""
@@ -55,8 +57,7 @@ class SetPoint:
         self.element.set_visibility(bool(with_states))
         if not with_states or wanted is None:
             return
-        columns = _columns(with_states, wanted)
-        rows = [row for layer in with_states for row in _rows(layer, columns, len(with_states) > 1)]
+        columns, rows = table_of(with_states, wanted)
         changed = {
             "percent": round(100.0 * self.view.document.set_point, 6), "rows": rows[:MOST_ROWS],
             "columns": [column.head for column in columns], "text": "" if rows else self._why(with_states),
@@ -68,29 +69,36 @@ class SetPoint:
         most = max(float(np.nanmax(layer.result["amplitude_ratio"].values, initial=0.0)) for layer in layers)
         return TOO_NEAR if most < self.view.document.set_point else NONE
 
-    def _states(self, result: xr.Dataset, wanted: df.Picture) -> xr.Dataset | None:
-        along = df.goes_along(result)
-        row = df.row_of(result, along) if along else ""
-        names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
-        known = [name for name in names if name in result.variables and df.row_of(result, name) == row]
-        try:
-            return df.at_set_point(result, self.view.document.set_point, known)
-        except df.ParameterError:  # it is no curve
-            return None
-
     def _changed(self, event: GenericEventArguments) -> None:
         share = float(event.args) / 100.0
         if LOWEST_SET_POINT <= share <= HIGHEST_SET_POINT:
             self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
 
 
+def states_of(result: xr.Dataset, share: float, wanted: df.Picture) -> xr.Dataset | None:
+    """Return the states of a result at a set point with the quantities that a picture shows; None where it is no curve."""
+    along = df.goes_along(result)
+    row = df.row_of(result, along) if along else ""
+    names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
+    known = [name for name in names if name in result.variables and df.row_of(result, name) == row]
+    try:
+        return df.at_set_point(result, share, known)
+    except df.ParameterError:  # it is no curve
+        return None
+
+
+def table_of(layers: Sequence[Layer], wanted: df.Picture) -> tuple[list[Column], list[dict[str, Any]]]:
+    """Return the columns and the rows of the table for layers that have states."""
+    columns = _columns(layers, wanted)
+    return columns, [row for layer in layers for row in _rows(layer, columns, len(layers) > 1)]
+
+
 @dataclasses.dataclass(frozen=True)
 class Column:
-    """A column of the table: a quantity, of which tone or mode, its unit, and what stands above it."""
+    """A column of the table: a quantity, of which tone or mode, and what stands above it."""
 
     name: str
     index: tuple[int, ...]
-    scale: float
     head: dict[str, str]
 
 
@@ -103,22 +111,41 @@ def _columns(layers: Sequence[Layer], wanted: df.Picture) -> list[Column]:
     first = layers[-1]
     assert first.states is not None
     names = dict.fromkeys([str(first.states.attrs["along"]), *_asked_first(first.result), *wanted.y])
-    found = (column for name in names if name in first.states for column in _of_quantity(layers, name))
+    found = (column for name in names if name in first.states for column in _of_quantity(first.states, name))
     return list(found)[:MOST_COLUMNS]
 
 
-def _of_quantity(layers: Sequence[Layer], name: str) -> Iterator[Column]:
-    """Give the columns of a quantity, one for each tone or mode, in the unit of its axis."""
-    scale, unit = max(unit_of(layer.result[name]) for layer in layers if name in layer.result)
-    states = layers[-1].states
-    assert states is not None
+def _of_quantity(states: xr.Dataset, name: str) -> Iterator[Column]:
+    """Give the columns of a quantity, one for each tone or mode."""
     variable = states[name]
     dims = variable.dims[1:]
     for index in np.ndindex(*variable.shape[1:]):
         which = [f"{dim} {n + 1}" for dim, n in zip(dims, index, strict=True) if variable.sizes[dim] > 1]
         label = ", ".join([str(variable.attrs.get("long_name", name)), *which])
-        head = {"label": label, "symbol": df.html_symbol(str(variable.attrs.get("symbol", ""))), "unit": unit}
-        yield Column(name, index, scale, head | ({"unit": ""} if unit == "1" else {}))
+        yield Column(name, index, {"label": label, "symbol": df.html_symbol(str(variable.attrs.get("symbol", "")))})
+
+
+def _cell(result: xr.Dataset, states: xr.Dataset, column: Column, crossing: int) -> str:
+    """Return a value with three digits and the unit in which it reads best, as it would stand in a text."""
+    if column.name not in states:
+        return "–"
+    one = states[column.name][(crossing, *column.index)]
+    value = float(one)
+    if not np.isfinite(value):
+        return "–"
+    if abs(value) < df.rounding(result, column.name):
+        one, value = one.copy(data=0.0), 0.0
+    scale, unit = unit_of(one)
+    return f"{three_digits(value / scale)}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
+
+
+def three_digits(value: float) -> str:
+    """Return a number with three digits, with a power of ten where it would be long."""
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        digits = f"{value:.3g}"
+        return f"{float(digits):.0f}" if "e" in digits else digits
+    digits, power = f"{value:.2e}".split("e")
+    return f"{float(digits):g} × 10{str(int(power)).translate(RAISED)}"
 
 
 def _rows(layer: Layer, columns: Sequence[Column], several: bool) -> list[dict[str, Any]]:
@@ -129,12 +156,7 @@ def _rows(layer: Layer, columns: Sequence[Column], several: bool) -> list[dict[s
     for n in range(states.sizes["crossing"]):
         unstable = "stable" in states and not bool(states["stable"][n])
         state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
-        cells = tuple(
-            f"{states.variables[column.name].values[(n, *column.index)] / column.scale:.4g}"
-            if column.name in states
-            else "–"
-            for column in columns
-        )
+        cells = tuple(_cell(layer.result, states, column, n) for column in columns)
         ways = merged.setdefault((state, *cells), [])
         ways += [str(states["direction"].values[n])] if "direction" in states.coords else []
     name = {"name": layer.name, "color": layer.color} if several else {}

@@ -31,16 +31,26 @@ export default {
     },
   },
   watch: {
-    // while it is dragged the hand is ahead of the server
     given(value) {
-      this.take(value);
+      if (!this.ahead()) this.value = value;
     },
   },
+  beforeUnmount() {
+    clearTimeout(this.later);
+  },
   methods: {
+    // while it is dragged the hand is ahead of the server
+    ahead() {
+      return performance.now() - this.sliding < 600;
+    },
+    // a value that came from elsewhere, such as a step back: once the hand is off it is shown
     take(value) {
-      if (performance.now() - this.sliding > 600) this.value = value;
+      clearTimeout(this.later);
+      if (this.ahead()) this.later = setTimeout(() => this.take(value), 100);
+      else this.value = value;
     },
     slide(value) {
+      clearTimeout(this.later);
       this.value = value;
       this.sliding = performance.now();
       this.$emit("slide", value);

@@ -10,10 +10,12 @@ from nicegui import ui
 
 import dforce as df
 from dforce.gui import typed
+from dforce.gui.bounds import LARGEST, number
 from dforce.gui.document import MOST_SLIDERS, Path, Slider
 from dforce.gui.entry import SliderElement
-from dforce.gui.fields import Field, fields, name_of
+from dforce.gui.fields import Field, name_of
 from dforce.gui.view import View
+from dforce.gui.words import field_at
 
 STEPS = 200  # of a slider, about
 
@@ -24,7 +26,7 @@ def toggle(view: View, path: Path, field: Field) -> None:
     others = tuple(slider for slider in document.sliders if slider.path != path)
     if len(others) == len(document.sliders):
         value, unit = number_at(view, path, field)
-        if value is None:
+        if value is None or not abs(value) <= LARGEST / 2.0:
             ui.notify("Type a value first; the slider then starts from it.")
             return
         if len(others) >= MOST_SLIDERS:
@@ -57,11 +59,15 @@ def within(field: Field, unit: str, low: float, high: float) -> tuple[float, flo
     if not low < high:
         low, high = low, low + (abs(low) or 1.0)
     if field.quantity is not None:
-        least, most = field.quantity.bounds()
         scale = df.parse(f"1 {unit}", field.unit) if unit != "1" else 1.0
-        if least / scale > low or (field.quantity.above is not None and least / scale >= low):
-            low = least / scale + (step_of(least / scale, high) if field.quantity.above is not None else 0.0)
-        high = min(high, most / scale)
+        least, most = (bound / scale for bound in field.quantity.bounds())
+        if least > low or (field.quantity.above is not None and least >= low):
+            low = least
+            high = max(high, low + (abs(low) or 1.0)) if high <= low else high
+            low += step_of(low, min(high, most)) if field.quantity.above is not None else 0.0
+        high = min(high, most)
+        if not low < high:  # both ends were typed beyond the bound
+            low = max(least, high - 0.5 * abs(high))
     return _tidy(low), _tidy(high)
 
 
@@ -103,7 +109,7 @@ class SliderStrip:
                 element.show(unit, slider.low, slider.high, step, value)
 
     def _make(self, path: Path) -> None:
-        field = field_at(self.view, path)
+        field = field_at(self.view.document, path)
         if field is None:
             return
         element = SliderElement(
@@ -139,7 +145,7 @@ class SliderStrip:
     def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
         unit = number_at(self.view, path, field)[1]
         try:
-            low, high = (float(typed.with_point(end)) for end in ends)
+            low, high = (number(float(typed.with_point(end)), -LARGEST, LARGEST) for end in ends)
         except (ValueError, df.ParameterError):
             ui.notify("The ends of a slider are two numbers.")
             low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)
@@ -149,28 +155,3 @@ class SliderStrip:
             for slider in self.view.document.sliders
         )
         self.view.edit(dataclasses.replace(self.view.document, sliders=sliders))
-
-
-def field_at(view: View, path: Path) -> Field | None:
-    """Return the field that a path of the document leads to, None when it leads to none now."""
-    model: type[df.Parameters] | None = df.Case
-    found: Field | None = None
-    walked: tuple[str | int, ...] = ()
-    for step in path:
-        walked = (*walked, step)
-        if isinstance(step, int):
-            if walked[0] == "forces":
-                model = df.forces.REGISTRY.get(str(view.document.value((*walked, "model"))))
-            continue
-        if model is None:
-            return None
-        if model is df.Case and step in ("forces", "experiment"):
-            kind = str(view.document.value(("experiment", "kind")))
-            model = df.EXPERIMENTS.get(kind) if step == "experiment" else None
-            continue
-        found = next((field for field in fields(model) if field.key == step), None)
-        if found is None:
-            return None
-        tables = [shape.model for shape in found.shapes if shape.model is not None]
-        model = tables[0] if tables else None
-    return found

@@ -6,12 +6,15 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import dforce as df
 from dforce.gui import inspection
-from dforce.gui.document import Document
+from dforce.gui.document import PLUGINS, Document
+from dforce.gui.rehearsal import rehearse
+from dforce.gui.store import why
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,11 +62,11 @@ def case_of(text: str) -> df.Case:
     except (ValueError, RecursionError):
         table = {}  # the sentence comes from dForce
     if "plugins" in table:
-        raise df.ParameterError("plugins are Python files, which are not run here; install them as a package")
+        raise df.ParameterError(PLUGINS)
     return df.Case.from_toml(text)
 
 
-def result_from(data: bytes, folder: Path) -> xr.Dataset:
+def result_from(data: bytes, folder: Path, pictures: Sequence[df.Picture] = ()) -> xr.Dataset:
     """Return the result in the bytes of a netCDF file. Blocking.
 
     Parameters
@@ -72,21 +75,35 @@ def result_from(data: bytes, folder: Path) -> xr.Dataset:
         The file.
     folder
         Where it may lie while it is read.
+    pictures
+        What is going to be drawn of it, beside what suits it.
 
     Raises
     ------
     ResultError
-        When it is none, points to other files, or unpacks to too much.
+        When it is none, points to other files, unpacks to too much, or cannot be written again and drawn; and when it finds
+        no room in the folder.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
-        path = Path(place) / "result.nc"
-        path.write_bytes(data)
-        _inspect(path)
-        try:
-            result = df.read(path)
-        except df.ResultError as error:
-            raise df.ResultError(str(error).replace(f"'{df.shorten(str(path))}'", "this file")) from None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
+            path = Path(place) / "result.nc"
+            path.write_bytes(data)
+            _inspect(path)
+            result = _result(path)
+            rehearse(result, path.parent, pictures)
+    except OSError as error:
+        if isinstance(error, df.DForceError) and not isinstance(error.__cause__, OSError):
+            raise
+        raise df.ResultError(f"there is no place here to look at this file: {why(error)}") from error
+    return result
+
+
+def _result(path: Path) -> xr.Dataset:
+    try:
+        result = df.read(path)
+    except df.ResultError as error:
+        raise df.ResultError(str(error).replace(f"'{df.shorten(str(path))}'", "this file")) from None
     try:
         case_of(str(result.attrs.get("case", "")))
     except df.DForceError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import dforce as df
-from dforce.gui import typed
+from dforce.gui import bounds, typed
 from dforce.gui.fields import Field, Shape
 
 
@@ -56,6 +56,7 @@ def read(field: Field, shape: Shape, text: str, unit: str) -> Any:
         if shape.kind == "numbers":
             return [typed.composed(part, unit) for part in text.split(";") if part.strip()]
         number = typed.with_point(text)
-        return int(number) if shape.kind == "whole" else float(number)
+        meant = int(number) if shape.kind == "whole" else float(number)
+        return meant if abs(meant) < bounds.WHOLE else text  # what cannot be kept as a number stays as it was typed
     except (ValueError, df.ParameterError):
         return text

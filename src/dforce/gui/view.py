@@ -15,9 +15,11 @@ from nicegui import background_tasks
 import dforce as df
 from dforce.gui import figures
 from dforce.gui.chart import Chart
-from dforce.gui.compute import LIVE, Job, Latest, in_thread, live_curve
+from dforce.gui.compute import LIVE, Latest, in_thread, live_curve
 from dforce.gui.document import Document, Path, path_of
 from dforce.gui.session import Session
+from dforce.gui.shown import Part, Shown
+from dforce.gui.words import in_words, with_labels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,9 +30,13 @@ log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
 BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
-DIM_AFTER, SAY_AFTER = 0.3, 1.0  # s after which a plot that does not follow is dimmed, and a word says why
+SAY_AFTER = 1.0  # s after which a word says why nothing follows
 COMPUTING = "Computing ..."
 TOO_LONG = "This takes longer than a live curve may; press Run."
+STOPPED = "Stopped: this is what was computed."
+UNKNOWN = "an error inside dForce, please report it"
+STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
+WAITING = "Another run is under way; this one begins when it has ended or is stopped."
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,6 +48,32 @@ class Said:
     advice: tuple[tuple[Path, str], ...] = ()
 
 
+@dataclasses.dataclass(frozen=True)
+class Curve:
+    """A result, and the document whose case it is of."""
+
+    document: Document
+    result: xr.Dataset
+
+
+@dataclasses.dataclass(frozen=True)
+class Wanted:
+    """What a page is to show: the curve that follows a document, or a result of its case.
+
+    Attributes
+    ----------
+    run
+        Whether it is run where a live curve takes too long.
+    again
+        Whether it was given up before.
+    """
+
+    document: Document
+    result: xr.Dataset | None = None
+    run: bool = False
+    again: bool = False
+
+
 class View:
     """Ties a session to the elements of one page.
 
@@ -50,16 +82,22 @@ class View:
 
     Attributes
     ----------
+    shown
+        Of which document each part of the page is; what is behind is marked.
+    curve
+        What the main chart is to show beside the results kept; None while there is nothing.
     on_show
         Hooks called as ``hook(anew)`` when the document has changed: forms, sliders, title.
     on_said
         Hooks called with a :class:`Said` when errors and advice are known.
     on_status
-        Hooks called with a sentence about the live curve; empty when all is well.
+        Hooks called when there is another sentence about the live curve (`status`); empty when all is well.
     on_job
         Hooks called while a run goes on and when it ends.
     on_anew
         Hooks called when results are drawn in another way: others, or other quantities of them.
+    on_unkept
+        Hooks called with a sentence when what is typed cannot be kept; empty when it is again.
     compose
         Makes the figure of the main chart from the result that it shows.
     on_beside
@@ -74,16 +112,20 @@ class View:
         self.session = session
         self.on_show: list[Callable[[bool], None]] = []
         self.on_said: list[Callable[[Said], None]] = []
-        self.on_status: list[Callable[[str], None]] = []
+        self.on_status: list[Callable[[], None]] = []
         self.on_job: list[Callable[[], None]] = []
         self.on_anew: list[Callable[[], None]] = []
+        self.on_unkept: list[Callable[[str], None]] = []
         self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
-        self.result: xr.Dataset | None = None
+        self.shown = Shown(lambda: self.document)
+        self.shown.mark(Part.CURVES, self._mark_curves)
+        self.shown.mark(Part.FORCE, lambda behind: self.force.dim(behind))
+        self.curve: Curve | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
         self.said, self.status = Said(), ""
-        self._opened: Document | None = None  # what was opened last, until its curve is there
-        self._latest = Latest(self._safely(self._compute))
+        self._drawing = asyncio.Lock()
+        self._latest = Latest(self._safely(self._follow))
         self._beside = Latest(self._safely(self._show_beside))
         self._beside_at = -BESIDE_EVERY
 
@@ -92,17 +134,26 @@ class View:
         """The session's document."""
         return self.session.document
 
+    @property
+    def result(self) -> xr.Dataset | None:
+        """The result that the main chart is to show beside those kept."""
+        return None if self.curve is None else self.curve.result
+
     def begin(self) -> None:
         """Show everything once the browser is there, also after a connection was cut."""
         if self not in self.session.views:
             self.session.views.append(self)
+        if self.curve is not None or any(kept.shown for kept in self.document.results):
+            self.show_anew()
         self.show(anew=False)
         self.show_job()
+        self.show_unkept()
 
     def end(self) -> None:
         """Let go of the session when the page is gone."""
         if self in self.session.views:
             self.session.views.remove(self)
+        self.shown.end()
 
     def edit(self, document: Document, name: str = "", anew: bool = False) -> None:
         """Take a new document; see :meth:`Session.edit`."""
@@ -111,16 +162,20 @@ class View:
     def open(self, document: Document) -> None:
         """Show a document from elsewhere; where its curve takes long, it is run at once."""
         self.edit(document, anew=True)
-        self._opened = self.document
+        self._latest.ask(Wanted(self.document, run=True))
 
     def show(self, anew: bool) -> None:
         """Show the session's document, and ask for its curve."""
+        self.shown.look()
         for hook in self.on_show:
             hook(anew)
-        self._latest.ask(self.document)
+        self._latest.ask(Wanted(self.document))
 
     def show_job(self) -> None:
         """Show how far the session's run is."""
+        job = self.session.job
+        if self.status == WAITING and job is not None and job.is_of(self.document):
+            self._status("")
         for hook in self.on_job:
             hook()
 
@@ -129,51 +184,52 @@ class View:
         for hook in self.on_anew:
             hook()
 
-    async def run(self) -> None:
-        """Run the case as it stands."""
-        try:
-            case = self.session.limits.check(self.document.case())
-        except df.DForceError as error:
-            self._say(Said(str(error), path_of(self.document, str(error))))
-            return
-        await self.session.run(case, self._finished)
-
-    def _finished(self, job: Job) -> None:
-        """Show what a run gave in all pages of the session, a partial result too."""
-        self.session._look()
-        if job.result is None:
-            return
-        for view in self.session.views:
-            if isinstance(view, View):
-                view.show_result(job.result)
+    def show_unkept(self) -> None:
+        """Show whether what is typed is kept."""
+        for hook in self.on_unkept:
+            hook(self.session.unkept)
 
     def show_result(self, result: xr.Dataset) -> None:
-        """Show the result of a run in the main chart."""
-        self._latest.ask(Shown(result))
+        """Show a result of the document's case in the main chart."""
+        self._latest.ask(Wanted(self.document, result))
 
-    async def _compute(self, wanted: Document | Shown) -> None:
-        """Do what was asked for last: a curve that follows the document, or the result of a run."""
-        if isinstance(wanted, Shown):
-            await self._draw(wanted.result)
-            self._status("Stopped: this is what was computed." if wanted.result.attrs.get("interrupted") else "")
-            self.show_beside()
-        else:
-            await self._follow(wanted)
+    async def run(self) -> str:
+        """Run the case as it stands; where it is none, nothing is run, and what is wrong is returned."""
+        document = self.document
+        if self.session.job is not None and self.session.job.busy:
+            self._status(WAITING)
+        try:
+            await self.session.run(document)
+        except (df.DForceError, TypeError) as error:
+            self._say(_wrong(document, error), document)
+            return self.said.wrong
+        return ""
 
-    async def _follow(self, document: Document) -> None:
-        """Compute and draw the live curve of a document, and ask for what stands beside it."""
-        with self._saying_what_is_wrong(document):
-            case = self.session.limits.check(document.case())
+    async def _follow(self, wanted: Wanted) -> None:
+        """Draw the curve of a document, and ask for what stands beside it."""
+        with self._saying_what_is_wrong(wanted.document):
+            case = self.session.limits.check(wanted.document.case())
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
             if self.said.wrong:
-                self._say(Said())
-            result = await self._live(case)
-            if document is self._opened and not self._latest.overtaken:
-                self._opened = None
-                if result is None:
-                    await self._run_opened()
-            self._beside.ask(Followed(document, case, result))
+                self._say(Said(), wanted.document)
+            result = wanted.result if wanted.result is not None else self._there(wanted.document)
+            if result is None:
+                result = await self._live(case, wanted)
+            if wanted.document.opened != self.document.opened:  # what is computed belongs under another title
+                return
+            if result is not None:
+                self._status(STOPPED if result is wanted.result and result.attrs.get("interrupted") else "")
+                self.curve = Curve(wanted.document, result)
+                await self.draw()
+            self._beside.ask(Followed(wanted.document, case, result))
+
+    def _there(self, document: Document) -> xr.Dataset | None:
+        """Return the result of a document's case that need not be computed: the one shown, or that of the last run."""
+        job = self.session.job
+        if self.curve is not None and self.curve.document.same_case(document):
+            return self.curve.result
+        return job.result if job is not None and job.state == "done" and job.is_of(document) else None
 
     async def _show_beside(self, followed: Followed) -> None:
         """Show what stands beside the curves, the force, and at last the advice."""
@@ -184,16 +240,19 @@ class View:
         self._beside_at = time.monotonic()
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
-            await self._draw_force(followed.case)
+            curve = await in_thread(LIVE, lambda: df.force_curve(followed.case))
+            await self.force.draw(figures.force_distance(curve))
+            self.shown.show(Part.FORCE, followed.document)
             if self._latest.busy or self._beside.overtaken or self.said.wrong:
                 return
             advice = df.advice(followed.case) if followed.result is None else df.advice_in(followed.result)
-            self._say(Said(advice=_places(followed.document, advice)))
+            self._say(Said(advice=_places(followed.document, advice)), followed.document)
 
     def show_beside(self) -> None:
         """Show what stands beside the curves."""
         for hook in self.on_beside:
             hook()
+        self.shown.show(Part.BESIDE, self.shown.of(Part.CURVES))
 
     def _safely(self, work: Callable[[T], Awaitable[None]]) -> Callable[[T], Awaitable[None]]:
         """Return work after which, whatever happens, the next edit finds a page that follows it."""
@@ -203,62 +262,68 @@ class View:
                 await work(thing)
             except Exception:
                 log.exception("the page could not follow")
-                self._status("an error inside dForce, please report it")
+                self._status(UNKNOWN)
 
         return safe
 
     @contextlib.contextmanager
     def _saying_what_is_wrong(self, document: Document) -> Iterator[None]:
-        """Show what is wrong with a document, and dim what does not follow it."""
+        """Show what is wrong with a document."""
         try:
             yield
         except (df.DForceError, TypeError) as error:
-            self._say(Said(str(error), path_of(document, str(error))))
-            self.main.dim()
-            self.force.dim()
+            self._say(_wrong(document, error), document)
 
-    async def _live(self, case: df.Case) -> xr.Dataset | None:
-        """Draw the live curve and return its result; None, with a word on why, when it takes too long."""
+    async def _live(self, case: df.Case, wanted: Wanted) -> xr.Dataset | None:
+        """Return the live curve; None, with a word on why, when it takes too long: it is run then, or tried again."""
         key = (case.experiment, case.solver)
-        if self.slow[0] == key and time.monotonic() - self.slow[1] < TRIED_AGAIN:
-            self._status(TOO_LONG)
-            self.main.dim()
+        if self.slow[0] != key or time.monotonic() - self.slow[1] >= TRIED_AGAIN:
+            late = asyncio.get_running_loop().create_task(self._say_when_late())
+            try:
+                say = self._status_from_thread()
+                live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+            finally:
+                late.cancel()
+            if not live.gave_up:
+                return live.result
+            if self._latest.overtaken:
+                return None
+            if live.compiled:  # and perhaps waited for: what is compiled by now costs no time
+                self._latest.ask(wanted)
+                return None
+            self.slow = (key, time.monotonic())
+        if wanted.run:
+            self._status("")
+            background_tasks.create(self.run(), name="run what was opened")
             return None
-        say = self._status_from_thread()
-        late = asyncio.get_running_loop().create_task(self._when_late())
-        try:
-            live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
-        finally:
-            late.cancel()
-        if live.gave_up or live.result is None:
-            if not self._latest.overtaken:
-                self.slow = (key, time.monotonic())
-                self._status(TOO_LONG)
-            self.main.dim()
-            return None
-        self._status("")
-        await self._draw(live.result)
-        return live.result
+        self._status(TOO_LONG)
+        if not wanted.again:  # the machine may have been busy
+            asyncio.get_running_loop().call_later(TRIED_AGAIN, self._try_again, wanted)
+        return None
 
-    async def _run_opened(self) -> None:
-        """Take away the curves of another case, and run what was opened."""
-        await self._draw(None)
-        self._status("")
-        background_tasks.create(self.run(), name="run what was opened")
+    def _try_again(self, wanted: Wanted) -> None:
+        """Ask once more for a curve that was given up, if it is still the one that is missing."""
+        if self in self.session.views and self.status == TOO_LONG and wanted.document.same_case(self.document):
+            self._latest.ask(dataclasses.replace(wanted, again=True))
 
-    async def _draw_force(self, case: df.Case) -> None:
-        curve = await in_thread(LIVE, lambda: df.force_curve(case))
-        await self.force.draw(figures.force_distance(curve))
+    async def draw(self) -> None:
+        """Draw what is to be shown when the turn comes, with the results kept; one drawing after the other."""
+        async with self._drawing:
+            await self.session.load_shown()
+            curve = self.curve
+            await self.main.draw(self.compose(self.result))
+            self.shown.show(Part.CURVES, None if curve is None else curve.document)
 
-    async def _draw(self, result: xr.Dataset | None) -> None:
-        self.result = result
-        await self.main.draw(self.compose(result))
+    def _mark_curves(self, behind: bool) -> None:
+        """Dim curves that are behind; those of another case than the one that was opened are taken away."""
+        self.main.dim(behind)
+        if behind and self.curve is not None and self.curve.document.opened != self.document.opened:
+            self.curve = None
+            self.show_anew()
 
-    async def _when_late(self) -> None:
-        """Dim the plot when it does not follow at once, and say why when it takes long."""
-        await asyncio.sleep(DIM_AFTER)
-        self.main.dim()
-        await asyncio.sleep(SAY_AFTER - DIM_AFTER)
+    async def _say_when_late(self) -> None:
+        """Say that a curve takes a while when it does."""
+        await asyncio.sleep(SAY_AFTER)
         if not self.status:
             self._status(COMPUTING)
 
@@ -273,19 +338,14 @@ class View:
     def _status(self, text: str) -> None:
         self.status = text
         for hook in self.on_status:
-            hook(text)
+            hook()
 
-    def _say(self, said: Said) -> None:
+    def _say(self, said: Said, document: Document) -> None:
+        """Show errors and advice on a document."""
         self.said = said
+        self.shown.show(Part.ADVICE, document if said.advice else None)
         for hook in self.on_said:
             hook(said)
-
-
-@dataclasses.dataclass(frozen=True)
-class Shown:
-    """A result to be shown instead of a live curve."""
-
-    result: xr.Dataset
 
 
 @dataclasses.dataclass(frozen=True)
@@ -297,10 +357,15 @@ class Followed:
     result: xr.Dataset | None
 
 
+def _wrong(document: Document, error: Exception) -> Said:
+    """Return what is wrong with a document in the words of its forms, and where that is."""
+    return Said(in_words(document, str(error)), path_of(document, str(error)))
+
+
 def _places(document: Document, advice: list[df.Advice]) -> tuple[tuple[Path, str], ...]:
     """Return each piece of advice with the path of the first field that it is about."""
     found = []
     for piece in advice:
         about = [path for path in (path_of(document, name) for name in piece.about) if path]
-        found.append((about[0] if about else (), piece.text))
+        found.append((about[0] if about else (), with_labels(document, piece.text)))
     return tuple(found)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -82,41 +83,39 @@ class Kernel:
         self._addresses: dict[str, int] = {}
 
     def entry(self, name: str) -> Callable[..., Any]:
-        """Return an entry function; the first compilation of a kernel announces itself."""
-        if name not in self._entries:
-            function = getattr(self.module, name)
-            if not store.is_compiled(self.module, name):
-                return self._compiling(name, function)
-            self._entries[name] = function
-        return self._entries[name]
+        """Return an entry function; its first call compiles it or loads it from disk."""
+        return self._entries.get(name) or self._first(name)
 
     def address(self, name: str, types: str) -> int:
         """Return where in memory the compiled code for these types lies, to be called by other compiled code."""
         if name not in self._addresses:
             function = getattr(self.module, name)
-            if store.is_compiled(self.module, name):
+            with self._made_ready(name):
                 function.compile(types)
-            else:
-                self._announce()
-                with store.one_at_a_time(self.module):
-                    function.compile(types)
             [compiled] = function.overloads.values()
             self._addresses[name] = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
         return self._addresses[name]
 
-    def _announce(self) -> None:
-        if not self._announced:
-            notices.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
-            self._announced = True
+    @contextlib.contextmanager
+    def _made_ready(self, name: str) -> Iterator[None]:
+        """Compile or load a function inside; threads and processes that want the same code compiled wait for it."""
+        with notices.done_once():
+            if store.is_compiled(self.module, name):
+                yield
+                return
+            if not self._announced or notices.is_heard():  # printed once, and told to each who waits
+                self._announced = True
+                notices.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
+            with store.one_at_a_time(self.module):
+                yield
 
-    def _compiling(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a function whose first call compiles, while other processes that want the same wait for it."""
-        self._announce()
+    def _first(self, name: str) -> Callable[..., Any]:
+        function = getattr(self.module, name)
 
         def first(*arguments: Any) -> Any:
             if name in self._entries:
                 return function(*arguments)
-            with store.one_at_a_time(self.module):
+            with self._made_ready(name):
                 result = function(*arguments)
             self._entries[name] = function
             return result
@@ -139,9 +138,10 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     entries
         Entry functions by name, written over :mod:`dforce.kernel.slots`.
     """
-    key = (len(problem.modes), tuple(signature(force) for force in problem.forces), tuple(entries.items()))
+    modes, tones = len(problem.modes), len(problem.tones)
+    key = (modes, tones, tuple(signature(force) for force in problem.forces), tuple(entries.items()))
     if key not in _KERNELS:
-        module = store.load(compose(len(problem.modes), problem.forces, entries))
+        module = store.load(compose(modes, tones, problem.forces, entries))
         what = " + ".join(force.name for force in problem.forces) or "a free tip"
         _KERNELS[key] = Kernel(module, f"the tip equation for {what}")
     return _KERNELS[key]

@@ -14,9 +14,8 @@ import math
 import numpy as np
 from numba import njit
 
-# cache: of functions that others call too, so that a process that needs another entry compiles only what is new to it;
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
-OPTIONS = dict(cache=True, nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}})
+OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}})
 # functions that Python never calls need no wrapper for it: that saves a third of the compile time
 INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
 compiled = njit(**INNER)
@@ -73,13 +72,13 @@ def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: 
     return "\n\n".join(linker.text) + "\n"
 
 
-def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
+def compose(modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
     """Return the text of a module with the composed tip equation and the given entry functions.
 
     Parameters
     ----------
-    modes
-        Number of cantilever modes.
+    modes, tones
+        Number of cantilever modes and of drive tones.
     forces
         Bound forces; only their laws, layouts and numbers of states matter, not their parameters' values.
     entries
@@ -88,10 +87,10 @@ def compose(modes: int, forces: Sequence[Force], entries: dict[str, Callable[...
     sizes = _sizes(modes, forces)
     linker = Linker(sizes)
     what = " + ".join(force.name for force in forces) or "no force"
-    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and {what}"))
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
     count = parameter_count(modes) + sum(len(force.numbers()) for force in forces)
     counts = [f"def {name}():\n    return {value}" for name, value in sizes.items()]
-    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, count)):
+    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, tones, count)):
         linker.emit(text, "inlined")
     for text in _forces(linker, modes, forces):
         linker.emit(text, "inlined")
@@ -178,15 +177,17 @@ def _samples(places: Sequence[int]) -> list[str]:
     ]
 
 
-def _lanes(modes: int, parameters: int) -> list[str]:
+def _lanes(modes: int, tones: int, parameters: int) -> list[str]:
     places = range(2 * modes)
+    drive = [" + ".join(f"amplitudes[{k * modes + n}, j] * c[{k}]" for k in range(tones)) for n in range(modes)]
     first = [f"p[{k}]" for k in range(OTHERS)]
     others = [f"others[{k}]" for k in range(parameters - OTHERS)]
     return [
         f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
         "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
         f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
-        f"def lane_drive(amplitudes, j, c):\n    return {_tuple([f'amplitudes[{n}, j] * c' for n in range(modes)])}",
+        f"def turns_at(cosine, i):\n    return {_tuple([f'cosine[{k}, i]' for k in range(tones)])}",
+        f"def lane_drive(amplitudes, j, c):\n    return {_tuple(drive)}",
         f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
         f"def whole(p):\n    others = p[{OTHERS}]\n    return {_tuple([*first, *others])}",
     ]

@@ -1,7 +1,7 @@
 """Links plain Python functions, as source text, into one self-contained module.
 
-numba keeps compiled code on disk only for functions whose source is in a file, and does not notice when a function
-in another file changes. So everything that goes into a kernel is copied into one text, and the text's hash is its name.
+Compiled code that lies on disk must not outlive a change of any function that went into it. So everything that goes into a
+kernel is copied into one text, and the text's hash is its name.
 """
 
 from __future__ import annotations
@@ -316,6 +316,9 @@ def _literal(value: Any) -> str | None:
 @functools.lru_cache(maxsize=64)
 def compile_function(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return one law compiled as in a kernel: linked as text with all that it calls."""
+    from dforce.kernel.store import check_compiler
+
+    check_compiler()
     import numba
 
     linker = Linker()

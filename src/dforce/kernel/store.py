@@ -1,35 +1,54 @@
 """Keeps composed modules on disk, so that a second process starts without compiling.
 
-The folder is the user's cache folder, or ``DFORCE_CACHE_DIR``. Each module lies in a folder named by the hash of its text
-and of the versions that compile it; numba keeps its compiled code beside it. Where nothing can be written, modules live
-in a temporary folder for the length of the process.
+The folder is the user's cache folder, or ``DFORCE_CACHE_DIR``. Each module has a folder there, named by the hash of its text
+and of the versions that compile it; in it lie the text, for a reader, and the compiled code (:mod:`dforce.kernel.kept`).
+Nothing in there is trusted: what is damaged is made again. Where nothing can be written, code that lies there is used all
+the same, and other code is compiled for this process alone.
 """
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import functools
 import gc
 import hashlib
 import importlib.metadata
-import importlib.util
+import marshal
 import os
 import platform
+import re
 import shutil
 import sys
-import tempfile
 import threading
+import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
+from typing import Any
 
-STAMP = 1_500_000_000  # numba trusts its code while the source's time is unchanged: so every writer gives the same time
+from dforce import notices
+from dforce.errors import ParameterError, shorten
+from dforce.files import reason
+from dforce.kernel.kept import CODE, Kept, keep, kept
+
 LONGEST = 120.0  # s that a process waits for another one's compilation
-MOST_KERNELS = 100  # folders kept, of some 5 MB each; the least recently used go first
+MOST_KERNELS = 100  # folders kept; the least recently used go first
 SELDOM = 100_000  # new objects between two looks for garbage while a kernel is compiled
+NAME = re.compile(r"[0-9a-f]{20}")
+# numba's settings, from variables such as NUMBA_OPT, that change what it compiles to
+SETTINGS = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
 _COMPILING = threading.RLock()  # what is done meanwhile concerns the whole process
 _IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
+
+
+@dataclass(frozen=True)
+class KernelCache:
+    """The folder of compiled force models: where it is, how many it holds, and their size (bytes)."""
+
+    folder: Path
+    kernels: int
+    size: int
 
 
 def cache_folder() -> Path:
@@ -42,72 +61,154 @@ def cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("dforce", appauthor=False)) / "kernels"
 
 
-@functools.cache
-def _temporary_folder() -> Path:
-    folder = Path(tempfile.mkdtemp(prefix="dforce-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+def kernel_cache() -> KernelCache:
+    """Return where compiled force models are kept on disk, and how large that is."""
+    folders = _kernels(cache_folder())
+    return KernelCache(cache_folder(), len(folders), sum(map(_size, folders)))
+
+
+def clear_kernel_cache() -> KernelCache:
+    """Remove all compiled force models from the disk, and return what was removed; they are compiled anew when needed."""
+    before = kernel_cache()
+    for folder in _kernels(before.folder):
+        shutil.rmtree(folder, ignore_errors=True)
+    after = kernel_cache()
+    return KernelCache(before.folder, before.kernels - after.kernels, before.size - after.size)
+
+
+def _kernels(base: Path) -> list[Path]:
+    """Return the folders of this module's making: the user may have named a folder that holds other things."""
+    try:
+        found = [folder for folder in base.iterdir() if NAME.fullmatch(folder.name)]
+        return [folder for folder in found if any(folder.glob(f"kernel_{folder.name}.*"))]
+    except OSError:
+        return []
+
+
+def _size(folder: Path) -> int:
+    size = 0
+    for path in folder.rglob("*"):
+        with contextlib.suppress(OSError):  # gone in this moment
+            size += path.stat().st_size if path.is_file() else 0
+    return size
+
+
+def check_compiler() -> None:
+    """Load numba.
+
+    Raises
+    ------
+    ParameterError
+        When the environment does not let it compile.
+    """
+    try:
+        with warnings.catch_warnings():
+            # a setting that it cannot read is left out with a warning, and half a page of where that was
+            warnings.filterwarnings("error", "\\s*Environment variable", RuntimeWarning)
+            import numba
+            import numba.np.ufunc.parallel
+    except Exception as error:  # its settings are read when it is loaded, and it has its own wishes for NumPy
+        words = shorten(" ".join(str(error).partition("The parse failed")[0].split()), 200).rstrip(".")
+        given = sorted(name for name in os.environ if name.startswith("NUMBA_"))
+        hint = f"; look at the environment variable{'s' * (len(given) > 1)} {', '.join(given)}" if given else ""
+        raise ParameterError(
+            f"numba, the compiler that dForce computes with, cannot be loaded: {words}{hint}"
+        ) from error
+    settings: Any = numba.config
+    if settings.DISABLE_JIT:
+        raise ParameterError(
+            "the environment variable NUMBA_DISABLE_JIT turns off numba, the compiler that dForce computes with; unset it"
+        )
 
 
 def fingerprint(text: str) -> str:
     """Return the hash of a module's text and of everything else that decides what it compiles to."""
+    import numba
+
     versions = [importlib.metadata.version(name) for name in ("numba", "llvmlite", "numpy")]
     machine = [platform.python_implementation(), *map(str, sys.version_info[:3]), platform.machine(), sys.platform]
-    return hashlib.sha256("\0".join([text, *versions, *machine]).encode()).hexdigest()[:20]
+    settings = [repr(getattr(numba.config, name, None)) for name in SETTINGS]
+    return hashlib.sha256("\0".join([text, *versions, *machine, *settings]).encode()).hexdigest()[:20]
 
 
 def place(text: str) -> Path:
-    """Return a file that holds the text, written if need be; two processes may do this at once."""
+    """Return the file for a module's text, written if need be and possible; two processes may do this at once."""
     name = fingerprint(text)
-    for base in (cache_folder(), _temporary_folder()):
-        path = base / name / f"kernel_{name}.py"
-        try:
+    path = cache_folder() / name / f"kernel_{name}.py"
+    with contextlib.suppress(OSError):  # told once compiled code cannot be kept, either
+        with contextlib.suppress(OSError):
+            os.utime(path.parent)  # marks the kernel as used
+        if not path.is_file() or path.read_bytes() != text.encode():
             path.parent.mkdir(parents=True, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            if path.is_file() and path.read_text(encoding="utf-8") == text:  # else cut short by a crash
-                Path(temporary).unlink()
-                os.utime(path.parent)  # marks the kernel as used
-                return path
-            os.utime(temporary, (STAMP, STAMP))
-            Path(temporary).replace(path)
-        except OSError:
-            continue  # numba too can only use a folder that can be written
-        with contextlib.suppress(OSError):  # another process may forget the same ones
-            _forget_oldest(base)
-        return path
-    raise OSError("neither the cache folder nor a temporary folder can be written")
+            path.write_bytes(text.encode())
+            _forget_oldest(cache_folder())
+    return path
 
 
 def _forget_oldest(base: Path) -> None:
-    # only folders of this module's making: the user may have named a folder that holds other things
-    folders = [file.parent for file in base.glob("*/kernel_*.py") if file.stem == f"kernel_{file.parent.name}"]
+    folders = _kernels(base)
     if len(folders) <= MOST_KERNELS:
         return
-    by_age = sorted(folders, key=lambda folder: folder.stat().st_mtime)
-    for folder in by_age[: len(folders) - MOST_KERNELS]:
-        shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(OSError):  # another process may forget the same ones
+        by_age = sorted(folders, key=lambda folder: folder.stat().st_mtime)
+        for folder in by_age[: len(folders) - MOST_KERNELS]:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def load(text: str) -> ModuleType:
-    """Import the module with this text; functions compile, or come from disk, when first called."""
-    path = place(text)
-    name = path.stem
+    """Return the module with this text; its functions compile, or come from disk, when first called.
+
+    Raises
+    ------
+    ParameterError
+        When the environment does not let numba compile.
+    """
+    check_compiler()
+    from numba.core.dispatcher import Dispatcher
+
     with _IMPORTING:
+        name = f"kernel_{fingerprint(text)}"
         if name in sys.modules:
             return sys.modules[name]
-        spec = importlib.util.spec_from_file_location(name, path)
-        if spec is None or spec.loader is None:
-            raise ImportError(f"cannot import {path.name}")
-        module = importlib.util.module_from_spec(spec)
+        path = place(text)
+        module = ModuleType(name)
+        module.__file__ = str(path)
         sys.modules[name] = module
         try:
-            spec.loader.exec_module(module)
+            exec(_code(text, path), vars(module))
         except BaseException:
             del sys.modules[name]
             raise
+        dispatchers: dict[str, Any] = {name: f for name, f in vars(module).items() if isinstance(f, Dispatcher)}
+        for function, dispatcher in dispatchers.items():
+            dispatcher._cache = Kept(function, path.parent, functools.partial(_tell, path.parent.parent))
         return module
+
+
+def _code(text: str, path: Path) -> CodeType:
+    """Return Python's code for a text: that, too, takes a tenth of a second, and is kept."""
+    place = path.with_suffix(CODE)
+    content = kept(place)
+    if content is not None:
+        with contextlib.suppress(EOFError, ValueError, TypeError):
+            code = marshal.loads(content)
+            if isinstance(code, CodeType):
+                return code
+    code = compile(text, str(path), "exec")
+    with contextlib.suppress(OSError):
+        keep(place, marshal.dumps(code))
+    return code
+
+
+@functools.lru_cache(maxsize=16)  # said once
+def _say_not_kept(folder: Path, why: str) -> None:
+    notices.announce(
+        f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it anew."
+    )
+
+
+def _tell(folder: Path, error: OSError) -> None:
+    _say_not_kept(folder, reason(error))
 
 
 @contextlib.contextmanager
@@ -137,8 +238,6 @@ def _seldom_collected() -> Iterator[None]:
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:
-    """Say whether compiled code of a module's entry function lies on disk or in memory."""
-    if getattr(module, function).signatures:
-        return True
-    folder = Path(str(module.__file__)).parent / "__pycache__"
-    return any(folder.glob(f"{module.__name__}.{function}-*.nbi"))
+    """Say whether compiled code of a module's entry function lies in memory, or whole on disk."""
+    dispatcher = getattr(module, function)
+    return bool(dispatcher.signatures) or any(kept(path) is not None for path in dispatcher._cache.files())

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import functools
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any
 
 from dforce.errors import ParameterError, nearest, shorten
+from dforce.listing import Shown, html_table, paragraphs
 
 
 @dataclass(frozen=True)
@@ -23,13 +24,25 @@ class Example:
     source: str
     shows: str
     unsaid: str
-    text: str
+    text: str = field(repr=False)
+
+
+class Examples(Shown, dict[str, Example]):
+    """What :func:`examples` returns: a dict by name, shown as a table."""
+
+    def as_text(self) -> str:
+        """Return each name and title, and what the case shows."""
+        return paragraphs((f"{one.name}: {one.title}", one.shows) for one in self.values())
+
+    def as_html(self) -> str:
+        """Return a row for each case."""
+        return html_table([(one.name, one.title, one.shows) for one in self.values()], ("name", "title", "shows"))
 
 
 @functools.cache
-def examples() -> dict[str, Example]:
-    """Return the shipped cases by name, in the order of their source."""
-    found = {}
+def examples() -> Examples:
+    """Return the shipped cases by name, in the order of their source; the dict shows itself as a table."""
+    found = Examples()
     folder = resources.files(__package__) / "examples"
     for file in sorted(folder.iterdir(), key=lambda file: file.name):
         if file.name.endswith(".toml"):

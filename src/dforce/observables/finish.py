@@ -108,7 +108,8 @@ def finish_each(
 def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
     """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
     place = m.FIRST + 2 * len(problem.modes)
-    return np.asarray(np.abs(weights @ (rows[:, :, place] + 1j * rows[:, :, place + 1]).T)) * scales.length
+    mean = np.einsum("k,ikc->ic", weights, rows[:, :, place : place + 2])
+    return np.asarray(np.abs(mean[:, 0] + 1j * mean[:, 1])) * scales.length
 
 
 def driving_tone(problem: Problem, mode: int) -> int:

@@ -89,3 +89,15 @@ def lock_in(block: Any, points: int, tones: Any, bases: Any, out: Any) -> None:
     cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
     tones_turns(tones, points, cosine, sine)
     lock_in_turned(block, bases, cosine, sine, np.empty(points + 1), out)
+
+
+def turned(c: float, s: float, x: float) -> Any:
+    """Return the cosine and sine of an angle increased by x, a small angle (to the last digit below 0.4)."""
+    q = x * x
+    cos_x = 1.0 - q / 2.0 * (
+        1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0))))
+    )
+    sin_x = x * (
+        1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0 * (1.0 - q / 156.0)))))
+    )
+    return c * cos_x - s * sin_x, s * cos_x + c * sin_x

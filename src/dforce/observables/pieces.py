@@ -1,4 +1,7 @@
-"""The cubic Hermite interpolant of the motion within a step, and the pieces that a step is cut into."""
+"""The interpolants of the motion within a step, and the places at which a step is cut.
+
+A step's Hermite interpolant takes distance and velocity from both ends, and accelerations, too, where the force is smooth.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,28 @@ def cubic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -
     """Return the slope of the Hermite interpolant at the share s of a step."""
     r = 1.0 - s
     return 6.0 * s * r * (x1 - x0) / h + r * (r - 2.0 * s) * v0 + s * (s - 2.0 * r) * v1
+
+
+@inlined
+def bends(h: float, x0: float, v0: float, a0: float, x1: float, v1: float, a1: float) -> Any:
+    """Return what the accelerations at both ends of a step add to its cubic, as `quintic` takes it."""
+    rise = 3.0 * (x1 - x0)
+    return 0.5 * h * h * a0 - rise + h * (2.0 * v0 + v1), 0.5 * h * h * a1 + rise - h * (v0 + 2.0 * v1)
+
+
+@inlined
+def quintic(s: float, h: float, x0: float, v0: float, x1: float, v1: float, b0: float, b1: float) -> float:
+    """Return the Hermite interpolant that has the accelerations of both ends, too, at the share s of a step."""
+    r = 1.0 - s
+    return cubic(s, h, x0, v0, x1, v1) + s * s * r * r * (r * b0 + s * b1)
+
+
+@inlined
+def quintic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float, b0: float, b1: float) -> float:
+    """Return the slope of the quintic."""
+    r = 1.0 - s
+    more = s * r * (r * (2.0 * r - 3.0 * s) * b0 + s * (3.0 * r - 2.0 * s) * b1)
+    return cubic_rate(s, h, x0, v0, x1, v1) + more / h
 
 
 def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float) -> float:
@@ -79,32 +104,32 @@ def turning(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
     return min(max(s, 0.0), 1.0)
 
 
-def insert(cuts: Any, count: int, s: float) -> int:
-    """Put a cut in its place in the ordered list; return the new count."""
+def insert(cuts: Any, count: int, s: float, event: float) -> int:
+    """Put a cut, and the event that it is made for, in its place in the ordered list; return the new count."""
     if s <= 0.0 or s >= 1.0 or count >= MOST_CUTS:
         return count
     k = count
-    while k > 0 and cuts[k - 1] > s:
-        cuts[k] = cuts[k - 1]
+    while k > 0 and cuts[0, k - 1] > s:
+        cuts[0, k], cuts[1, k] = cuts[0, k - 1], cuts[1, k - 1]
         k -= 1
-    cuts[k] = s
+    cuts[0, k], cuts[1, k] = s, event
     return count + 1
 
 
 def cut_at(
-    cuts: Any, count: int, level: float, turn: float, h: float, d0: float, v0: float, d1: float, v1: float
+    cuts: Any, count: int, level: float, event: float, turn: float, h: float, d0: float, v0: float, d1: float, v1: float
 ) -> int:
     """Add the places where a step, which may turn on the way, passes a level; return how many cuts there are."""
     d_turn = cubic(turn, h, d0, v0, d1, v1) if turn > 0.0 else d0
     if turn > 0.0 and (d0 - level) * (d_turn - level) < 0.0:
-        count = insert(cuts, count, crossing_between(level, 0.0, turn, h, d0, v0, d1, v1))
+        count = insert(cuts, count, crossing_between(level, 0.0, turn, h, d0, v0, d1, v1), event)
     if (d_turn - level) * (d1 - level) < 0.0:
-        count = insert(cuts, count, crossing_between(level, turn, 1.0, h, d0, v0, d1, v1))
+        count = insert(cuts, count, crossing_between(level, turn, 1.0, h, d0, v0, d1, v1), event)
     return count
 
 
 def fastest(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
-    """Return the largest speed on the interpolant, whose slope is a parabola."""
+    """Return the largest speed on the cubic, whose slope is a parabola."""
     speed = max(abs(v0), abs(v1))
     rise = 6.0 * (d1 - d0) / h
     first, last = rise - 4.0 * v0 - 2.0 * v1, 2.0 * v0 + 4.0 * v1 - rise  # h times the acceleration at either end

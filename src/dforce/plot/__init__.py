@@ -1,15 +1,15 @@
 """Pictures of results: functions of a Dataset that draw with matplotlib and return axes.
 
-Each takes an optional `figure`: give ``matplotlib.pyplot.figure()`` to see the picture in a window or a
-notebook, or a subfigure to place it beside others. Without one, a figure of its own is made that no window
-holds on to; :func:`save` writes it.
+Each draws on a new figure of pyplot: a notebook shows it below the cell, a script with ``matplotlib.pyplot.show()``. Each
+takes an optional `figure`: a figure of your own or a part of one (``figure.subfigures()``), to place the picture beside
+others, or a :class:`Sheet`, which nothing shows, for a file alone. :func:`save` writes the picture that holds the axes.
 
 >>> import dforce as df
 >>> axes = df.plot.overview(df.run(df.example("figure-3-air")))  # doctest: +SKIP
 >>> df.plot.save(axes, "figure-3.png")  # doctest: +SKIP
 """
 
-from dforce.plot._style import FORMATS, check_width, save
+from dforce.plot._style import FORMATS, Sheet, check_width, save
 from dforce.plot.basins import basins
 from dforce.plot.branches import branches, resonance
 from dforce.plot.costs import cost_of_accuracy
@@ -21,6 +21,7 @@ from dforce.plot.pictures import draw
 
 __all__ = [
     "FORMATS",
+    "Sheet",
     "amplitude_phase",
     "basins",
     "branches",

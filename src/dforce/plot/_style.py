@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import textwrap
 from pathlib import Path
@@ -15,8 +16,10 @@ from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.text import Text
 
 from dforce import units
-from dforce.errors import ParameterError, UnitError, nearest
-from dforce.results import COLUMN_DIMS, check_target, reader_unit, whole_file
+from dforce.errors import ParameterError, UnitError, checked, nearest
+from dforce.files import check_target, write_whole
+from dforce.kinds import told
+from dforce.results import COLUMN_DIMS, reader_unit
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -39,14 +42,39 @@ FORMATS = (".png", ".pdf", ".svg")
 LABELS = {"zc": "average distance"}  # shorter than the standard name, for an axis
 INCH = 0.0254  # m
 LEAST_WIDTH, LARGEST_WIDTH = 0.03, 1.0  # m; of a picture on paper
+LEAST_DPI, LARGEST_DPI = 10, 5000
 SMALLEST_TEXT = 0.7  # of its size as drawn; smaller is not read in print
 LONGEST_LINE = 70  # characters of a title
 MOST_POINTS = 20_000  # of a line; more are not seen, but make a PDF heavy
 
 
+class Sheet(Figure):
+    """A figure for a file: no window or notebook shows it, and the picture drawn on it chooses its size.
+
+    Nothing holds on to it once it is saved, so that a program may draw any number of them, in any thread.
+    """
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        """Take what matplotlib's Figure takes."""
+        super().__init__(*arguments, **settings)
+
+
 def new_figure(figure: FigureBase | None, width: float, height: float) -> FigureBase:
-    """Return the given figure, or a new one of this size in inches that pyplot does not know of."""
-    return Figure(figsize=(width, height), layout="constrained") if figure is None else figure
+    """Return the figure to draw on: the given one, or pyplot's, which a notebook and ``plt.show()`` show.
+
+    A :class:`Sheet` and a new figure get this size in inches. A figure without a layout of its own gets the constrained
+    one, or axes and labels would be cut off.
+    """
+    if figure is None:
+        from matplotlib import pyplot  # here: it may look for a screen
+
+        return pyplot.figure(figsize=(width, height), layout="constrained")
+    if isinstance(figure, Sheet):
+        figure.set_size_inches(width, height)
+    whole = figure_of(figure)
+    if whole.get_layout_engine() is None:
+        whole.set_layout_engine("constrained")
+    return figure
 
 
 def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
@@ -144,10 +172,21 @@ def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> Non
         target.suptitle(lines, fontsize="medium", parse_math=False)
 
 
-def figure_of(axes: Any) -> Any:
-    """Return the whole figure that holds axes, one or a list of them."""
-    holder = axes if isinstance(axes, FigureBase) else np.ravel(np.asarray(axes, dtype=object))[0].figure
-    return holder.figure if isinstance(holder, SubFigure) else holder
+def figure_of(axes: Any) -> Figure:
+    """Return the whole figure that holds axes, one or a list of them, or a part of a figure.
+
+    Raises
+    ------
+    ParameterError
+        When it is none of these.
+    """
+    several = isinstance(axes, list | tuple | np.ndarray)
+    first = next(iter(np.ravel(np.asarray(axes, dtype=object))), None) if several else axes
+    holder: Any = first if isinstance(first, FigureBase) else getattr(first, "figure", None)
+    if not isinstance(holder, Figure | SubFigure):
+        raise ParameterError(f"axes = {told(axes)} is not what a function of df.plot returns")
+    whole: Figure = holder.figure if isinstance(holder, SubFigure) else holder
+    return whole
 
 
 def wrapped(text: str, length: int) -> str:
@@ -155,6 +194,7 @@ def wrapped(text: str, length: int) -> str:
     return "\n".join(textwrap.wrap(text, length, max_lines=2, placeholder=" ..."))
 
 
+@checked
 def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
     """Write the picture that holds `axes` (one, or a list of them) to PNG, PDF or SVG, whole or not at all.
 
@@ -175,17 +215,22 @@ def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150, width: float
     ResultError
         For another ending, or a place that cannot be written.
     ParameterError
-        For a width that is no length, or not between 3 cm and 1 m.
+        For a width that is no length, or not between 3 cm and 1 m, and for `dpi` not between 10 and 5000.
     """
+    if not LEAST_DPI <= dpi <= LARGEST_DPI:
+        raise ParameterError(f"dpi = {dpi} is not between {LEAST_DPI} and {LARGEST_DPI}")
     target = check_target(path, FORMATS)
     figure = figure_of(axes)
     if width is not None:
         resize(figure, width)
-    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}), whole_file(target) as temporary:
-        figure.savefig(temporary, format=target.suffix[1:].lower(), dpi=dpi)
+    content = io.BytesIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
+        figure.savefig(content, format=target.suffix[1:].lower(), dpi=dpi)
+    write_whole(target, content.getvalue())
     return target
 
 
+@checked
 def check_width(width: float | str) -> float:
     """Return the width of a picture (m, or text with a unit such as ``"85 mm"``) in inches.
 
@@ -197,7 +242,7 @@ def check_width(width: float | str) -> float:
     try:
         inches = units.parse(width, "m") / INCH
     except UnitError as error:
-        raise ParameterError(f"the width {error}") from None
+        raise UnitError(f"the width {error}") from None
     if not LEAST_WIDTH <= inches * INCH <= LARGEST_WIDTH:
         low, high = units.show(LEAST_WIDTH, "m"), units.show(LARGEST_WIDTH, "m")
         raise ParameterError(f"the width {units.show(inches * INCH, 'm', 4)} is not between {low} and {high}")

@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Patch
 
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
 from dforce.plot._style import LIGHT, color_cycle, head, new_figure, shown, take
 from dforce.plot.motion import at_distance
 from dforce.results import reader_unit
@@ -16,6 +16,7 @@ from dforce.results import reader_unit
 NO_STATE = "not settled"
 
 
+@checked
 def basins(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> Axes:
     """Draw the starts in the color of the state that they lead to, with amplitude, phase and share of each state.
 

@@ -11,37 +11,33 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from dforce.errors import ParameterError
-from dforce.plot._style import BLUE, GRAY, VERMILLION, Floats, axis_text, color_cycle, head, new_figure, take, tidy
+from dforce.errors import ParameterError, checked
+from dforce.plot._states import THIN, UNSTABLE, check_states, draw_states, repeats
+from dforce.plot._style import BLUE, GRAY, VERMILLION, axis_text, color_cycle, head, new_figure, take, tidy
 from dforce.plot.distances import phase_axis
 from dforce.results import Status, reader_unit
 
-MARKS: dict[str, dict[str, Any]] = {
-    "fold": {"marker": "o", "label": "fold"},
-    "period_doubling": {"marker": "s", "label": "period doubling"},
-    "torus": {"marker": "D", "label": "torus"},
-    "grazing": {"marker": "|", "label": "grazing", "markersize": 9.0},
-    "end": {"marker": "x", "label": "end"},
-}
 SWEEPS: dict[str, dict[str, Any]] = {
     "up": {"color": BLUE, "linestyle": "-", "label": "up →"},
     "down": {"color": VERMILLION, "linestyle": (0, (4, 1.5)), "label": "← down"},
 }
-UNSTABLE = (0, (3, 2))  # dashes
 FORCES = ("peak_force", "min_force")
 ENERGIES = ("total_virial", "total_dissipated_energy")
 
 
+@checked
 def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
     """Draw amplitude and phase of all states along the parameter: stable ones solid, unstable ones dashed.
 
-    Each connected curve has its own color; folds, period doublings and grazing points are marked.
+    Each connected curve has its own color; folds, period doublings and grazing points are marked. Thin lines are motions
+    that repeat only after several periods.
 
     Raises
     ------
     ParameterError
         When the result has no curves of states, or no such tone.
     """
+    check_states(dataset)
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     _states(upper, [_tone(take(dataset, "amplitude", "point"), tone)], dataset)
@@ -51,6 +47,7 @@ def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = Non
     return [upper, lower]
 
 
+@checked
 def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
     """Draw amplitude and phase of a tone against the frequency, upward and downward.
 
@@ -59,6 +56,8 @@ def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = No
     ParameterError
         When the result is no frequency sweep, or has no such tone.
     """
+    if "frequency" not in take(dataset, "amplitude", "frequency", "direction").dims:
+        raise ParameterError("this result is no frequency sweep; df.frequency_sweep gives one")
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     for axes, name in ((upper, "amplitude"), (lower, "phase")):
@@ -93,29 +92,13 @@ def _states(axes: Axes, variables: list[xr.DataArray], dataset: xr.Dataset, text
     along = dataset[str(dataset.attrs["along"])]
     across, x_unit = reader_unit(along)
     scale, y_unit = reader_unit(max(variables, key=lambda variable: float(np.abs(variable).max())))
+    numbers = np.unique(dataset["branch"].values).tolist()
+    colors = dict(zip(numbers, color_cycle(len(numbers)), strict=True))
     for variable in variables:
-        _pieces(axes, np.asarray(along.values) / across, np.asarray(variable.values) / scale, dataset)
+        draw_states(axes, np.asarray(along.values) / across, np.asarray(variable.values) / scale, dataset, colors)
     axes.set_xlabel(axis_text(along, x_unit))
     axes.set_ylabel(f"{text} ({y_unit})" if text else axis_text(variables[0], y_unit))
     tidy(axes)
-
-
-def _pieces(axes: Axes, x: Floats, y: Floats, dataset: xr.Dataset) -> None:
-    curve, stable = dataset["branch"].values, dataset["stable"].values
-    numbers = np.unique(curve)
-    colors = dict(zip(numbers, color_cycle(len(numbers)), strict=True))
-    for number in numbers:
-        (points,) = np.nonzero(curve == number)
-        cuts = np.flatnonzero(np.diff(stable[points])) + 1
-        for piece in np.split(points, cuts):
-            # a piece reaches to the next one's first point, so that the curve has no gaps
-            reach = np.append(piece, piece[-1] + 1) if piece[-1] < points[-1] else piece
-            style: Any = "-" if stable[piece[0]] else UNSTABLE
-            axes.plot(x[reach], y[reach], color=colors[number], linestyle=style, linewidth=1.4)
-    for name, look in MARKS.items():
-        there = dataset["special"].values == name
-        if there.any():
-            axes.plot(x[there], y[there], linestyle="none", color="black", zorder=4, **({"markersize": 4.0} | look))
 
 
 def _sweeps(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
@@ -160,6 +143,10 @@ def _legend(axes: Axes, dataset: xr.Dataset) -> None:
         ("-", "stable", bool(stable.any())), (UNSTABLE, "unstable", not stable.all()),
     ]  # fmt: skip
     lines = [Line2D([], [], color=GRAY, linestyle=style, label=label) for style, label, there in looks if there]
+    lines += [
+        Line2D([], [], color=GRAY, linewidth=THIN, label=f"repeats after {periods} periods")
+        for periods in np.unique(repeats(dataset))[1:]
+    ]
     handles, labels = axes.get_legend_handles_labels()
     axes.legend([*lines, *handles], [*(str(line.get_label()) for line in lines), *labels], framealpha=0.85,
                 fontsize="small", loc="best")  # fmt: skip

@@ -7,13 +7,14 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.errors import ParameterError, nearest
+from dforce.errors import ParameterError, checked, nearest
 from dforce.plot._style import color_cycle, new_figure, tidy
 
 LEAST = 1e-10  # nm, degrees: an error below it is drawn there
 ERRORS = (("amplitude_error", 1e9, "amplitude error (nm)"), ("phase_error", 1.0, "phase error (°)"))
 
 
+@checked
 def cost_of_accuracy(
     result: dict[str, Any], case: str = "table-1-am", figure: FigureBase | None = None
 ) -> tuple[Axes, Axes]:
@@ -31,8 +32,10 @@ def cost_of_accuracy(
     Raises
     ------
     ParameterError
-        When the result has no such case.
+        When the result has no such case, or is another table.
     """
+    if not {"rows", "reference"} <= {*result}:
+        raise ParameterError("result is not what df.cost_of_accuracy returns")
     rows = [row for row in result["rows"] if row["case"] == case]
     if not rows:
         raise ParameterError(f"this result has no case '{case}'{nearest(case, result['reference'])}")

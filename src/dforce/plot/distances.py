@@ -13,7 +13,8 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
+from dforce.plot._states import check_under, draw_under
 from dforce.plot._style import (
     DIRECTIONS,
     GRAY,
@@ -36,21 +37,33 @@ CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance
 FEW_POINTS = 40  # so few that each is worth a dot
 
 
-def amplitude_phase(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> tuple[Axes, Axes]:
+@checked
+def amplitude_phase(
+    dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None, states: xr.Dataset | None = None
+) -> tuple[Axes, Axes]:
     """Draw amplitude and phase of a drive tone against the average distance, one above the other.
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
     without a result a cross. Above the line at 90° the net force is attractive, below it repulsive.
+    `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines behind the curve, the
+    unstable ones dashed.
 
     Raises
     ------
     ParameterError
-        When the result has no amplitudes against zc, or no such tone.
+        When the result has no amplitudes against zc, or no such tone, and when `states` are of another case or along
+        another parameter.
     """
+    variables = [_column(take(dataset, name, *CURVE), tone) for name in ("amplitude", "phase")]
+    if states is not None:
+        check_under(states, dataset)
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    _lines(upper, _column(take(dataset, "amplitude", *CURVE), tone), dataset)
-    _lines(lower, _column(take(dataset, "phase", *CURVE), tone), dataset)
+    for axes, variable in zip((upper, lower), variables, strict=True):
+        _lines(axes, variable, dataset)
+        if states is not None:
+            under = take(states, str(variable.name), "point").sel(tone=tone, drop=True)
+            draw_under(axes, under, states, reader_unit(variable)[0])
     upper.set_xlabel("")
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
     phase_axis(lower)
@@ -78,7 +91,10 @@ def phase_axis(axes: Axes) -> None:
         )  # fmt: skip
 
 
-def curve(dataset: xr.Dataset, names: str | Sequence[str], figure: FigureBase | None = None) -> list[Axes]:
+@checked
+def curve(
+    dataset: xr.Dataset, names: str | Sequence[str], figure: FigureBase | None = None, states: xr.Dataset | None = None
+) -> list[Axes]:
     """Draw any quantities against the average distance, each with its own colored axis.
 
     Parameters
@@ -88,25 +104,39 @@ def curve(dataset: xr.Dataset, names: str | Sequence[str], figure: FigureBase | 
     names
         One name or several, such as ``["peak_force", "total_dissipated_energy"]``. Quantities in the same
         unit share an axis. Of a quantity for each tone, mode or harmonic, all are drawn.
+    states
+        A result of :func:`dforce.branches` of the same case: all states, drawn as thin black lines behind the curve, the
+        unstable ones dashed.
 
     Raises
     ------
     ParameterError
-        For a quantity that the result lacks or that does not depend on zc.
+        For a quantity that the result lacks or that does not depend on zc, and for `states` of another case or along
+        another parameter.
     """
     chosen = [names] if isinstance(names, str) else list(names)
+    if not chosen:
+        raise ParameterError("there is nothing to draw; give the name of a quantity")
     variables = [take(dataset, name, *CURVE) for name in chosen]
     for variable in variables:
         if "zc" not in variable.dims:
             raise ParameterError(f"'{variable.name}' has no values against zc; it cannot be drawn as a curve")
+    if states is not None:
+        check_under(states, dataset)
     figure = new_figure(figure, 6.0 + 0.8 * max(len(chosen) - 2, 0), 4.0)
-    axes = curves(figure.subplots(), variables, dataset)
+    axes = curves(figure.subplots(), variables, dataset, states)
     head(axes[0], dataset)
     return axes
 
 
-def curves(host: Axes, variables: Sequence[xr.DataArray], dataset: xr.Dataset) -> list[Axes]:
-    """Draw variables on axes, with an axis for each unit."""
+def curves(
+    host: Axes,
+    variables: Sequence[xr.DataArray],
+    dataset: xr.Dataset,
+    states: xr.Dataset | None = None,
+    states_named: bool = True,
+) -> list[Axes]:
+    """Draw variables on axes, with an axis for each unit, and behind them those of all states, in the legend or not."""
     units = list(dict.fromkeys(str(variable.attrs.get("units", "1")) for variable in variables))
     axes = colored_axes(host, len(units))
     groups = [[v for v in variables if str(v.attrs.get("units", "1")) == unit] for unit in units]
@@ -117,6 +147,9 @@ def curves(host: Axes, variables: Sequence[xr.DataArray], dataset: xr.Dataset) -
         lines = [(part, label) for variable in group for part, label in _parts(variable)]
         for part, label in lines:
             _lines(one, part, dataset, color=colors.get(label), scale=scale)
+        if states is not None:
+            for variable in group:
+                _under(one, variable, states, scale, states_named)
         text = axis_text(group[0], "1") if len(group) == 1 else _common(group)
         one.set_ylabel(f"{text} ({unit})" if unit != "1" else text)
         sizes = np.concatenate([np.ravel(variable.values) for variable in group])
@@ -131,6 +164,14 @@ def curves(host: Axes, variables: Sequence[xr.DataArray], dataset: xr.Dataset) -
     named = colors if len(every) > len(units) else {}
     _legend(host, axes, named)
     return axes
+
+
+def _under(axes: Axes, variable: xr.DataArray, states: xr.Dataset, scale: float, named: bool) -> None:
+    """Draw a quantity of all states behind its curves, for each tone, mode or harmonic that both have."""
+    wanted = {label for _, label in _parts(variable)}
+    for part, label in _parts(take(states, str(variable.name), "point")):
+        if label in wanted:
+            draw_under(axes, part, states, scale, named)
 
 
 def _common(group: Sequence[xr.DataArray]) -> str:
@@ -203,7 +244,7 @@ def _mark(axes: Axes, x: Floats, y: Floats, status: np.ndarray[Any, Any], color:
             x[restless], y[restless], "o", markersize=6.0, markerfacecolor="none", markeredgecolor=color,
             label="did not settle",
         )  # fmt: skip
-    lost = status == Status.FAILED
+    lost = (status == Status.FAILED) | (status == Status.UNRESOLVED)
     if lost.any():
         axes.plot(
             x[lost], np.zeros(lost.sum()), "x", color=VERMILLION, markersize=6.0, clip_on=False, zorder=5,

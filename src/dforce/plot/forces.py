@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
+from dforce.errors import checked
 from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, shown, take, tidy
 from dforce.plot.distances import sweeps
 from dforce.plot.motion import at_distance
@@ -15,6 +16,7 @@ from dforce.results import reader_unit
 FELT = 0.01  # of the largest force: further out there is nothing to see
 
 
+@checked
 def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     """Draw the force on the tip against the instantaneous distance over a cycle, both halves of the motion.
 
@@ -55,6 +57,7 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
     return axes
 
 
+@checked
 def force_curve(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     """Draw the force of the model against distance, moved slowly in both directions; hysteresis is shaded.
 

@@ -11,7 +11,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
 
 from dforce import units
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
 from dforce.plot._style import (
     BLUE,
     GRAY,
@@ -32,6 +32,7 @@ STRONG = 1e-3  # of the largest line: a line that no picture may leave out
 MOST_LABELS = 12  # harmonics with a number each; more would overlap
 
 
+@checked
 def traces(
     dataset: xr.Dataset,
     names: str | Sequence[str] = ("deflection", "velocity", "force"),
@@ -55,6 +56,8 @@ def traces(
         For a quantity that the result lacks or that does not depend on time.
     """
     chosen = [names] if isinstance(names, str) else list(names)
+    if not chosen:
+        raise ParameterError("there is nothing to draw; give the name of a quantity")
     variables = [take(dataset, name, "time") for name in chosen]
     for variable in variables:
         if "time" not in variable.dims:
@@ -113,6 +116,7 @@ def at_distance(dataset: xr.Dataset) -> str:
     )
 
 
+@checked
 def spectrum(
     dataset: xr.Dataset, decibel: bool = False, up_to: float | None = None, figure: FigureBase | None = None
 ) -> Axes:
@@ -130,7 +134,7 @@ def spectrum(
     Raises
     ------
     ParameterError
-        When the result has no spectrum.
+        When the result has no spectrum, or `up_to` lies below the frequency of the motion.
     """
     line = take(dataset, "spectrum", "frequency")
     figure = new_figure(figure, 6.5, 3.8)
@@ -140,6 +144,10 @@ def spectrum(
     first = main_frequency(dataset)
     if up_to is None:
         up_to = max(10.5 * first, 1.3 * float(frequency[amplitude > STRONG * largest].max(initial=0.0)))
+    if not up_to >= first:
+        raise ParameterError(
+            f"up_to = {up_to:g} Hz leaves nothing to draw; the motion is at {units.show(first, 'Hz', 4)}"
+        )
     seen = frequency <= up_to
     across, text = shown(dataset["frequency"].isel(frequency=seen))
     scale = frequency[seen][-1] / across[-1]
@@ -178,6 +186,7 @@ def spectrum(
     return axes
 
 
+@checked
 def phase_portrait(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     """Draw velocity against deflection: a closed orbit once the motion has settled.
 

@@ -6,37 +6,53 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
+from dforce.plot._states import check_under
 from dforce.plot._style import head, new_figure
 from dforce.plot.basins import basins
 from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
+from dforce.series import swept
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
 FORCES = ("peak_force", "min_force")
 ENERGIES = ("total_dissipated_energy", "virial")
 
 
-def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
+@checked
+def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.Dataset | None = None) -> list[Axes]:
     """Draw a whole result and return all its axes.
 
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
     gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
-    of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves.
+    of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves. A sweep gives
+    some of its cases, laid over each other.
+
+    Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, the
+    unstable ones dashed.
 
     Raises
     ------
     ParameterError
-        For a dataset that is none of these.
+        For a dataset that is none of these, and for `states` under another result than an approach, of another case or
+        along another parameter.
     """
+    if states is not None:
+        check_under(states, dataset)
+    if swept(dataset):
+        from dforce.plot.sweeps import (
+            sweep_overview,
+        )  # which draws as `pictures` does, and that falls back on overviews
+
+        return sweep_overview(dataset, figure)
     if "time" in dataset.dims:
         return _dwell(dataset, figure)
     if "distance" in dataset.dims and "force" in dataset:
         return [force_curve(dataset, figure)]
     if "zc" in dataset.dims and "amplitude" in dataset:
-        return _approach(dataset, figure)
+        return _approach(dataset, figure, states)
     if "reached" in dataset:
         return [basins(dataset, figure=figure)]
     if "point" in dataset.dims and "amplitude" in dataset:
@@ -46,17 +62,17 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes
     raise ParameterError("this dataset is the result of no experiment, nor a force curve; there is no overview of it")
 
 
-def _approach(dataset: xr.Dataset, figure: FigureBase | None) -> list[Axes]:
+def _approach(dataset: xr.Dataset, figure: FigureBase | None, states: xr.Dataset | None) -> list[Axes]:
     tones = [int(tone) for tone in dataset["tone"].values]
     figure = new_figure(figure, 4.4 * (len(tones) + 1), 6.0)
     columns = figure.subfigures(1, len(tones) + 1, squeeze=False)[0]
     axes: list[Axes] = []
     for tone, column in zip(tones, columns, strict=False):
-        axes += amplitude_phase(dataset, tone, column)
+        axes += amplitude_phase(dataset, tone, column, states)
         axes[-2].set_title(f"tone {tone}" if len(tones) > 1 else "", fontsize="medium")
     upper, lower = columns[-1].subplots(2, 1, sharex=True)
     for host, names in ((upper, FORCES), (lower, ENERGIES)):
-        axes += curves(host, [dataset[name] for name in names if name in dataset], dataset)
+        axes += curves(host, [dataset[name] for name in names if name in dataset], dataset, states, states_named=False)
     upper.set_xlabel("")
     head(figure, dataset)
     return axes

@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
+from dforce.plot._states import MARKS, UNSTABLE
 from dforce.plot._style import COLORS, GRAY, axis_text, colored_axes, head, new_figure, tidy, without_rounding
-from dforce.plot.branches import MARKS, UNSTABLE, branches, resonance
+from dforce.plot.branches import branches, resonance
 from dforce.plot.distances import amplitude_phase
 from dforce.plot.forces import force_distance
 from dforce.plot.motion import phase_portrait, spectrum
@@ -27,6 +28,7 @@ LONGEST_NAME = 40
 Layers = Mapping[str, xr.Dataset]
 
 
+@checked
 def draw(
     results: xr.Dataset | Mapping[str, xr.Dataset], picture: Picture | None = None, figure: FigureBase | None = None
 ) -> list[Axes]:  # fmt: skip

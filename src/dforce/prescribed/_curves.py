@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce import units
-from dforce.errors import ParameterError, shorten
+from dforce.errors import ParameterError, UnitError, checked, shorten
 from dforce.forces import Force
 from dforce.prescribed._follow import Answer, Array, Motion, follow
 from dforce.results import describe, provenance
@@ -30,6 +30,7 @@ NEAREST_START, FARTHEST_START = 2e-9, 20e-9  # m; limits of that start
 LEAST_DEPTH, MOST_DEPTH = 0.3e-9, 50e-9  # m; limits of the indentation shown
 
 
+@checked
 def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Dataset:
     r"""Return the forces of a case over a motion given by samples.
 
@@ -66,7 +67,7 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
     if not np.all(np.diff(t) > 0.0):
         raise ParameterError("the times do not increase")
     motion = _spline(t, d)
-    place = None if zc is None else units.parse(zc, "m")
+    place = None if zc is None else _number(zc, "m", "zc")
     problem = case.problem
     answers = [_answer(force, motion, t.tolist(), TOLERANCE, place) for force in problem.forces]
     variables = {
@@ -80,6 +81,7 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
     return _finished(data, case, [answer.force for answer in answers], ("time",))
 
 
+@checked
 def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = None) -> xr.Dataset:
     """Return the forces of a case over a slow approach and retract.
 
@@ -108,10 +110,10 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     """
     import xarray as xr
 
-    chosen = units.parse(SPEED if speed is None else speed, "m/s")
+    chosen = _number(SPEED if speed is None else speed, "m/s", "speed")
     if chosen <= 0.0:
         raise ParameterError(f"speed = {units.show(chosen, 'm/s')} is not above 0 m/s")
-    place = None if zc is None else units.parse(zc, "m")
+    place = None if zc is None else _number(zc, "m", "zc")
     given = _range(case.problem, chosen, place) if distance is None else _numbers(distance, "m", "distance")
     path, back = np.unique(-given, return_inverse=True)
     if len(path) < 2:
@@ -180,6 +182,13 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
     return np.linspace(start, problem.a0 - min(depth, MOST_DEPTH), POINTS)
 
 
+def _number(given: Any, unit: str, name: str) -> float:
+    try:
+        return units.parse(given, unit)
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+
+
 def _numbers(given: Any, unit: str, name: str) -> Array:
     """Return numbers in SI, given as an array or as a list of texts with units."""
     try:
@@ -187,9 +196,10 @@ def _numbers(given: Any, unit: str, name: str) -> Array:
             values = np.array([units.parse(item, unit) for item in given])
         else:
             values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        detail = f" {error}" if isinstance(error, ParameterError) else f" = {shorten(given)} is not an array"
-        raise ParameterError(f"{name}{detail}") from None
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} = {shorten(given)} is not an array") from None
     if values.ndim != 1 or len(values) < 2:
         raise ParameterError(f"{name} is not a row of at least two numbers")
     if not np.isfinite(values).all():
@@ -219,13 +229,16 @@ def _sum(parts: Sequence[Array], like: Array) -> Array:
 
 def _finished(data: xr.Dataset, case: Case, parts: Sequence[Array], dims: tuple[str, ...]) -> xr.Dataset:
     """Add each model's share, the words of every quantity, and where the result comes from."""
-    names = [force.name for force in case.problem.forces]
+    names = [force.name for force in case.forces]
     if parts:
         labels = [
             name if names.count(name) == 1 else f"{name}_{names[:place].count(name) + 1}"
             for place, name in enumerate(names)
         ]
         data = data.assign_coords(model=labels)
-        data["partial_force"] = (("model", *dims), np.stack(parts))
+        data["partial_force"] = (
+            ("model", *dims),
+            np.stack([parts[place] for place in np.argsort(case.problem.places)]),
+        )
     data.attrs = provenance(case.to_toml(), case.title) | attributes(advice(case, data))
     return describe(data)

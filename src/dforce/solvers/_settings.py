@@ -16,32 +16,51 @@ class SolverSettings(Parameters):
     title_of: ClassVar[str] = "solver"
 
     method: Literal["periodic", "transient"] = pydantic.Field(
-        "periodic",
+        default="periodic",
         description="periodic: find the periodic orbit itself (by rk4); transient: integrate until the motion has settled",
     )
     integrator: Literal["rk4", "lsoda", "adaptive"] = pydantic.Field(
-        "rk4", description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks"
+        default="rk4",
+        description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks",
     )
     points_per_period: int = pydantic.Field(
-        256, ge=16, le=65_536,
+        default=256, ge=16, le=65_536,
         description="samples per period of the first tone; raised where a faster tone or mode needs more",
     )  # fmt: skip
     relative_tolerance: float = pydantic.Field(
-        1e-10, ge=1e-13, le=1e-3, description="error per step allowed by lsoda and adaptive, relative to the motion"
+        default=1e-10,
+        ge=1e-13,
+        le=1e-3,
+        description="error per step allowed by lsoda and adaptive, relative to the motion",
     )
     settle: Literal["converged", "fixed"] = pydantic.Field(
-        "converged", description="converged: until amplitudes and phases stop moving; fixed: a count of periods"
+        default="converged",
+        title="How long the motion settles",
+        description="converged: until amplitudes and phases stop moving; fixed: a count of periods",
     )
     settle_tolerance: float = pydantic.Field(
-        1e-6, ge=1e-12, le=0.1, description="converged: remaining change of a tone, relative to the free amplitude"
+        default=1e-6,
+        ge=1e-12,
+        le=0.1,
+        title="Remaining change that counts as settled",
+        description="converged: remaining change of a tone, relative to the free amplitude",
     )
     max_periods: int | None = pydantic.Field(
-        None, ge=1, le=1_000_000_000,
+        default=None, ge=1, le=1_000_000_000, title="Most periods to settle",
         description="converged: give up after so many periods; left out: 40 decay times of the slowest mode, at least 400",
     )  # fmt: skip
-    periods: int = pydantic.Field(400, ge=0, le=1_000_000_000, description="fixed: periods before the measurement")
+    periods: int = pydantic.Field(
+        default=400,
+        ge=0,
+        le=1_000_000_000,
+        title="Periods before the measurement",
+        description="fixed: periods before the measurement",
+    )
     measured_periods: int = pydantic.Field(
-        8, ge=1, le=1_000_000, description="periods measured once settled; raised to whole common periods of all tones"
+        default=8,
+        ge=1,
+        le=1_000_000,
+        description="periods measured once settled; raised to whole common periods of all tones",
     )
 
     @pydantic.model_validator(mode="before")

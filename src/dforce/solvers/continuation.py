@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from itertools import combinations, product
 
 import numpy as np
 
@@ -27,10 +26,8 @@ from dforce.solvers.fixed_point import (
     PeriodMap,
     along_parameter,
     correct,
-    orbit_from,
 )
-from dforce.solvers.integrator import Motion, free_amplitudes, with_amplitudes
-from dforce.solvers.transient import Watch, decay_periods
+from dforce.solvers.transient import Watch
 
 EASY, HARD = 3, 6  # corrections up to which the step grows, and from which on it shrinks
 GROWTH = 1.5
@@ -39,14 +36,7 @@ LOOP = 4  # points before a curve may close
 STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
 ASTRAY = 0.5  # of a step: an orbit farther from its prediction may be on another curve
 SHARP = 1e-7  # of a step: how well a special point is located
-SAME = 1e-5  # of the free amplitude: orbits nearer to each other are one
-NEAR = 0.05  # of the free amplitude: how near to a known curve an orbit is looked at closely
-SHARES = (0.3, 0.7, 1.05)  # of the room for the amplitude: with which a search starts
-LAGS = (20.0, 60.0, 100.0, 140.0)  # degrees: phase lags with which it starts
-SEARCH_DECAYS, MOST_SEARCH = 6, 1000  # decay times and periods after which Newton's method takes a search over
-EDGE = 1e-12  # of the free amplitude: how near to the edge between two basins a saddle is sought
-EDGE_PERIODS = 300  # common periods for which a motion on the edge is watched
-ALIKE = 0.02  # of the free amplitude: a motion so near to an orbit settles there
+MERGES = 4.0  # times the step: motions of both periods nearer to each other have become one within it
 
 
 class Curve:
@@ -63,6 +53,11 @@ class Curve:
         curve.forth += [orbits[place] for place in sorted(orbits) if place > 0]
         curve.back += [orbits[place] for place in sorted(orbits, reverse=True) if place < 0]
         return curve
+
+    @property
+    def repeats(self) -> int:
+        """After how many common periods the motions on it repeat."""
+        return self.forth[0].repeats
 
     @property
     def points(self) -> list[Orbit]:
@@ -86,8 +81,9 @@ class Curve:
 def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int, watch: Watch) -> bool:
     """Extend a curve beyond its last point until it leaves the parameter's range; return whether it closed.
 
-    It also ends, with its last point marked ``end``, where no step however short leads on, and after `most` points. All that
-    the next point depends on is kept in the first and the last one, so that a curve may be traced in parts.
+    A curve of doubled motions ends where they repeat after half the periods, at a period doubling. Any curve ends, with its
+    last point marked ``end``, where no step however short leads on, and after `most` points. All that the next point
+    depends on is kept in the first and the last one, so that a curve may be traced in parts.
     """
     start, last = points[0], points[-1]
     if _is_closed(points) or (len(points) > 1 and last.special):
@@ -109,6 +105,8 @@ def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int,
         found = correct(period_map, guess, normal, last.latched, (last.jacobian, last.slope))
         if found is not None:
             found = replace(found, step=min(largest, step * _growth(found)))
+            if _halves(period_map, last, found, min(step, reach)):
+                return False
         if found is None or not _is_next(period_map, last, found, guess, min(step, reach)):
             step = 0.5 * min(step, reach)
             if step < SMALLEST:
@@ -143,6 +141,20 @@ def _is_next(period_map: PeriodMap, last: Orbit, found: Orbit, guess: Array, ste
     straight = float(found.tangent @ last.tangent) > STRAIGHT
     near = float(np.linalg.norm(found.u - guess)) < ASTRAY * step
     return inside and straight and near and found.orientation == last.orientation
+
+
+def _halves(period_map: PeriodMap, last: Orbit, found: Orbit, step: float) -> bool:
+    """Say whether doubled motions have become motions of half the period in a step: the two taps change places there."""
+    if period_map.repeats % 2:
+        return False
+    before, after = (alternation(period_map, orbit) for orbit in (last, found))
+    return float(np.linalg.norm(before)) < MERGES * step and float(before @ after) <= SHARP * float(before @ before)
+
+
+def alternation(period_map: PeriodMap, orbit: Orbit) -> Array:
+    """Return by how much a state on an orbit differs from that half the periods later, scaled."""
+    period_map.put(orbit.u[-1])
+    return period_map.repeated(period_map.repeats // 2).end(orbit.u[:-1], orbit.latched) - orbit.u[:-1]
 
 
 def _ending(period_map: PeriodMap, last: Orbit) -> str:
@@ -202,114 +214,3 @@ def _located(period_map: PeriodMap, a: Orbit, b: Orbit, test: Callable[[Orbit], 
         return found[brentq(at, 0.0, 1.0, xtol=SHARP)]
     except ArithmeticError:  # the way there is lost, where the map is rough
         return min(found.values(), key=lambda orbit: abs(test(orbit)))
-
-
-def crossings(curves: list[Curve], value: float) -> list[Orbit]:
-    """Return where known curves cross a scaled value of the parameter, interpolated between their points."""
-    found = []
-    for curve in curves:
-        points = curve.points
-        values = np.array([point.u[-1] for point in points]) - value
-        passed = (values[:-1] * values[1:] < 0.0) | (values[:-1] == 0.0)
-        passed[-1:] |= values[-1] == 0.0
-        for i in np.flatnonzero(passed):
-            share = values[i] / (values[i] - values[i + 1]) if values[i] != values[i + 1] else 0.0
-            u = points[i].u + share * (points[i + 1].u - points[i].u)
-            u[-1] = value
-            found.append(replace(points[i], u=u))
-    return found
-
-
-def is_known(period_map: PeriodMap, curves: list[Curve], orbit: Orbit) -> bool:
-    """Say whether an orbit lies on a curve that was traced before."""
-    across = along_parameter(period_map.size)
-    for near in crossings(curves, float(orbit.u[-1])):
-        if np.abs(near.u - orbit.u).max() < NEAR:
-            there = correct(period_map, near.u, across, orbit.latched, (orbit.jacobian, orbit.slope))
-            if there is not None and np.abs(there.u - orbit.u).max() < SAME:
-                return True
-    return False
-
-
-def search(period_map: PeriodMap, curves: list[Curve], value: float, watch: Watch) -> Iterator[Orbit]:
-    """Give orbits at a scaled value of the parameter that lie on none of the curves, each one curve's first.
-
-    `curves` is to grow by the curve of each orbit before the next one is asked for.
-    """
-    seen: list[Array] = []
-    for motion in _transients(period_map, value):
-        watch()
-        x = period_map.state(motion)
-        if any(np.abs(u[:-1] - x).max() < ALIKE for u in [*seen, *(near.u for near in crossings(curves, value))]):
-            continue
-        found = orbit_from(period_map, motion, value)
-        if found is not None:
-            seen.append(found.u)
-            if not is_known(period_map, curves, found):
-                yield found
-    yield from _saddles(period_map, curves, value, watch)
-
-
-def _periods(period_map: PeriodMap) -> int:
-    """Return the periods of a search's transients: whole common periods of the tones."""
-    periods = min(SEARCH_DECAYS * decay_periods(period_map.integrator.problem), MOST_SEARCH)
-    return period_map.common * math.ceil(periods / period_map.common)
-
-
-def _transients(period_map: PeriodMap, value: float) -> Iterator[Motion]:
-    """Give the ends of transients from several amplitudes and phases of the first tone.
-
-    The amplitudes are shares of the free amplitude, or of the distance where that is less.
-    """
-    integrator = period_map.integrator
-    for share, lag in product(SHARES, LAGS):
-        period_map.put(value)
-        first, zc = integrator.problem.tones[0], integrator.p[0]
-        room = min(first.A0, zc) if zc > 0.0 else first.A0
-        amplitudes = free_amplitudes(integrator)
-        amplitudes[0] = 0.0
-        amplitudes[0, first.mode] = share * room * np.exp(1j * (first.phase - math.radians(lag)))
-        motion, _ = integrator.lock_in(with_amplitudes(integrator, amplitudes), _periods(period_map))
-        if motion.is_finite:
-            yield motion
-
-
-def _saddles(period_map: PeriodMap, curves: list[Curve], value: float, watch: Watch) -> Iterator[Orbit]:
-    """Give unstable orbits between stable ones, as long as some must be missing.
-
-    The signs of det(1 - J) of all orbits add up to one, since all motions end in a bounded region (M. Krasnosel'skii,
-    The Operator of Translation along the Trajectories of Differential Equations, AMS (1968)): two stable states come
-    with a saddle.
-    """
-    one = np.eye(period_map.size)
-    for a, b in combinations([near for near in crossings(curves, value) if near.is_stable], 2):
-        if sum(np.sign(np.linalg.det(one - near.jacobian)) for near in crossings(curves, value)) <= 1.0:
-            return
-        found = _on_the_edge(period_map, a, b, value, watch)
-        if found is not None and not is_known(period_map, curves, found):
-            yield found
-
-
-def _on_the_edge(period_map: PeriodMap, a: Orbit, b: Orbit, value: float, watch: Watch) -> Orbit | None:
-    """Return the saddle on the edge between the basins of two stable orbits, found by halving the way between them."""
-    integrator = period_map.integrator
-    period_map.put(value)
-    ends = a.u[:-1], b.u[:-1]
-    near_a, near_b = ends
-    while np.abs(near_a - near_b).max() > EDGE:
-        watch()
-        middle = 0.5 * (near_a + near_b)
-        motion, _ = integrator.lock_in(period_map.motion(middle, a.latched), _periods(period_map))
-        if not motion.is_finite:
-            return None
-        to_a, to_b = (float(np.abs(period_map.state(motion) - end).max()) for end in ends)
-        near_a, near_b = (middle, near_b) if to_a < to_b else (near_a, middle)
-    # on the edge the motion comes to the saddle, and leaves it in the end: it is nearest where it moves least
-    x, slowest, least = near_a, near_a, math.inf
-    for _ in range(EDGE_PERIODS):
-        after = period_map.end(x, a.latched)
-        change = float(np.abs(after - x).max())
-        if change < least:
-            slowest, least = x, change
-        x = after
-    return correct(period_map, np.append(slowest, value), along_parameter(period_map.size), a.latched)

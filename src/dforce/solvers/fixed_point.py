@@ -1,14 +1,16 @@
 r"""Single periodic orbits, stable or not: Newton's method on the map over one common period of all tones.
 
 An orbit is a fixed point of the map, :math:`P(x, \lambda) = x`, with x the motion and the forces' memory at the start
-of a common period. The unknown is :math:`u = (x, \lambda)`, scaled: lengths by the first tone's free amplitude, the
-parameter by its range. A plane in which the orbit is sought makes up for the one equation that is missing.
+of a common period; one that repeats only after n of them is a fixed point of :math:`P^n`. The unknown is :math:`u = (x,
+\lambda)`, scaled: lengths by the first tone's free amplitude, the parameter by its range. A plane in which the orbit is
+sought makes up for the one equation that is missing.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 """
 
 from __future__ import annotations
 
+import copy
 import functools
 import math
 from collections.abc import Callable
@@ -32,6 +34,7 @@ FRESH = 1e-6  # derivatives at a motion that misses by more are taken anew for t
 CONTRACTS = 0.1  # derivatives are kept while each correction lowers the miss by this at least
 MOST_CORRECTIONS = 12
 ROUNDING = 1e-12  # of the range
+MOST_REPEATS = 4  # common periods: motions that repeat only after more are not sought
 LARGEST = 0.3  # of the free amplitude: longer corrections are shortened
 
 END, FOLD, PERIOD_DOUBLING, TORUS, GRAZING = "end", "fold", "period_doubling", "torus", "grazing"
@@ -59,6 +62,8 @@ class Orbit:
         What is special about it: ``""``, ``fold``, ``period_doubling``, ``torus``, ``grazing`` or ``end``.
     step
         Scaled length of the step along the curve to be tried from it; 0 where none is known yet.
+    repeats
+        After how many common periods the motion repeats.
     """
 
     u: Array
@@ -70,6 +75,7 @@ class Orbit:
     gaps: Array
     special: str = ""
     step: float = 0.0
+    repeats: int = 1
 
     def reversed(self) -> Orbit:
         """Return it with the tangent the other way."""
@@ -77,7 +83,7 @@ class Orbit:
 
     @functools.cached_property
     def multipliers(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
-        """Floquet multipliers over a common period, the largest first."""
+        """Floquet multipliers over the period after which the motion repeats, the largest first."""
         found = np.linalg.eigvals(self.jacobian).astype(complex)
         return found[np.argsort(-np.abs(found), kind="stable")]
 
@@ -87,13 +93,25 @@ class Orbit:
         return float(np.linalg.slogdet(bordered(self.jacobian, self.slope, self.tangent))[0])
 
     @property
+    def index(self) -> int:
+        """Sign of det(1 - M), its index as a fixed point of the map; see ``search``."""
+        return int(np.sign(np.linalg.det(np.eye(len(self.slope)) - self.jacobian)))
+
+    @property
     def is_stable(self) -> bool:
         """Whether small disturbances die out; where stability is just lost, they do not."""
         return bool(abs(self.multipliers[0]) < 1.0) and self.special not in (FOLD, PERIOD_DOUBLING, TORUS)
 
 
+@dataclass
+class Stand:
+    """The scaled value of the parameter at which an integrator stands."""
+
+    value: float = math.nan
+
+
 class PeriodMap:
-    """The map of a scaled state over one common period of all tones, at any value of a parameter.
+    """The map of a scaled state over one common period of all tones, or several, at any value of a parameter.
 
     Parameters
     ----------
@@ -118,21 +136,30 @@ class PeriodMap:
                 "the tones' frequencies have no common period of up to 200 periods of the first tone, so that "
                 "there are no periodic orbits to follow; choose a simple ratio, such as 6.2"
             )
-        self.integrator, self._place, self.common = integrator, place, common
+        self.integrator, self._place, self.common, self.repeats = integrator, place, common, 1
         self.low, self.high = low / (high - low), high / (high - low)
         self.span, self._ends = high - low, (low, high)
         self.even = weights(frequencies, common)
         self.motion_size = 2 * len(integrator.problem.modes)
         self.size = self.motion_size + integrator.memory_size
-        self._at = math.nan
+        self._stand = Stand()
+
+    def repeated(self, times: int) -> PeriodMap:
+        """Return the map over so many common periods; both stand at the same value."""
+        if times == self.repeats:
+            return self
+        other = copy.copy(self)
+        other.repeats, other.common = times, self.common // self.repeats * times
+        other.even = weights([tone.frequency for tone in self.integrator.problem.tones], other.common)
+        return other
 
     def put(self, value: float) -> None:
         """Go to a scaled value of the parameter."""
-        if value != self._at:
+        if value != self._stand.value:
             there = value * self.span
             # an end of the range is met to the last digit: the parameter may not be allowed beyond
             self._place(next((end for end in self._ends if abs(end - there) < ROUNDING * self.span), there))
-            self._at = value
+            self._stand.value = value
 
     def motion(self, x: Array, latched: Array) -> Motion:
         """Return the motion of a scaled state."""
@@ -150,8 +177,18 @@ class PeriodMap:
     def derivatives(self, u: Array, latched: Array) -> tuple[Array, Array]:
         """Return the derivatives of the map by the state and by the scaled parameter."""
         self.put(u[-1])
-        x, jacobian = u[:-1], np.empty((self.size, self.size))
+        x = u[:-1]
         here = self.end(x, latched)
+        jacobian = self.monodromy(x, latched, here)
+        inward = NUDGE if u[-1] < 0.5 * (self.low + self.high) else -NUDGE
+        self.put(u[-1] + inward)
+        slope = (self.end(x, latched) - here) / inward
+        self.put(u[-1])
+        return jacobian, slope
+
+    def monodromy(self, x: Array, latched: Array, here: Array) -> Array:
+        """Return the derivative of the map by the state, where `here` is its value; the monodromy matrix of an orbit."""
+        jacobian = np.empty((self.size, self.size))
         for j in range(self.size):
             ahead, behind = x.copy(), x.copy()
             ahead[j] += NUDGE
@@ -159,11 +196,7 @@ class PeriodMap:
             # of memory there may be much, and its part of the derivative needs no more than one side
             back = self.end(behind, latched) if j < self.motion_size else here
             jacobian[:, j] = (self.end(ahead, latched) - back) / (NUDGE if back is here else 2.0 * NUDGE)
-        inward = NUDGE if u[-1] < 0.5 * (self.low + self.high) else -NUDGE
-        self.put(u[-1] + inward)
-        slope = (self.end(x, latched) - here) / inward
-        self.put(u[-1])
-        return jacobian, slope
+        return jacobian
 
 
 def bordered(jacobian: Array, slope: Array, normal: Array) -> Array:
@@ -224,7 +257,8 @@ def _orbit(
     if tangent is None:
         return None
     values |= {"drift": miss, "corrections": float(corrections)}
-    return Orbit(u, latched, jacobian, slope, tangent / np.linalg.norm(tangent), values, gaps)
+    tangent /= np.linalg.norm(tangent)
+    return Orbit(u, latched, jacobian, slope, tangent, values, gaps, repeats=period_map.repeats)
 
 
 def _solve(known: tuple[Array, Array], normal: Array, right: Array) -> Array | None:
@@ -241,7 +275,7 @@ def as_steady(period_map: PeriodMap, orbit: Orbit) -> Steady:
     kept = orbit.multipliers[: period_map.motion_size]
     multipliers = {"multiplier_modulus": np.abs(kept), "multiplier_angle": np.degrees(np.angle(kept))}
     motion = period_map.motion(orbit.u[:-1], orbit.latched)
-    return Steady(orbit.values | multipliers, motion, True, True)
+    return Steady(orbit.values | multipliers, motion, True, orbit.repeats == 1)
 
 
 def free_orbit(period_map: PeriodMap, value: float) -> Orbit | None:

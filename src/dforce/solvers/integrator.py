@@ -16,25 +16,24 @@ from dforce.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
-from dforce.solvers import _loops, adaptive, lane_orbits, lanes, lsoda, rk4, shooting
+from dforce.solvers import _loops, adaptive, lanes, lsoda, period_map, quasi_static, relaxation, rk4
 from dforce.solvers._settings import SolverSettings
 
 # what the solvers call by its address: compiled for each combination of forces
 CALLED: dict[str, Callable[..., Any]] = {
     "advance": rk4.advance,
-    "advance_copies": lanes.advance_copies,
-    "advance_samples": lanes.advance_samples,
+    "advance_lanes": lanes.advance_lanes,
     "measure_force": measure.measure_force,
 }
 # compiled once for all forces
 SOLVERS: dict[str, Callable[..., Any]] = {
     "march_rk4": rk4.march,
-    "follow": shooting.follow,
-    "follow_cases": lane_orbits.follow_cases,
+    "follow": quasi_static.follow,
+    "advance_block": period_map.advance_block,
+    "relax": relaxation.relax,
 }
 ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
     "march_adaptive": adaptive.march,
-    "advance_cases": lanes.advance_cases,
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
     "lock_in": lockin.lock_in,
@@ -106,9 +105,9 @@ class Integrator(ABC):
     order: ClassVar[str]
     source: ClassVar[str]
 
-    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int) -> None:
+    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         self.settings, self.harmonics = settings, harmonics
-        self.points = sample_count(problem, settings)
+        self.points = points or sample_count(problem, settings)
         modes, count = len(problem.modes), len(problem.tones)
         self.memory_size = sum(force.memory for force in problem.forces)
         self.latch_count = sum(force.switch is not None for force in problem.forces)
@@ -214,8 +213,8 @@ class LSODA(Integrator):
     order = "1 to 12 (Adams), 1 to 5 (BDF)"
     source = "L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)"
 
-    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int) -> None:
-        super().__init__(problem, settings, harmonics)
+    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
+        super().__init__(problem, settings, harmonics, points)
         self._flow: lsoda.Flow | None = None
         self._left: Motion | None = None  # the motion where the flow stands
         self._first = 0  # the period in which it started

@@ -21,14 +21,11 @@ LEAST_SAMPLES = 32  # per period of a mode
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 
-def fits(problem: Problem, settings: SolverSettings) -> bool:
-    """Say whether problems like this can be solved side by side.
-
-    One tone, forces without memory and branches that do not depend on the time, and RK4 until the motion has settled.
-    """
-    forces = all(not force.memory and force.switch is None and not force.timed for force in problem.forces)
-    method = settings.integrator == "rk4" and settings.settle == "converged"
-    return forces and method and len(problem.tones) == 1
+def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
+    """Say whether :meth:`Lot.samples` knows all that decides how many samples problems like this need."""
+    return (
+        len(problem.tones) == 1 and settings.integrator == "rk4" and not any(force.memory for force in problem.forces)
+    )
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def settle(
 
 
 def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
-    """Settle at the integrator's distance, then measure over whole windows."""
+    """Settle at the integrator's distance, then measure over whole windows; the motion ends at the start of a common period."""
     problem, settings = integrator.problem, integrator.settings
     start = motion.period
     if settings.settle == "fixed":
@@ -166,6 +166,7 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
         settled, rows, drift = _lasting(integrator, rows, count, window, drift)
     values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, len(rows)))
     values |= {"settling_periods": float(periods), "drift": drift}
+    motion, _ = march(integrator, motion, -motion.period % (common_period(frequencies) or 1), watch)
     repeats = _repeats(integrator, rows, frequencies)
     if settings.settle == "fixed":
         settled = repeats  # the only sign that the count was long enough

@@ -12,7 +12,7 @@ import numpy as np
 from dforce import quantities, units
 from dforce.case import Case
 from dforce.case._paths import quantity_at, value_at
-from dforce.errors import ParameterError, UnitError, shorten
+from dforce.errors import ParameterError, shorten
 from dforce.experiments import Dwell
 from dforce.parameters import Quantity
 
@@ -106,8 +106,8 @@ def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]
         numbers = tuple(units.parse(item, quantity.unit) for item in items)
         for extreme in (min(numbers), max(numbers)):
             quantity.check(extreme)
-    except (ParameterError, UnitError) as error:
-        raise ParameterError(f"{path} {error}") from None
+    except ParameterError as error:
+        raise type(error)(f"{path} {error}") from None
     return numbers
 
 

@@ -75,7 +75,7 @@ class Grid:
             TONES: self._axes_of("cantilever", "medium", "drive"),
             CONTACT: self._axes_of("contact"),
         }
-        for place, force in enumerate(self.example.forces):
+        for place, force in zip(self.example.places, self.example.forces, strict=True):
             for part in FORCE_PARTS:
                 wanted[f"{part} {place}"] = self._axes_of_force(place, force)
         together: dict[tuple[int, ...], list[str]] = {}
@@ -100,6 +100,7 @@ class Grid:
         return [i for i, axis in enumerate(self.axes) if axis.path.split(".")[0] in sections]
 
     def _axes_of_force(self, place: int, force: Force) -> list[int]:
+        """Return the axes that a force depends on; `place` is its place in the case."""
         names = {str(place + 1), force.name}
         needed = set(force.shared_fields().values())
         if "contact.E_eff" in needed:
@@ -133,7 +134,7 @@ class Grid:
         ratio = TWO_PI * f0 / omega[:, None]
         per_mode = np.stack([ratio**2, ratio / Q, ratio**2 / (k * length[:, None])], axis=2)
         first = np.stack([np.zeros(len(numbers)), length, length * omega, omega, piece(CONTACT)[:, 0]], axis=1)
-        laws, kinks, jumps = ([piece(f"{part} {i}") for i in range(len(example.forces))] for part in FORCE_PARTS)
+        laws, kinks, jumps = ([piece(f"{part} {place}") for place in example.places] for part in FORCE_PARTS)
         table = np.empty((len(numbers), len(example.tones), 2 + len(example.modes)))
         acts = (example.drive != 0.0)[None]
         table[:, :, 0], table[:, :, 1] = TWO_PI * tones[:, :, 0] / omega[:, None], tones[:, :, 1]
@@ -157,7 +158,7 @@ def _piece(problem: Problem, name: str) -> list[float]:
     if name == CONTACT:
         return [problem.a0]
     part, place = name.split()
-    force = problem.forces[int(place)]
+    force = problem.forces[problem.places.index(int(place))]
     return list({LAW: force.numbers, KINKS: force.kinks, JUMPS: force.jumps}[part]())
 
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.experiments import Approach, Dwell
-from dforce.quantities import JUMPS, OBSERVABLES
-from dforce.solvers.orbit import Jump
+from dforce.quantities import OBSERVABLES, jumps_along
 from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import DISTANCE, Axis
 from dforce.validity import attributes
@@ -21,7 +20,23 @@ if TYPE_CHECKING:
 
     from dforce.kernel import Array
 
+JUMPS = jumps_along("zc")
 QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump as a result holds it: distance (m), amplitudes (m), and the direction by name."""
+
+    zc: float
+    before: float
+    after: float
+    direction: str
+
+
+def to_result(jump: Any) -> Jump:
+    """Return a jump of the solvers as a result holds it."""
+    return Jump(jump.at, jump.before, jump.after, "retract" if jump.rising else "approach")
 
 
 @dataclass
@@ -126,8 +141,7 @@ def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str]
     }
     variables["status"] = dims, layout.over_all([part.status for part in parts], np.int8(Status.NOT_COMPUTED))
     for name, table in _tables([part.jumps for part in parts]).items():
-        if name in kept:
-            variables[name] = (*layout.dims, "jump"), layout.over_axes(table)
+        variables[name] = (*layout.dims, "jump"), layout.over_axes(table)
     counted = {
         dim: np.arange(1, variables[name][1].shape[len(dims)] + 1)
         for name in variables.keys() & OBSERVABLES

@@ -9,8 +9,8 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.errors import ParameterError, nearest
-from dforce.quantities import JUMPS, OBSERVABLES
-from dforce.sweeps._result import QUANTITIES, Layout
+from dforce.quantities import OBSERVABLES
+from dforce.sweeps._result import JUMPS, QUANTITIES, Layout
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,10 +51,10 @@ def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> fro
     ParameterError
         For a name that is not known, or names other than those of the sweep that goes on.
     """
-    known = OBSERVABLES | JUMPS
-    before = known.keys() if resume is None else frozenset(resume.attrs[QUANTITIES].split())
+    known = frozenset(OBSERVABLES) | frozenset(JUMPS)
+    before = known if resume is None else frozenset(resume.attrs[QUANTITIES].split())
     names = frozenset(before if given is None else given)
-    for name in sorted(names - known.keys()):
+    for name in sorted(names - known):
         raise ParameterError(f"there is no quantity '{name}'{nearest(name, known)}")
     if resume is not None and names != before:
         raise ParameterError("this sweep keeps other quantities, so it cannot be continued with these; leave them out")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import itertools
 import threading
@@ -13,19 +14,22 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case._paths import changed
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, checked
 from dforce.experiments import Approach, Dwell, InitialMotion
 from dforce.experiments._experiment import Progress, initial_motion
 from dforce.runs import watched
 from dforce.solvers.crew import Crew, Stopped
 from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
-from dforce.sweeps._result import Found, Layout, dataset, split
+from dforce.sweeps._result import Found, Layout, dataset, split, to_result
 from dforce.sweeps._resume import check_same, quantities_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
+    from dforce.problem import Problem
+    from dforce.solvers.block import Block
+    from dforce.solvers.integrator import Motion
     from dforce.solvers.lot import Lot
     from dforce.sweeps._grid import Grid
 
@@ -33,6 +37,7 @@ BLOCK = 256  # cases side by side, at most; fewer where there would not be a blo
 LEAST_BLOCK = 8
 
 
+@checked
 def sweep(
     case: Case,
     over: Mapping[str, Any],
@@ -43,11 +48,8 @@ def sweep(
 ) -> xr.Dataset:
     """Return the result of a case's experiment for all combinations of parameter values, many cases at once.
 
-    Cases with one tone and forces without memory, branches or jumps are solved side by side in vector lanes, all others
-    one by one; threads share the cases. Amplitudes, forces and distances equal those of single runs to 1e-6 of the free
-    amplitude and largest force (both are orbits that miss their start by at most 1e-9 of it, and the motion's Q times that may
-    lie between them), multipliers to 1e-3. Which state is reached is decided by the same rules; within the accuracy of the
-    settling, a jump may come one distance earlier or later.
+    A single run is a block of one case, and a sweep solves blocks of many by the same solver: cases whose forces have no
+    memory and no branches march side by side in vector lanes. Threads share the blocks.
 
     Parameters
     ----------
@@ -61,9 +63,10 @@ def sweep(
     workers
         Threads; left out: one for each core.
     progress
-        True for a bar, or a function called as ``progress(points done, points in all, note)``; Ctrl-C keeps what is done.
+        True for a bar, or a function called as ``progress(points done, points in all, note)``; Ctrl-C and SIGTERM
+        keep what is done.
     quantities
-        Names of the quantities to keep; left out: all, or those of `resume`.
+        Names of the quantities to keep; left out: all, or those of `resume`. Jumps are kept in any case.
     resume
         An interrupted result of the same case over the same values, to be continued: cases with all their points are
         kept as they are, the others are computed.
@@ -141,10 +144,11 @@ class Part:
         """Compute all points; return False when stopped before the end."""
         from dforce.results import Status
 
-        if self.todo.any():
-            self._load_kernels()
+        if not self.todo.any():
+            return True
+        self._load_kernels()
         whole = self.crew.run(self._jobs())
-        empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED))
+        empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED))
         for array in self.found.arrays.values():
             array[empty] = np.nan
         return whole
@@ -156,88 +160,87 @@ class Part:
         load_kernels(self.grid.example)
 
     def _jobs(self) -> Iterable[Callable[[], None]]:
-        from dforce.solvers.lot import fits
-        from dforce.sweeps._grid import NOWHERE
-
-        if not self.grid.alike or not fits(self.grid.example, self.case.solver):
-            for number in np.flatnonzero(self.todo).tolist():
-                yield functools.partial(self._alone, number)
+        if not self.grid.alike:
+            for number in np.flatnonzero(self.todo):
+                yield functools.partial(self._block, np.array([number]), True)
             return
-        lot = self.grid.lot(self.numbers)
-        # where the force jumps, orbits are lost so often that lanes gain nothing
-        alone = (lot.jumps != NOWHERE).any(axis=1)
-        for number in np.flatnonzero(alone & self.todo).tolist():
-            yield functools.partial(self._alone, number)
-        samples, phase = lot.samples(self.case.solver), lot.tones[:, 0, 1]
-        order = np.lexsort((phase, samples))
-        order = order[(self.todo & ~alone)[order]]
-        same = (np.diff(samples[order]) == 0) & (np.diff(phase[order]) == 0.0)
-        size = min(BLOCK, max(LEAST_BLOCK, -(-len(order) // self.crew.workers)))
-        for group in np.split(order, np.flatnonzero(~same) + 1):
-            for start in range(0, len(group), size):
-                which = group[start : start + size]
-                yield functools.partial(self._block, which, int(samples[which[0]]))
+        todo = np.flatnonzero(self.todo)
+        lot = self.grid.lot(self.numbers[todo])
+        # cases march together that have the same samples per period, and the same phases and ratios of their tones
+        same = np.column_stack([self._samples(todo, lot), lot.tones[:, :, 0], lot.tones[:, :, 1]])
+        _, group = np.unique(same, axis=0, return_inverse=True)
+        smooth = all(not force.memory and force.switch is None for force in self.grid.example.forces)
+        size = BLOCK if smooth else LEAST_BLOCK
+        size = min(size, max(LEAST_BLOCK, -(-len(todo) // self.crew.workers)))
+        for which in range(int(group.max()) + 1):
+            members = todo[group.ravel() == which]
+            for start in range(0, len(members), size):
+                yield functools.partial(self._block, members[start : start + size])
 
-    def _block(self, which: Any, samples: int) -> None:
-        """Compute cases side by side."""
+    def _samples(self, todo: Any, lot: Lot) -> Any:
+        """Return the samples per period of each case."""
+        from dforce.solvers.integrator import sample_count
+        from dforce.solvers.lot import has_own_samples
+
+        if has_own_samples(self.grid.example, self.case.solver):
+            return lot.samples(self.case.solver)
+        numbers, place = np.unique(self.numbers[todo], return_inverse=True)
+        each = [sample_count(self.grid.problem(int(number)), self.case.solver) for number in numbers]
+        return np.array(each)[place.ravel()]
+
+    def _block(self, which: Any, alone: bool = False) -> None:
+        """Compute cases side by side, and those that need more samples again with more."""
         from dforce.results import Status
-        from dforce.solvers.batch import Block
+        from dforce.solvers.integrator import sample_count
+        from dforce.solvers.refine import sample_counts
 
-        lot = self.grid.lot(self.numbers[which])
-        block = Block(
-            lot, lambda i: self.grid.problem(int(self.numbers[which[i]])), self.case.solver, self.experiment.harmonics,
-            samples, self.crew.watch,
-        )  # fmt: skip
-        carry = isinstance(self.experiment, Approach) and self.experiment.carry_state
+        first = self.grid.problem(int(self.numbers[which[0]]))
+        told = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
-            block.walk(self._starts(lot), self.zc[which], self.crew.add, carry)
-        for number, found_on_the_way in zip(which, block.jumps, strict=True):
-            self.found.jumps[number] = found_on_the_way
-        points = block.points
-        for name, values in points.values(lot, self.experiment.harmonics).items():
-            if name in self.kept:
-                self._array(name, values.shape[2:])[which] = values
-        status = np.where(points.orbit, Status.OK, Status.NOT_COMPUTED)
-        for place, found in points.others.items():
-            status[place] = self._outcome(found)
-        self.found.status[which] = status
+            for points, _ in sample_counts(sample_count(first, self.case.solver), self.case.solver):
+                self._solve(which, alone, points, first, told)
+                which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
+                if not len(which):
+                    break
+                told = _nothing  # they are counted
 
-    def _alone(self, number: int) -> None:
-        """Compute one case by itself."""
-        from dforce.results import Status
-        from dforce.solvers.batch import walk_alone
-        from dforce.solvers.find import make_finder
+    def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
+        """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
+        from dforce.experiments._table import statuses
+        from dforce.solvers.block import Block
+        from dforce.solvers.lot import Lot
+        from dforce.solvers.protocols import make_protocol
 
+        numbers, zc = self.numbers[which], self.zc[which]
+        lot = Lot.of([first]) if alone else dataclasses.replace(self.grid.lot(numbers), example=first)
+
+        def at(case: int, zc: float) -> tuple[Problem, float]:
+            return self.grid.problem(int(numbers[case])), zc
+
+        block = Block(lot, at, self.case.solver, self.experiment.harmonics, points, self.crew.watch)
         approach = self.experiment if isinstance(self.experiment, Approach) else None
-
-        def put(at: int, found: Any) -> None:
-            for name, value in found.values.items():
+        protocol, carry = (approach.protocol, approach.carry_state) if approach else ("quasi_static", True)
+        solver = make_protocol(protocol, block, zc, self._starts(lot, block), told, carry)
+        try:
+            solver.run()
+        finally:
+            for number, jumps in zip(which, solver.jumps, strict=True):
+                self.found.jumps[number] = [to_result(jump) for jump in jumps]
+            for name, values in solver.points.columns(block, zc).items():
                 if name in self.kept:
-                    self._array(name, np.shape(value))[number, at] = value
-            self.found.status[number, at] = self._outcome(found)
-            self.crew.add(1)
+                    self._array(name, values.shape[2:])[which] = values
+            self.found.status[which] = statuses(solver.points, block, zc)
 
-        finder = make_finder(
-            self.grid.problem(int(self.numbers[number])), self.case.solver, self.experiment.harmonics
-        )  # fmt: skip
-        self.found.status[number] = Status.NOT_COMPUTED  # what a stopped sweep has of this case is found anew
-        self.found.jumps[number] = finder.jumps  # grows on the way
-        walk_alone(
-            finder, lambda integrator: initial_motion(integrator, self.experiment.start), self.zc[number],
-            approach is not None and approach.carry_state, self.crew.watch, put,
-        )  # fmt: skip
-
-    @staticmethod
-    def _outcome(found: Any) -> int:
-        from dforce.experiments._table import status_of
-
-        return int(status_of(found))
-
-    def _starts(self, lot: Lot) -> Array:
+    def _starts(self, lot: Lot, block: Block) -> list[Motion]:
         start = self.experiment.start
+        if not self.grid.alike or len(lot.example.tones) > 1:
+            return [initial_motion(block.integrator(case, 0.0), start) for case in range(len(lot))]
+        rest = initial_motion(block.integrator(0, 0.0), "rest")
         if isinstance(start, InitialMotion):
-            return lot.moving(lot.example.tones[0].mode, start.amplitude, start.phase)
-        return lot.free() if start == "free" else np.zeros_like(lot.free())
+            rows = lot.moving(lot.example.tones[0].mode, start.amplitude, start.phase)
+        else:
+            rows = lot.free() if start == "free" else np.zeros_like(lot.free())
+        return [dataclasses.replace(rest, y=tuple(row)) for row in rows.tolist()]
 
     def _array(self, name: str, inner: tuple[int, ...]) -> Array:
         with self._lock:
@@ -245,3 +248,7 @@ class Part:
             if name not in arrays:
                 arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
             return arrays[name]
+
+
+def _nothing(points: int) -> None:
+    """Count nothing."""

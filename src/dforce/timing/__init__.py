@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case, example
+from dforce.errors import checked
 from dforce.kernel import store
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
 from dforce.timing import people, whole
@@ -28,6 +29,7 @@ CASE = "table-1-am"
 FEW = 8  # periods of what takes milliseconds each
 
 
+@checked
 def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Time the parts of dForce and return a table with the machine it was made on.
 

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from dforce.case import Case, example
+from dforce.errors import checked
 from dforce.solvers import SolverSettings
-from dforce.solvers.find import make_finder
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+from dforce.solvers.protocols import settle_at
 
 CASES = {"table-1-am": 4e-9, "figure-3-air": 5e-9}  # shipped cases, and the distance (m) of the point
 POINTS = (64, 96, 128, 192, 256, 384, 512, 768, 1024, 2048)  # samples a period
@@ -48,6 +48,7 @@ class Cost:
     phase_error: float
 
 
+@checked
 def cost_of_accuracy(quick: bool = False, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Time settled points by each method at coarse to fine settings, and compare them with a tight reference.
 
@@ -102,13 +103,12 @@ def _ways(quick: bool) -> Iterator[tuple[str, float, SolverSettings]]:
 
 def _point(case: Case, zc: float, settings: SolverSettings) -> tuple[float, float, float]:
     """Return the time (s), the amplitude (m) and the phase (degrees) of a settled point; kernels are loaded before."""
-    finder = make_finder(case.problem, settings, 10)
-    integrator = finder.integrator
+    block = Block.of_one(case.problem, settings, 10, lambda: None)
+    integrator = block.integrator(0, zc)
     motion = with_amplitudes(integrator, free_amplitudes(integrator))
-    integrator.place(zc)
     integrator.lock_in(motion, 1)
     start = time.perf_counter()
-    (found,) = finder.along(motion, np.array([zc]), lambda: None)
+    found = settle_at(block, motion, zc)
     return time.perf_counter() - start, float(found.values["amplitude"][0]), float(found.values["phase"][0])
 
 

@@ -13,12 +13,12 @@ import numpy as np
 from numba import njit
 
 OPTIONS: dict[str, Any] = {
-    "cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"},
+    "nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"},
 }  # fmt: skip
 LANES = 16
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def hertz(
     surface: float, stiffness: float, g: float, cosine: Any, sine: Any, points: int, periods: int
 ) -> tuple[float, float]:
@@ -77,7 +77,7 @@ def dmt_kelvin_voigt(zc: float, law: Any, g: float, cosine: Any, points: int, pe
     return x
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True)
 def hertz_lanes(
     surface: Any, stiffness: float, g: float, cosine: Any, points: int, periods: int, x: Any, v: Any
 ) -> None:

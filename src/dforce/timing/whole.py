@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case, example
-from dforce.kernel import load
+from dforce.problem import Problem
 from dforce.runs import basins, run
-from dforce.solvers import integrator
+from dforce.solvers.block import Block, States
 from dforce.solvers.lot import Lot
 from dforce.sweeps import sweep
 from dforce.timing.table import POINTS, Row, Table, U
@@ -29,8 +29,8 @@ def curves(table: Table, quick: bool) -> None:
     case = example("figure-3-air").replace("experiment.direction", "approach")
     case = case.replace("experiment.zc", {"start": "12 nm", "stop": "2 nm", "points": DISTANCES})
     table.time(CURVE, lambda: run(case), DISTANCES, U, 10.0)
-    both = example("figure-3-air-jump").replace("experiment.zc", case.experiment.zc)  # type: ignore[union-attr]
-    jumps = "figure 3, approach and retract with jumps, each distance"
+    both = example("hysteresis").replace("experiment.zc.points", DISTANCES)
+    jumps = "the example hysteresis, approach and retract with jumps at folds, each distance"
     table.time(jumps, lambda: run(both), 2 * DISTANCES, U, 20.0)
     calm = "figure 3 at Q = 100, each distance"
     dull, sharp = (case.replace("cantilever.Q", Q) for Q in (100.0, 10_000.0))
@@ -77,11 +77,13 @@ def laws_in_lanes(table: Table) -> None:
     for label, forces, limit in LAWS:
         case = example("table-1-am").replace("forces", list(forces))
         lot = Lot.of([case.problem] * LANES)
-        numbers, drive = np.array(lot.numbers.T, order="C"), np.array(lot.tones[:, 0, 2:].T, order="C")
-        numbers[0] = case.experiment.zc  # type: ignore[union-attr]
-        advance = load(case.problem, integrator.ENTRIES).entry("advance_cases")
-        angles = math.pi / POINTS * np.arange(2 * POINTS + 1)
-        cosine, sums = np.array([np.cos(angles), np.sin(angles)]), np.empty((2, LANES))
-        motions = np.array(lot.free().T, order="C")
-        work = partial(advance, motions, numbers, drive, POINTS, cosine, PERIODS, sums)
+        block = Block(lot, partial(_same, case.problem), case.solver, 1, POINTS, lambda: None)
+        nothing = np.empty((LANES, 0))
+        zc = np.full(LANES, case.experiment.zc)  # type: ignore[union-attr]
+        work = partial(block.advance, np.arange(LANES), States(lot.free(), nothing, nothing), zc, PERIODS)
         table.time(f"in lanes, {LANES} cases on one core, {label}", work, PERIODS * LANES, U, limit)
+
+
+def _same(problem: Problem, _: int, zc: float) -> tuple[Problem, float]:
+    """Return the only problem of a block, at a distance (m)."""
+    return problem, zc

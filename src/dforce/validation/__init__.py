@@ -6,11 +6,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from dforce.errors import checked
 from dforce.validation.page import validation_page
 
 __all__ = ["validate", "validation_page"]
 
 
+@checked
 def validate(quick: bool = False, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Run every check of dForce against what does not depend on it, and return what was found.
 

@@ -18,9 +18,10 @@ from dforce.kernel import Array
 from dforce.observables.window import weights, window_length
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.find import make_finder
+from dforce.solvers.block import Block
 from dforce.solvers.fixed_point import Orbit, PeriodMap, orbit_from
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
+from dforce.solvers.protocols import settle_at
 
 HARMONICS = 10
 TOLERANCE = 1e-11  # of the reference, a step
@@ -72,11 +73,9 @@ def find(case: Case, zc: float, points: int, start: Start | Motion = "free") -> 
         SolverSettings(points_per_period=points),
         SolverSettings(method="transient", points_per_period=points, settle_tolerance=SETTLED),
     ):
-        finder = make_finder(case.problem, settings, HARMONICS)
-        integrator = finder.integrator
-        motion = start if isinstance(start, Motion) else initial_motion(integrator, start)
-        integrator.place(zc)
-        found = next(iter(finder.along(motion, np.array([zc]), lambda: None)))
+        block = Block.of_one(case.problem, settings, HARMONICS, lambda: None)
+        integrator = block.integrator(0, zc)
+        found = settle_at(block, start if isinstance(start, Motion) else initial_motion(integrator, start), zc)
         by_newton = "multiplier_modulus" in found.values
         if by_newton or settings.method == "transient":
             break

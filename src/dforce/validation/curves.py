@@ -1,4 +1,4 @@
-"""Curves by the two methods: an approach and retract of periodic orbits against one of transients."""
+"""Curves by sudden steps: an approach and retract of periodic orbits against one of transients."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ SAME = 2e-5  # of A0: a transient settles to 1e-6 of it, and what is left is mor
 STEP = 0.1e-9  # m
 JUMP = 6.0  # steps of the distance: more than any branch turns in one
 TEXT = (
-    "An approach and a retract over random cases of DMT and Kelvin–Voigt, in steps of 0.1 nm, once along periodic orbits and "
-    "once by transients: the curves are the same but for the points beside a jump, which may come one step sooner or later, "
-    "and so is the area between approach and retract. A jump is where the complex amplitude changes by more than six steps of "
-    "the distance from one point to the next."
+    "An approach and a retract over random cases of DMT and Kelvin–Voigt, in sudden steps of 0.1 nm, once by periodic orbits "
+    "and once by transients: the curves are the same but for the points beside a jump, which may come one step sooner or "
+    "later, and so is the area between approach and retract. A jump is where the complex amplitude changes by more than six "
+    "steps of the distance from one point to the next."
 )
 
 
@@ -46,7 +46,8 @@ def random_case(seed: int, step: float = STEP) -> tuple[Case, Array]:
 def both_ways(case: Case, zc: Array) -> tuple[Any, Any]:
     """Return approach and retract by periodic orbits and by transients."""
     orbits, transients = (
-        approach(case.replace("solver.method", method), zc=zc, direction="both") for method in ("periodic", "transient")
+        approach(case.replace("solver.method", method), zc=zc, direction="both", protocol="stepwise")
+        for method in ("periodic", "transient")
     )
     return orbits, transients
 

@@ -29,6 +29,8 @@ SETTLED = SolverSettings(
 )
 ORBIT = SolverSettings(points_per_period=2048)  # for what only an orbit has: its multipliers
 FAR = 1e-6  # m; nothing reaches so far
+# spring constant (N/m) and Q of a lever that swings as A cos wt: forces and drive are 1e-8 of the force in its spring at most
+UNMOVED, UNDAMPED = 1e8, 1e8
 
 
 @lru_cache(maxsize=16)
@@ -96,12 +98,17 @@ def averages(
     frequency: float = 50e3,
     points: int = 512,
 ) -> dict[str, Any]:
-    """Return all that is measured over d = zc + A cos ωt above DMT and Kelvin–Voigt (R = 2 nm, 1 GPa, ν = 0.3)."""
+    """Return all that is measured over d = zc + A cos ωt above DMT and Kelvin–Voigt (R = 2 nm, 1 GPa, ν = 0.3).
+
+    The measurement takes accelerations from the tip equation, so the motion is one that obeys it: the free one of a lever
+    too stiff for the force and too little damped to need a drive.
+    """
     problem = Problem.build(
-        Cantilever(f0=frequency, k=1.0, Q=10.0), Drive(A0=10e-9), Tip(radius=2e-9),
+        Cantilever(f0=frequency, k=UNMOVED, Q=UNDAMPED), Drive(A0=10e-9), Tip(radius=2e-9),
         Sample(youngs_modulus=1e9, poisson_ratio=0.3), forces=[DMT(hamaker=hamaker), KelvinVoigt(viscosity=viscosity)],
     )  # fmt: skip
-    ready = INTEGRATORS["adaptive"](problem, SolverSettings(method="transient", points_per_period=points), 5)
+    settings = SolverSettings(method="transient", integrator="adaptive", points_per_period=points)
+    ready = INTEGRATORS[settings.integrator](problem, settings, 5)
     ready.place(zc)
     turn = 2.0 * np.pi * np.arange(points + 1) / points
     ready.block[:, 0] = amplitude / ready.scales.length * np.cos(turn)

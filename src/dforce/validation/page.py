@@ -6,12 +6,23 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from dforce.errors import ParameterError, checked
+
 Row = Mapping[str, Any]
 PIVOTED = ("identities", "curves")  # parts whose groups are columns
 
 
+@checked
 def validation_page(result: Mapping[str, Any]) -> str:
-    """Return the page of a result of :func:`dforce.validate`, in Markdown."""
+    """Return the page of a result of :func:`dforce.validate`, in Markdown.
+
+    Raises
+    ------
+    ParameterError
+        When it is another table.
+    """
+    if not {"parts", "machine", "quick", "seconds"} <= {*result}:
+        raise ParameterError("result is not what df.validate returns")
     blocks = ["# Validation", _introduction(result), _summary(result), *_missed(result)]
     for part in result["parts"]:
         blocks += [f"## {part['title']}", part["text"]]

@@ -8,16 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from dforce.case import Case, case_of
+from dforce.errors import ParameterError, checked
 from dforce.validity import contact, dynamics, inputs, long_range, sampling, states
-from dforce.validity._advice import Advice, advice_in, attributes
+from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.case import Case
-
-__all__ = ["PIECES", "Advice", "advice", "advice_in", "attributes", "points_not_settled"]
+__all__ = ["PIECES", "Advice", "Advices", "advice", "advice_in", "attributes", "points_not_settled"]
 
 PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *inputs.PIECES,
@@ -32,14 +32,28 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
 FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # what a force curve can be told
 
 
-def advice(case: Case, result: xr.Dataset | None = None) -> list[Advice]:
-    """Return the advice on a case, and on its result where one is given; a calm case gives none.
+@checked
+def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices:
+    """Return the advice on a case, on a case and its result, or on a result alone; a calm case gives none.
 
-    Without a result, what depends on the motion is left out, or a bound takes its place.
+    Without a result, what depends on the motion is left out, or a bound takes its place. A result tells its case; a sweep
+    has many, so its advice is what it carries (:func:`advice_in`).
+
+    Raises
+    ------
+    ParameterError
+        When a result alone does not say what it was computed from, or two results are given.
     """
-    seen = Evidence(case, result)
+    if not isinstance(case, Case):
+        if result is not None:
+            raise ParameterError("two results are given; give a case and its result, or one result alone")
+        if "over" in case.attrs:
+            return advice_in(case)
+        seen = Evidence(case_of(case), case)
+    else:
+        seen = Evidence(case, result)
     pieces = FORCES_ALONE if seen.is_force_curve else PIECES
-    return [found for piece in pieces if (found := piece(seen)) is not None]
+    return Advices(found for piece in pieces if (found := piece(seen)) is not None)
 
 
 def points_not_settled(case: Case, result: xr.Dataset) -> Advice | None:

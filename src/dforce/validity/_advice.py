@@ -7,6 +7,8 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from dforce.errors import checked
+from dforce.listing import Listing, html_table, paragraphs
 from dforce.results import unit_for
 
 if TYPE_CHECKING:
@@ -54,6 +56,21 @@ class Advice:
         return self.text.split(". ")[0].removesuffix(".") + "."
 
 
+class Advices(Listing[Advice]):
+    """What :func:`dforce.advice` returns: a list, shown as a table, or as a paragraph for each piece."""
+
+    def as_text(self) -> str:
+        """Return each piece: its name and figures, and what it says."""
+        return paragraphs((f"{piece.name}: {piece.figures}", piece.text) for piece in self) or "no advice"
+
+    def as_html(self) -> str:
+        """Return a row for each piece."""
+        if not self:
+            return "<p>no advice</p>"
+        rows = [(piece.name, piece.text, piece.figures, piece.source) for piece in self]
+        return html_table(rows, ("advice", "what to know", "figures", "source of the limit"))
+
+
 def attributes(pieces: list[Advice]) -> dict[str, str]:
     """Return the attributes that keep advice in a result."""
     return {
@@ -62,10 +79,11 @@ def attributes(pieces: list[Advice]) -> dict[str, str]:
     }
 
 
-def advice_in(result: xr.Dataset) -> list[Advice]:
+@checked
+def advice_in(result: xr.Dataset) -> Advices:
     """Return the advice that a result carries, as it was given when the result was computed."""
     kept: list[dict[str, Any]] = json.loads(result.attrs.get(PIECES, "[]"))
-    return [Advice(**piece | {"about": tuple(piece["about"])}) for piece in kept]
+    return Advices(Advice(**piece | {"about": tuple(piece["about"])}) for piece in kept)
 
 
 def shown(value: float, unit: str) -> str:

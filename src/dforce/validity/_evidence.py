@@ -24,7 +24,7 @@ class Evidence:
     """A case, its problem, and the values of its result at points whose motion can be trusted."""
 
     def __init__(self, case: Case, result: xr.Dataset | None) -> None:
-        self.case, self.result = case, result
+        self.case, self.result = case, None if result is None else _in_order(result)
         self.problem: Problem = case.problem
         self._values: dict[str, Array] = {}
 
@@ -47,7 +47,7 @@ class Evidence:
     def path(self, force: Force, field: str = "") -> str:
         """Return the path of a force, or of one of its fields, in the case."""
         same = [other.name for other in self.problem.forces].count(force.name)
-        place = force.name if same == 1 else str(1 + self.problem.forces.index(force))
+        place = force.name if same == 1 else str(1 + self.problem.places[self.problem.forces.index(force)])
         return f"forces.{place}.{field}" if field else f"forces.{place}"
 
     def of_mode(self, number: int, field: str) -> str:
@@ -185,3 +185,10 @@ class Evidence:
         ratio = min(max(near, math.sqrt(1.0 / 3.0)), far)  # largest at A = A0 / sqrt(3)
         mean_force = 0.5 * tone.force * math.sqrt(1.0 - ratio**2)
         return math.sqrt(16.0 / 3.0 * mean_force / stiffness * math.sqrt(0.5 * ratio * tone.A0))
+
+
+def _in_order(result: xr.Dataset) -> xr.Dataset:
+    """Return a result with its dimensions in the order of a run, whoever has turned it since."""
+    dims = result.variables["amplitude"].dims if "amplitude" in result.variables else ()
+    order = [dim for dim in ("zc", "frequency", "direction") if dim in dims]
+    return result if [dim for dim in dims if dim in order] == order else result.transpose(*order, ...)

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from dforce.validity._advice import Advice, percent, shown
-from dforce.validity._evidence import Evidence
+from dforce.validity._evidence import Array, Evidence
 
+SEEN = 2e-4  # of the drive: 0.01 degrees at resonance; RK4 by itself may turn a mode by half of that
 CLOSURE = 0.005  # of the mean force
 GAINED = 0.05  # of the energy that the drive can give in a period
 BEYOND = 1.5  # of the amplitude F Q / k at resonance; in a frequency sweep the drive differs a little from the case's
@@ -43,6 +44,51 @@ def sampling(seen: Evidence) -> Advice | None:
     )  # fmt: skip
 
 
+def step_error(seen: Evidence) -> Advice | None:
+    r"""Compare force and motion in each mode's equation at its tone, which tells the error of the steps.
+
+    Over a period of a steady motion :math:`(k - m \omega^2 + i c \omega) X = D + f` with the complex amplitude :math:`X`, the
+    drive :math:`D` and the force's component :math:`f`. What remains moves amplitude and phase like a force that is not
+    there.
+    """
+    off = _misfits(seen)
+    if off is None or not off.size or off.max() <= SEEN:
+        return None
+    found = float(off.max())
+    return Advice(
+        "step_error", found, SEEN,
+        f"The error of the steps acts on the tip like a force of {percent(found)} of the drive: phases are off by about "
+        f"{math.degrees(found):.2g}° and energies by {percent(found)} of what the drive can give; forces and the mean "
+        "deflection may be off by more. Raise solver.points_per_period until this is gone.",
+        "the tip equation over a period, component by component", ("solver.points_per_period",),
+    )  # fmt: skip
+
+
+def _misfits(seen: Evidence) -> Array | None:
+    """Return by how much the tip equation is missed at the points that settled, in units of the drive."""
+    from dforce.observables.misfit import MEASURED, OF_MODES, misfit
+    from dforce.results import Status
+
+    result, settings = seen.result, seen.case.solver
+    along_other = seen.along == "frequency" or getattr(seen.case.experiment, "parameter", None) is not None
+    if result is None or along_other or settings.settle == "fixed" or not {*MEASURED, "status"} <= {*result.variables}:
+        return None
+    settled = result.variables["status"].values == Status.OK
+    if seen.stable is not None:
+        settled = settled & seen.stable
+    values = {}
+    for name in MEASURED:
+        variable = result.variables[name]
+        array = np.moveaxis(variable.values, variable.dims.index("mode"), -1) if name in OF_MODES else variable.values
+        if array.shape[: settled.ndim] != settled.shape:
+            return None
+        values[name] = array[settled]
+    off = misfit(seen.problem, values)
+    # a transient may stop so far from its end, in free amplitudes; at resonance that takes as much of the drive
+    left = settings.settle_tolerance if settings.method == "transient" else 0.0
+    return off[np.isfinite(off)] - 100.0 * left
+
+
 def contact_sampling(seen: Evidence) -> Advice | None:
     r"""Compare the samples with the fastest motion of the tip that the contact holds.
 
@@ -60,7 +106,8 @@ def contact_sampling(seen: Evidence) -> Advice | None:
     from dforce.solvers.integrator import sample_count
 
     rate, first = _fastest(seen, float(nearest.min())), problem.tones[0].frequency
-    samples = 2.0 * math.pi * first * sample_count(problem, settings) / rate if rate > 0.0 else math.inf
+    taken = seen.result.attrs.get("samples_per_period", 0) if seen.result is not None else 0
+    samples = 2.0 * math.pi * first * (taken or sample_count(problem, settings)) / rate if rate > 0.0 else math.inf
     if samples >= SWINGS:
         return None
     needed = 256 * math.ceil(ENOUGH * rate / (2.0 * math.pi * first) / 256)
@@ -161,4 +208,4 @@ def not_settled(seen: Evidence) -> Advice | None:
     )  # fmt: skip
 
 
-PIECES = (sampling, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled)
+PIECES = (sampling, step_error, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled)

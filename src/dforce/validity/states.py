@@ -61,11 +61,12 @@ def _ways_that_differ(seen: Evidence) -> str | None:
 
 
 def _jumps(seen: Evidence) -> str | None:
-    at = seen.array("jump_zc")
-    at = np.empty(0) if at is None else at[np.isfinite(at)]  # curves of a sweep are filled up to the same number
-    if not at.size:
-        return None
-    return f"The motion jumped to another state at {shown(float(at[0]), 'm')}, and near there both exist"
+    for name, unit in (("jump_zc", "m"), ("jump_frequency", "Hz")):
+        at = seen.array(name)
+        at = np.empty(0) if at is None else at[np.isfinite(at)]  # curves of a sweep are filled up to the same number
+        if at.size:
+            return f"The motion jumped to another state at {shown(float(at[0]), unit)}, and near there both exist"
+    return None
 
 
 def set_point_met_twice(seen: Evidence) -> Advice | None:

@@ -1,0 +1,27 @@
+"""`dforce cache`: where compiled force models lie, and how large that is."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._terminal import DONE, Json, Traceback, print_json
+
+
+def cache(
+    clear: Annotated[
+        bool, typer.Option("--clear", help="Remove them; each is compiled anew when it is needed.")
+    ] = False,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """Show where compiled force models are kept on disk and how large they are, or remove them."""
+    found = df.clear_kernel_cache() if clear else df.kernel_cache()
+    if json:
+        print_json({"folder": str(found.folder), "kernels": found.kernels, "bytes": found.size, "removed": clear})
+        return DONE
+    size = f"{found.kernels} kernel{'s' * (found.kernels != 1)}, {found.size / 1e6:.1f} MB"
+    typer.echo(f"removed: {size}" if clear else f"{found.folder}\n{size}")
+    return DONE

@@ -1,0 +1,73 @@
+"""The motion at each point of a result, from which anything can go on: in SI, at the start of a common period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.quantities import MOTION
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+    from dforce.problem import Problem
+    from dforce.solvers.block import States
+    from dforce.solvers.integrator import Motion
+
+COMPONENT = "component"
+
+
+def scales_of(problem: Problem) -> Array:
+    """Return the units (m, m/s) of the numbers of a scaled motion: deflection and velocity of one mode after the other."""
+    tone = problem.tones[0]
+    return np.tile([tone.A0, tone.A0 * 2.0 * math.pi * tone.frequency], len(problem.modes))
+
+
+def rows_of(states: States, scales: Array) -> Array:
+    """Return scaled states as rows in SI: all deflections, all velocities, then memory and branches of the forces."""
+    x = states.x * scales
+    return np.concatenate([x[..., ::2], x[..., 1::2], states.memory, states.branch], axis=-1)
+
+
+def states_of(rows: Array, problem: Problem, scales: Array) -> States:
+    """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
+    from dforce.solvers.block import States
+
+    modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
+    z, v, kept, branch = np.split(rows, [modes, 2 * modes, 2 * modes + memory], axis=-1)
+    x = np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes)
+    return States(x / scales, kept, branch)
+
+
+def components(problem: Problem) -> dict[str, Any]:
+    """Return the coordinates that name the numbers of a row and give their units."""
+    modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
+    branches = sum(force.switch is not None for force in problem.forces)
+    counts = {"z": (modes, "m"), "v": (modes, "m/s"), "memory": (memory, "SI"), "branch": (branches, "1")}
+    names = [f"{name}_{number + 1}" for name, (count, _) in counts.items() for number in range(count)]
+    units = [unit for count, unit in counts.values() for _ in range(count)]
+    return {COMPONENT: (COMPONENT, names), "component_units": (COMPONENT, units)}
+
+
+def with_motions(
+    data: xr.Dataset, dims: Sequence[str], motions: Sequence[Motion], problems: Sequence[Problem]
+) -> xr.Dataset:
+    """Return a result with the motions of some problems, one for each point."""
+    from dforce.results import describe
+    from dforce.solvers.block import States
+
+    rows = [rows_of(States.of(one), scales_of(problem))[0] for one, problem in zip(motions, problems, strict=True)]
+    if not rows:
+        return data
+    data = data.assign_coords(components(problems[0]))
+    data[MOTION] = (*dims, COMPONENT), np.array(rows) if dims else rows[0]
+    return describe(data)
+
+
+def motion_of(point: Any, problem: Problem) -> Motion:
+    """Return the motion that is kept at one point of a result."""
+    return states_of(point[MOTION].values[None], problem, scales_of(problem)).motion(0)

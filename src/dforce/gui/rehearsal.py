@@ -1,0 +1,65 @@
+"""Does with a result from outside, once, what a page will do with it: what fails then fails before anything has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import dforce as df
+from dforce.gui import compare, figures, setpoint
+from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNUSABLE = "this result cannot be used here: it differs from what dForce writes"
+
+
+def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[df.Picture] = ()) -> None:
+    """Write a result again, and draw and describe all there is in it. Blocking.
+
+    Parameters
+    ----------
+    result
+        What was read.
+    folder
+        Where it may be written.
+    chosen
+        Pictures that are going to be drawn of it, beside the usual ones.
+
+    Raises
+    ------
+    ResultError
+        When something of that fails.
+    """
+    try:
+        df.write(result, folder / "again.nc")
+        df.write(result.isel({dim: slice(2) for dim in result.dims}), folder / "again.csv")
+        names = [str(name) for name in result.variables]
+        if len(names) > MOST_QUANTITIES or max(map(len, names)) > LONGEST_NAME:
+            raise ValueError("more quantities than an experiment has, or longer names")
+        if "reached" in result:
+            figures.basins(result)
+        else:
+            for picture in _pictures(result, chosen):
+                states = setpoint.states_of(result, 0.8, picture)
+                figures.picture([figures.Layer(result, states=states)], picture)
+                if states is not None:
+                    setpoint.table_of([figures.Layer(result, states=states)], picture)
+            for name in df.drawable(result):
+                figures.picture([figures.Layer(result)], df.Picture(name, (name,)))
+        compare.name_of(result, None, ())
+    except OSError as error:  # a full disk says nothing about the file
+        if isinstance(error.__cause__, OSError) or not isinstance(error, df.DForceError):
+            raise
+        raise df.ResultError(UNUSABLE) from error
+    except Exception as error:  # whatever the file holds: it must not come as far as the page
+        raise df.ResultError(UNUSABLE) from error
+
+
+def _pictures(result: xr.Dataset, chosen: Sequence[df.Picture]) -> Iterator[df.Picture]:
+    """Give the usual pictures of a result, and those chosen that it has the quantities for."""
+    yield from df.pictures_of(result)
+    known = set(df.drawable(result))
+    yield from (picture for picture in chosen if {picture.x, *picture.y} <= known)

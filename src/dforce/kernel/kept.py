@@ -1,0 +1,126 @@
+"""Keeps the compiled code of a module's functions on disk, a file for each signature and processor.
+
+numba's own files are not looked through before they are used, so one that was cut short or has a flipped bit would end the
+process or, worse, give other numbers. Here each file begins with the hash of what follows: one that is not as it was
+written is removed, and its function compiled again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import pickle
+import secrets
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+CODE = ".code"
+HASH = hashlib.sha256
+
+
+def keep(path: Path, content: bytes) -> None:
+    """Write a file with its hash, in one step.
+
+    Raises
+    ------
+    OSError
+        When it cannot be written.
+    """
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        temporary.write_bytes(HASH(content).digest() + content)
+        temporary.replace(path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+
+
+def kept(path: Path) -> bytes | None:
+    """Return the content of a file; None where there is none, or it is not as it was written, and then it is removed."""
+    try:
+        found = path.read_bytes()
+    except OSError:
+        return None
+    size = HASH().digest_size
+    if HASH(found[size:]).digest() == found[:size]:
+        return found[size:]
+    forget(path)
+    return None
+
+
+def forget(path: Path) -> None:
+    """Remove a file where that may be done; where not, it is passed over at each start."""
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+
+
+class Kept:
+    """The compiled code of one function, in the place of numba's own cache, whose methods it has.
+
+    Parameters
+    ----------
+    function
+        Name of the function.
+    folder
+        Where its code lies.
+    failed
+        Called with the error when code cannot be written.
+    """
+
+    def __init__(self, function: str, folder: Path, failed: Callable[[OSError], None]) -> None:
+        self._function, self._folder, self._failed = function, folder, failed
+
+    @property
+    def cache_path(self) -> str:
+        """The folder."""
+        return str(self._folder)
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Return numba's result of compiling for these types, None where none is kept that can be used."""
+        from numba.core.compiler import CompileResult
+
+        target.refresh()
+        path = self._path(signature, target.codegen())
+        content = kept(path)
+        if content is None:
+            return None
+        try:
+            types, parts = pickle.loads(content)
+            return CompileResult._rebuild(target, *parts) if types == str(signature) else None
+        except Exception:  # whatever is wrong with it: the function is compiled anew
+            forget(path)
+            return None
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep numba's result of compiling for these types."""
+        from numba.core.serialize import dumps
+
+        if compiled.library.has_dynamic_globals:  # addresses of this process
+            return
+        try:
+            keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
+        except OSError as error:
+            self._failed(error)
+
+    def files(self) -> Iterator[Path]:
+        """Give the files that hold code for this processor, whatever the types."""
+        from numba.core.registry import cpu_target
+
+        return self._folder.glob(f"{self._start(cpu_target.target_context.codegen())}-*{CODE}")
+
+    def flush(self) -> None:
+        """Remove the code for this processor."""
+        for path in self.files():
+            forget(path)
+
+    def _start(self, codegen: Any) -> str:
+        return f"{self._function}-{_short(repr(codegen.magic_tuple()))}"
+
+    def _path(self, signature: Any, codegen: Any) -> Path:
+        return self._folder / f"{self._start(codegen)}-{_short(str(signature))}{CODE}"
+
+
+def _short(text: str) -> str:
+    return HASH(text.encode()).hexdigest()[:12]

@@ -1,0 +1,349 @@
+"""Steps that are cut: where the motion turns, where the force has a kink, where a branch switches, and at first contact.
+
+The force acts on the motion on either side of a kink in another way, so that no smooth interpolant leads across it. The
+motion is taken up to the kink by one Runge–Kutta step from where it is known, and a Taylor step of what is left; so each
+piece has the motion and its accelerations at both ends. Next to a kink a force may start like the root of the distance
+to it, which the substitution s = u^2 (3 - 2u) makes smooth.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from dforce.kernel.link import inlined
+from dforce.kernel.slots import (
+    arrived,
+    bent,
+    coasted,
+    distance,
+    drive_at,
+    force,
+    forced,
+    free_acceleration,
+    latch_count,
+    memory_size,
+    mode_count,
+    motion,
+    motion_of,
+    pushed,
+    rate_of,
+    switch,
+)
+from dforce.observables.lockin import TAU, add_lock_in, turned
+from dforce.observables.pieces import bends, cubic, cubic_rate, cut_at, insert, quintic, quintic_rate, turning
+
+# Gauss–Legendre on (0, 1) with three nodes, for whole steps and pieces of a step that turns; then, without weight, just
+# inside both ends of a piece, where the force has its extremes at a kink; then six after the substitution, for pieces that
+# end at a kink
+PLAIN, TURNED, CUT = 3, 5, 11
+NODES = (
+    0.1127016653792583, 0.5, 0.8872983346207417,
+    1e-9, 0.999999999,
+    0.003343283942477668, 0.0763627911457814, 0.3244323018146883, 0.6755676981853117, 0.9236372088542186, 0.9966567160575223,
+)  # fmt: skip
+WEIGHTS = (
+    0.2777777777777778, 0.4444444444444444, 0.2777777777777778,
+    0.0, 0.0,
+    0.01676846244060248, 0.1522780409672892, 0.3309534965921084, 0.3309534965921084, 0.1522780409672892, 0.01676846244060248,
+)  # fmt: skip
+TURN, SWITCH = -1.0, -2.0  # events other than levels of the distance, which are counted from 0; latch k is SWITCH - k
+TRIES, NEAR = 3, 1e-3  # Runge–Kutta steps to an event; share of a step that a Taylor step leads over at most
+SECTIONS = 7  # of the golden section: to a hundredth of the piece, where the force is flat to a millionth
+GOLDEN = 0.6180339887498949
+
+# what is added up step by step: force, and force times deflection and velocity, and time in contact; extremes, and in which
+# steps
+SUM, SUM_Z, SUM_V, TOUCHED, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, SUMS = range(11)
+# a piece: the part of the step that it is interpolated over, the motion at both ends of that, and the shares of it between
+# which it reaches
+FROM, TO, D0, V0, A0, D1, V1, A1, BEGIN, END, LATE, STEP, PIECE = range(13)
+
+
+@inlined
+def force_at(
+    d: float, rate: float, share: float, block: Any, i: int, t: float, h: float, rates: Any, stage: Any, late: bool, p: Any
+) -> float:  # fmt: skip
+    """Return the force in step i, which starts at t and lasts h seconds; `late` takes the branches from its end.
+
+    `rates` holds the rates of change of the memory at all samples, `stage` has room for the memory.
+    """
+    place = 2 * mode_count()
+    size = memory_size()
+    for k in range(size):
+        begin, end = block[i, place + k], block[i + 1, place + k]
+        stage[k] = cubic(share, h * p[3], begin, rates[i, k], end, rates[i + 1, k])
+    place += size
+    if latch_count():
+        which = i + 1 if late else i
+        return force(d, rate, t + share * h, stage, block[which, place : place + latch_count()], p)
+    return force(d, rate, t + share * h, stage, stage, p)
+
+
+def add_pieces(
+    block: Any, i: int, h: float, t: float, points: int, tones: Any, bases: Any, phasor: Any, p: Any, kinks: Any,
+    rates: Any, stage: Any, a0: float, a1: float, rooted: bool, cuts: Any, piece: Any, tops: Any, sums: Any, forces: int,
+    out: Any,
+) -> int:  # fmt: skip
+    """Add a step piece by piece; return how many events it holds besides a turn.
+
+    `phasor` holds the tones' cosine and sine at its start, `a0` and `a1` are the tip's accelerations at its ends. Where it
+    is `rooted` the force may be like a root near them. `piece` is scratch; `tops` gets the pieces in which the force is
+    lowest and highest.
+    """
+    y, end = motion_of(block, i), motion_of(block, i + 1)
+    d0, v0, d1, v1 = distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
+    top = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
+    turns = insert(cuts, 0, top, TURN)
+    count, level, contact_is_kink = turns, 0.0, False
+    for kink in kinks:
+        count = cut_at(cuts, count, kink, level, top, h, d0, v0, d1, v1)
+        contact_is_kink = contact_is_kink or kink == p[4]
+        level += 1.0
+    if not contact_is_kink:
+        count = cut_at(cuts, count, p[4], level, top, h, d0, v0, d1, v1)
+    if latch_count():
+        for which in range(latch_count()):
+            share = switching_share(which, block, i, h, t, p)
+            count = insert(cuts, count, share, SWITCH - which)
+    piece[FROM], piece[D0], piece[V0], piece[A0] = 0.0, d0, v0, a0
+    piece[TO], piece[D1], piece[V1], piece[A1] = 1.0, d1, v1, a1
+    piece[BEGIN], piece[LATE], piece[STEP] = 0.0, 0.0, i
+    if count == turns:
+        if turns:
+            piece[END] = turned_at(top, h, piece)
+            d = within(piece[END], h, piece)
+            sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], d), max(sums[D_HIGH], d)
+            first, after = (PLAIN, CUT) if rooted else (0, TURNED)
+            add_piece(block, h, t, points, tones, phasor, p, rates, stage, first, after, piece, tops, sums, forces, out)
+            piece[BEGIN] = piece[END]
+        piece[END] = 1.0
+        first, after = (PLAIN, CUT) if rooted else (0, TURNED if turns else PLAIN)
+        add_piece(block, h, t, points, tones, phasor, p, rates, stage, first, after, piece, tops, sums, forces, out)
+        return 0
+    tau, reached = i * TAU / points, 0.0
+    cuts[0, count] = 1.0
+    piece[END] = 1.0
+    for k in range(count + 1):
+        guess = cuts[0, k]
+        d = cubic(0.5 * (reached + guess), h, d0, v0, d1, v1)
+        low, high = -math.inf, math.inf
+        for kink in kinks:
+            low, high = (max(low, kink), high) if kink < d else (low, min(high, kink))
+        low, high, late = low + 1e-12 * p[1], high - 1e-12 * p[1], piece[LATE] == 1.0
+        share = piece[FROM]
+        if k > 0:  # the acceleration on this side of the event
+            piece[D0], piece[V0] = distance(y, p), rate_of(y, p)
+            f = force_at(min(max(piece[D0], low), high), piece[V0], share, block, i, t, h, rates, stage, late, p)
+            piece[A0] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
+        if k < count:
+            event = cuts[1, k]
+            level = p[4]
+            if 0.0 <= event < kinks.shape[0]:
+                level = kinks[int(event)]
+            y, share = landed(
+                y, share, max(guess, share), event, level, low, high, block, i, h, t, tau, tones, bases, rates, stage,
+                late, p,
+            )  # fmt: skip
+            piece[TO], piece[D1], piece[V1] = share, distance(y, p), rate_of(y, p)
+            f = force_at(min(max(piece[D1], low), high), piece[V1], share, block, i, t, h, rates, stage, late, p)
+            piece[A1] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
+            sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], piece[D1]), max(sums[D_HIGH], piece[D1])
+        else:
+            piece[TO], piece[D1], piece[V1], piece[A1] = 1.0, d1, v1, a1
+        if piece[TO] > piece[FROM]:
+            add_piece(block, h, t, points, tones, phasor, p, rates, stage, PLAIN, CUT, piece, tops, sums, forces, out)
+        piece[FROM], reached = piece[TO], guess
+        if k < count and cuts[1, k] <= SWITCH:
+            piece[LATE] = 1.0
+    return count - turns
+
+
+@inlined
+def acceleration(y: Any, f: float, tau: float, tones: Any, bases: Any, p: Any) -> float:
+    """Return the tip's acceleration (m/s^2) under a force."""
+    return rate_of(motion(drive_at(tones, bases, tau), f, y, p), p) * p[3]
+
+
+@inlined
+def within(s: float, h: float, piece: Any) -> float:
+    """Return the distance at a share of what a piece is interpolated over."""
+    step = (piece[TO] - piece[FROM]) * h
+    b0, b1 = bends(step, piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1])
+    return quintic(s, step, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
+
+
+def turned_at(guess: float, h: float, piece: Any) -> float:
+    """Return where the interpolant of a whole step turns, by the secant method."""
+    b0, b1 = bends(h, piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1])
+    low, high, s = 0.0, 1.0, guess
+    for _ in range(20):
+        rate = quintic_rate(s, h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
+        ahead = quintic_rate(s + 1e-6, h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
+        low, high = (s, high) if (rate > 0.0) == (piece[V0] > 0.0) else (low, s)
+        step = rate / (ahead - rate) * 1e-6 if ahead != rate else 1.0
+        if not low < s - step < high:
+            step = s - 0.5 * (low + high)
+        s -= step
+        if abs(step) < 1e-9:
+            break
+    return s
+
+
+@inlined
+def landed(
+    y: Any, share: float, guess: float, event: float, level: float, low: float, high: float, block: Any, i: int, h: float,
+    t: float, tau: float, tones: Any, bases: Any, rates: Any, stage: Any, late: bool, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion at an event near a guess, and the share of the step at which it is; forces stay within limits."""
+    step, end, there = h * p[3], y, share
+    for _ in range(TRIES):
+        there = guess
+        end = carried(y, share, there, low, high, block, i, h, t, tau, tones, bases, rates, stage, late, p)
+        d, rate = distance(end, p), rate_of(end, p)
+        f = force_at(min(max(d, low), high), rate, there, block, i, t, h, rates, stage, late, p)
+        bend = acceleration(end, f, tau + there * step, tones, bases, p)
+        off = time_to(event, level, d, rate, bend, block, i, t + there * h, p) / h
+        if abs(off) < NEAR:
+            back = off * step
+            a = forced(free_acceleration(drive_at(tones, bases, tau + there * step), end, p), f, p)
+            return pushed(bent(coasted(end, back), 0.5 * back * back, a), back, a), there + off
+        guess = there + off
+        if not share <= guess <= 1.0:
+            break
+    return end, there
+
+
+@inlined
+def time_to(event: float, level: float, d: float, rate: float, a: float, block: Any, i: int, t: float, p: Any) -> float:
+    """Return after what time (s) an event comes, for a tip whose acceleration stays."""
+    if event == TURN:
+        return -rate / a
+    if event > TURN:
+        off = 0.0
+        for _ in range(4):
+            off -= (d + off * (rate + 0.5 * off * a) - level) / (rate + off * a)
+        return off
+    if latch_count():
+        which, place = int(SWITCH - event), 2 * mode_count() + memory_size()
+        latched, off, near = block[i, place : place + latch_count()], 0.0, 1e-9 / p[3]
+        for _ in range(4):
+            here = switch(which, latched, d + off * (rate + 0.5 * off * a), rate + off * a, t + off, p)
+            off += near
+            ahead = switch(which, latched, d + off * (rate + 0.5 * off * a), rate + off * a, t + off, p)
+            off -= near * (1.0 + here / (ahead - here))
+        return off
+    return math.inf
+
+
+@inlined
+def carried(
+    y: Any, share: float, there: float, low: float, high: float, block: Any, i: int, h: float, t: float, tau: float,
+    tones: Any, bases: Any, rates: Any, stage: Any, late: bool, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion at another share of a step, by one step of the classical Runge–Kutta method within limits."""
+    step, middle_share = (there - share) * h * p[3], 0.5 * (share + there)
+    start = tau + share * h * p[3]
+    u1 = drive_at(tones, bases, start + 0.5 * step)
+    middle, last = coasted(y, 0.5 * step), coasted(y, step)
+    f = force_at(min(max(distance(y, p), low), high), rate_of(y, p), share, block, i, t, h, rates, stage, late, p)
+    a1 = forced(free_acceleration(drive_at(tones, bases, start), y, p), f, p)
+    ya = pushed(middle, 0.5 * step, a1)
+    f = force_at(
+        min(max(distance(ya, p), low), high), rate_of(ya, p), middle_share, block, i, t, h, rates, stage, late, p
+    )
+    a2 = forced(free_acceleration(u1, ya, p), f, p)
+    yb = pushed(bent(middle, 0.25 * step * step, a1), 0.5 * step, a2)
+    f = force_at(
+        min(max(distance(yb, p), low), high), rate_of(yb, p), middle_share, block, i, t, h, rates, stage, late, p
+    )
+    a3 = forced(free_acceleration(u1, yb, p), f, p)
+    yc = pushed(bent(last, 0.5 * step * step, a2), step, a3)
+    f = force_at(min(max(distance(yc, p), low), high), rate_of(yc, p), there, block, i, t, h, rates, stage, late, p)
+    a4 = forced(free_acceleration(drive_at(tones, bases, start + step), yc, p), f, p)
+    return arrived(last, step, a1, a2, a3, a4)
+
+
+def add_piece(
+    block: Any, h: float, t: float, points: int, tones: Any, phasor: Any, p: Any, rates: Any, stage: Any, first: int,
+    after: int, piece: Any, tops: Any, sums: Any, forces: int, out: Any,
+) -> None:  # fmt: skip
+    """Add the nodes from `first` to `after` of a piece."""
+    i, late = int(piece[STEP]), piece[LATE] == 1.0
+    share, width = piece[FROM], piece[TO] - piece[FROM]
+    step, begin, length = width * h, piece[BEGIN], piece[END] - piece[BEGIN]
+    d0, v0, d1, v1 = piece[D0], piece[V0], piece[D1], piece[V1]
+    b0, b1 = bends(step, d0, v0, piece[A0], d1, v1, piece[A1])
+    if quintic(begin + 0.5 * length, step, d0, v0, d1, v1, b0, b1) < p[4]:
+        sums[TOUCHED] += width * length
+    force_sum, with_z, with_v = 0.0, 0.0, 0.0
+    for q in range(first, after):
+        s = begin + NODES[q] * length
+        d, rate = quintic(s, step, d0, v0, d1, v1, b0, b1), quintic_rate(s, step, d0, v0, d1, v1, b0, b1)
+        f = force_at(d, rate, share + s * width, block, i, t, h, rates, stage, late, p)
+        if f > sums[F_HIGH]:
+            sums[F_HIGH], sums[AT_HIGH] = f, i
+            for k in range(PIECE):
+                tops[0, k] = piece[k]
+        if f < sums[F_LOW]:
+            sums[F_LOW], sums[AT_LOW] = f, i
+            for k in range(PIECE):
+                tops[1, k] = piece[k]
+        part = WEIGHTS[q] * width * length * f
+        force_sum += part
+        with_z += part * (d - p[0])
+        with_v += part * rate
+        for j in range(tones.shape[0]):
+            c, sine = turned(phasor[0, j], phasor[1, j], tones[j, 0] * TAU / points * (share + s * width))
+            add_lock_in(part, 0.0, c, sine, points, out, forces + 2 * j)
+    sums[SUM], sums[SUM_Z], sums[SUM_V] = sums[SUM] + force_sum, sums[SUM_Z] + with_z, sums[SUM_V] + with_v
+
+
+def switching_share(which: int, block: Any, i: int, h: float, t: float, p: Any) -> float:
+    """Return where in step i a branch switched, or 1 when it did not."""
+    place = 2 * mode_count() + memory_size()
+    if block[i, place + which] == block[i + 1, place + which]:
+        return 1.0
+    a, b = motion_of(block, i), motion_of(block, i + 1)
+    d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        s = 0.5 * (low + high)
+        d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
+        if switch(which, block[i, place : place + latch_count()], d, rate, t + s * h, p) > 0.0:
+            high = s
+        else:
+            low = s
+    return high
+
+
+def refine(
+    block: Any, h: float, t: float, rates: Any, stage: Any, sign: float, best: float, piece: Any, p: Any
+) -> float:
+    """Return the extreme of sign times the force on a piece, by golden section, no worse than `best`."""
+    low, high = piece[BEGIN], piece[END]
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left = sign * force_on(left, block, h, t, rates, stage, piece, p)
+    at_right = sign * force_on(right, block, h, t, rates, stage, piece, p)
+    for _ in range(SECTIONS):
+        best = max(best, at_left, at_right)
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = sign * force_on(left, block, h, t, rates, stage, piece, p)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = sign * force_on(right, block, h, t, rates, stage, piece, p)
+    return max(best, at_left, at_right)
+
+
+@inlined
+def force_on(s: float, block: Any, h: float, t: float, rates: Any, stage: Any, piece: Any, p: Any) -> float:
+    """Return the force at a share of what a piece is interpolated over."""
+    width = piece[TO] - piece[FROM]
+    b0, b1 = bends(width * h, piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1])
+    d = quintic(s, width * h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
+    rate = quintic_rate(s, width * h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
+    late = piece[LATE] == 1.0
+    return force_at(d, rate, piece[FROM] + s * width, block, int(piece[STEP]), t, h, rates, stage, late, p)

@@ -1,0 +1,104 @@
+"""How far what was measured on the force and on the motion is from the tip equation that ties them together.
+
+Over the period of a steady motion each mode's equation holds for every Fourier component by itself, whatever the force:
+
+    (k - m w^2 + i c w) X = D + f,    k <z> = <F>
+
+with X the mode's complex amplitude at its tone, D its drive and f the component of the force there. What remains is the
+error of the integration: it acts on the mode like a force that is not there, and moves amplitude and phase accordingly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.kernel import Array
+from dforce.kernel.compose import FIRST_MODE, LENGTH, PER_MODE
+from dforce.observables import measure as m
+from dforce.observables.finish import driving_tone
+from dforce.problem import Problem
+
+OF_MODES = ("mode_amplitude", "mode_phase", "virial", "dissipated_energy")
+MEASURED = (*OF_MODES, "mean_deflection", "mean_force")  # what a misfit is made of
+Mask = np.ndarray[Any, np.dtype[np.bool_]]
+
+GROSS = 0.02  # of the drive: more than this is refined, or no result
+GAINED = 0.05  # of the energy that the drive can give in a period
+HELD = 0.02  # of the mean force and of what bends the lever so far, by which they may differ
+PERIODS = 100  # that a motion which never repeats is measured over, at least
+
+
+def misfit(problem: Problem, values: Mapping[str, Any]) -> Array:
+    """Return the force that the error acts like, in units of each mode's drive: the largest over the modes, (points,).
+
+    `values` are observables by name, with the points first, as :func:`dforce.observables.finish.finish_all` gives them.
+    """
+    return misfit_each(problem, values, *_tables(problem))
+
+
+def misfit_each(example: Problem, values: Mapping[str, Any], numbers: Array, tones: Array) -> Array:
+    """Return the same for points of different problems with as many modes and tones as an example.
+
+    `numbers` are the kernel's parameters (points, parameters), `tones` its tone tables (points, tones, 2 + modes).
+    """
+    c = values["mode_amplitude"] * np.exp(-1j * np.radians(values["mode_phase"]))
+    work = 2.0 * values["virial"] - 1j * values["dissipated_energy"] / np.pi
+    with np.errstate(invalid="ignore", divide="ignore"):
+        f = np.where(c != 0.0, work / np.conj(c), 0.0)
+    return _misfit(example, c, f, values["mean_deflection"], values["mean_force"], numbers, tones)
+
+
+def misfit_of_rows(problem: Problem, rows: Array, weights: Array, numbers: Array, tones: Array) -> Array:
+    """Return the same from what was measured over each period, (points, periods, columns)."""
+    mean = np.einsum("k,ikc->ic", weights, rows)
+    count, length = len(problem.modes), numbers[:, LENGTH]
+    driver = [driving_tone(problem, n) for n in range(count)]
+    of_modes = m.FIRST + 2 * (np.array(driver) * (count + 1) + np.arange(count))
+    of_force = mean.shape[1] - 2 * len(problem.tones) + 2 * np.array(driver)
+    c, f = (mean[:, place] + 1j * mean[:, place + 1] for place in (of_modes, of_force))
+    return _misfit(problem, c * length[:, None], f, mean[:, m.Z] * length, mean[:, m.F], numbers, tones)
+
+
+def _tables(problem: Problem) -> tuple[Array, Array]:
+    return np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
+
+
+def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numbers: Array, tones: Array) -> Array:
+    count, length = len(example.modes), numbers[:, LENGTH, None]
+    modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
+    square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
+    driver = [driving_tone(example, n) for n in range(count)]
+    omega, drive = tones[:, driver, 0], tones[:, driver, 2 + np.arange(count)]
+    largest = np.abs(tones[:, :, 2:] / gain[:, None, :]).max(axis=(1, 2))  # of the driving forces (N)
+    left = (square - omega**2 + 1j * damping * omega) * c / length - drive - gain * f
+    of_modes = np.abs(left) / np.where(drive != 0.0, np.abs(drive), gain * largest[:, None])
+    compliance = (gain / square).sum(axis=1) * length[:, 0]
+    of_mean = np.abs(mean_f - mean_z / compliance) / (np.abs(mean_f) + largest)
+    return np.asarray(np.maximum(of_modes.max(axis=1), of_mean))
+
+
+def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats: bool) -> Mask:
+    """Return at which points the numbers mean nothing: they break the tip equation, or energy is not kept.
+
+    Over long a motion that never repeats loses no more energy than the drives give, a passive sample gives none, and the
+    mean force bends the lever. Numbers that are no numbers are wrong, too; of a motion that has not settled nothing else is
+    asked.
+    """
+    wrong: Mask = ~np.isfinite(values["amplitude"]).all(axis=1)
+    if settled and repeats:
+        wrong |= misfit(problem, values) > GROSS
+    elif settled:
+        taken, forces = values["total_dissipated_energy"], np.array([tone.force for tone in problem.tones])
+        slack = GAINED * np.pi * sum(tone.force * tone.A0 for tone in problem.tones)
+        wrong |= taken > (1.0 + GAINED) * np.pi * (values["amplitude"] * forces).sum(axis=1) + slack
+        if all(force.is_passive for force in problem.forces):
+            wrong |= -taken > slack
+        k = 1.0 / sum(1.0 / mode.k for mode in problem.modes)
+        bend, held = k * values["mean_deflection"], values["mean_force"]
+        passing = k * values["half_peak_to_peak"] / (np.pi * PERIODS)  # momentum that stays at the end of the record
+        wrong |= np.abs(held - bend) > HELD * (np.abs(held) + np.abs(bend)) + passing
+    return wrong

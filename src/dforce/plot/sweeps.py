@@ -1,0 +1,71 @@
+"""Some cases of a sweep, laid over each other."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+
+from dforce.errors import ParameterError
+from dforce.plot._style import COLORS, head
+from dforce.plot.pictures import draw
+from dforce.results import reader_unit
+from dforce.series import Picture, drawable, goes_along, swept
+
+MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
+FIRST = ("amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
+PANELS = 3
+
+
+def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw some cases of a sweep over each other, and return all axes.
+
+    Curves are drawn along what they go along, dwells along the parameter with the most values. Of many cases some are drawn.
+
+    Raises
+    ------
+    ParameterError
+        When the sweep keeps nothing that can be drawn.
+    """
+    over = swept(dataset)
+    along = goes_along(dataset) or _longest(dataset, over)
+    cases = [name for name in over if name != along]
+    chosen = _spread(dataset, cases)
+    layers = {_words(dataset, case): dataset.isel(case) for case in chosen} if cases else {"": dataset}
+    known = drawable(next(iter(layers.values())), along) if along else []
+    names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
+    if not names:
+        raise ParameterError(
+            "this sweep keeps no quantity along a distance or a parameter, so there is no overview of it"
+        )
+    axes = draw({"": dataset} if not cases else layers, Picture(along, tuple(names)), figure)
+    if len(layers) > 1:
+        head(axes[0], dataset)
+    return axes
+
+
+def _longest(dataset: xr.Dataset, over: list[str]) -> str:
+    """Return the parameter with the most values that are plain numbers; empty where there is none."""
+    numbers = [name for name in over if dataset[name].dtype.kind == "f"]
+    return max(numbers, key=lambda name: dataset.sizes[name], default="")
+
+
+def _spread(dataset: xr.Dataset, over: list[str]) -> list[dict[str, int]]:
+    """Return places of cases, spread evenly over a sweep where it has more than can be told apart."""
+    places = list(itertools.product(*(range(dataset.sizes[name]) for name in over)))
+    which = np.unique(np.linspace(0, len(places) - 1, min(len(places), MOST)).round().astype(int))
+    return [dict(zip(over, places[i], strict=True)) for i in which]
+
+
+def _words(dataset: xr.Dataset, case: dict[str, int]) -> str:
+    """Return the parameters of a case that differ from case to case."""
+    words = []
+    for name, place in case.items():
+        axis = dataset[name]
+        scale, unit = reader_unit(axis) if axis.dtype.kind == "f" else (1.0, "1")
+        value = f"{axis.values[place] / scale:.4g}" if axis.dtype.kind == "f" else str(axis.values[place])
+        words.append(f"{name} = {value}" + (f" {unit}" if unit != "1" else ""))
+    return ", ".join(words)

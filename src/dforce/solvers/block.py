@@ -1,0 +1,330 @@
+"""Problems that differ in numbers only, made ready to be solved side by side: one problem is a block of one."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.kernel import Array
+from dforce.kernel.compose import FIRST_MODE, OMEGA, PER_MODE, SPEED
+from dforce.observables import measure
+from dforce.observables.window import common_period
+from dforce.problem import Problem
+from dforce.solvers import SolverSettings
+from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, Motion, load_kernels, sample_count
+from dforce.solvers.lanes import padded
+from dforce.solvers.lot import Indices, Lot
+from dforce.solvers.newton import Orbits
+from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
+from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, Branch, Path
+from dforce.solvers.relaxation import GOING, SETTLED, Leaps
+from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch
+
+ABREAST = 64  # problems solved in one call: their samples stay in the cache
+LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
+LOOKS = 64  # leaps in one call, for the same reason
+
+__all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "Block", "States"]
+
+
+def unwatched() -> None:
+    """Watch for nothing."""
+
+
+@dataclass(frozen=True)
+class States:
+    """States at the start of a common period: scaled motion, forces' memory and branches, a row for each."""
+
+    x: Array
+    memory: Array
+    branch: Array
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def take(self, which: Any) -> States:
+        """Return some of them."""
+        return States(self.x[which], self.memory[which], self.branch[which])
+
+    def put(self, which: Any, others: States) -> None:
+        """Write others in the place of some of them."""
+        self.x[which], self.memory[which], self.branch[which] = others.x, others.memory, others.branch
+
+    def copy(self) -> States:
+        """Return a copy."""
+        return States(self.x.copy(), self.memory.copy(), self.branch.copy())
+
+    def motion(self, i: int) -> Motion:
+        """Return one of them as integrators take it."""
+        return Motion(tuple(self.x[i].tolist()), self.memory[i].copy(), self.branch[i].copy(), 0)
+
+    @classmethod
+    def of(cls, *motions: Motion) -> States:
+        """Return motions as states."""
+        return cls(*(np.array([getattr(one, name) for one in motions]) for name in ("y", "memory", "latched")))
+
+
+class Block:
+    """A lot of problems with the same samples per period, phases and ratios of the tones.
+
+    Parameters
+    ----------
+    lot
+        The problems' numbers.
+    problem
+        Gives a problem by its number and the value of the parameter, for what is done one by one.
+    parameter, zc
+        What is varied; the average distances (m), (problems,), where that is the frequency.
+    whole
+        Whether the lot is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
+        of a sweep must not depend on how that is cut into parts.
+    """
+
+    def __init__(
+        self, lot: Lot, problem: Callable[[int, float], tuple[Problem, float]], settings: SolverSettings,
+        harmonics: int, points: int, watch: Watch, parameter: int = DISTANCE, zc: Array | None = None,
+        whole: bool = False,
+    ) -> None:  # fmt: skip
+        example = lot.example
+        self.lot, self.problem, self.settings, self.harmonics = lot, problem, settings, harmonics
+        self.points, self.watch, self.parameter = points, watch, parameter
+        self.frequencies = [tone.frequency for tone in example.tones]
+        self.common = common_period(self.frequencies) or 1
+        self.size = 2 * len(example.modes)
+        self.memory_scale = np.array([force.memory_scale for force in example.forces for _ in range(force.memory)])
+        self.hysteresis = sum(force.switch is not None for force in example.forces)
+        self.columns = measure.FIRST + 2 * len(example.tones) * (len(example.modes) + 1) + 2 * harmonics
+        self.columns += 2 * len(example.tones)
+        self.numbers = lot.numbers.copy()
+        self.unit = lot.length
+        self.reference = 1.0 / lot.period
+        if parameter == FREQUENCY:
+            self.numbers[:, 0] = zc
+            self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
+        self._kernel, self._solvers = load_kernels(example)
+        self._tip = kernel.Tip(self._kernel, len(example.modes), CALLED)
+        self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
+        self._alone: Integrator | None = None
+
+    @classmethod
+    def of_one(
+        cls,
+        problem: Problem,
+        settings: SolverSettings,
+        harmonics: int,
+        watch: Watch = unwatched,
+        points: int | None = None,
+    ) -> Block:
+        """Return the block of one problem, along the distance."""
+        samples = points or sample_count(problem, settings)
+        return cls(Lot.of([problem]), lambda _, zc: (problem, zc), settings, harmonics, samples, watch, whole=True)
+
+    @classmethod
+    def along_frequency(
+        cls,
+        problem: Problem,
+        zc: float,
+        lowest: float,
+        settings: SolverSettings,
+        harmonics: int,
+        points: int | None = None,
+    ) -> Block:
+        """Return the block of one problem at a distance (m), along the first tone's frequency from the lowest one (Hz) on."""
+
+        def at(_: int, frequency: float) -> tuple[Problem, float]:
+            return problem.at_frequency(frequency), zc
+
+        # the lowest frequency needs the most samples per period for the same modes
+        samples = points or sample_count(problem.at_frequency(lowest), settings)
+        return cls(
+            Lot.of([problem]), at, settings, harmonics, samples, unwatched, FREQUENCY, np.array([zc]), whole=True
+        )
+
+    def one(self, case: int) -> Block:
+        """Return the block of one of the problems."""
+        if len(self.lot) == 1:
+            return self
+        zc = self.numbers[case : case + 1, 0] if self.parameter == FREQUENCY else None
+        return Block(
+            self.lot.take([case]), lambda _, value: self.problem(case, value), self.settings, self.harmonics, self.points,
+            self.watch, self.parameter, zc,
+        )  # fmt: skip
+
+    @property
+    def repeats_together(self) -> bool:
+        """Whether the tones have a common period, the same at all values of the parameter."""
+        stays = self.parameter == DISTANCE or len(self.frequencies) == 1  # the first tone's frequency is what changes
+        return stays and common_period(self.frequencies) is not None
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether periodic orbits themselves are looked for."""
+        return self.settings.method == "periodic" and self.repeats_together
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether the force is a function of the motion: then motions march side by side."""
+        return len(self.memory_scale) == 0 and self.hysteresis == 0
+
+    def decay(self, which: Any) -> Indices:
+        """Return decay times of the slowest mode, in whole common periods."""
+        return np.asarray(np.ceil(np.maximum(4, self.lot.decay[which]) / self.common), dtype=np.int64)
+
+    @functools.lru_cache(maxsize=8)  # noqa: B019  # lives as long as the block
+    def drive(self, repeats: int) -> Drive:
+        """Return the drive over so many common periods."""
+        tones, periods = self.lot.tones[0], self.common * repeats
+        turns = np.arange(periods)[:, None] * tones[:, 0]
+        phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
+        angles = math.pi / self.points * np.arange(2 * self.points + 1) * tones[:, :1]
+        return Drive(phases, np.cos(phases[:, :, None] + angles), self.points, periods)
+
+    def periods(self, values: Array) -> Array:
+        """Return the period of the first tone (s) of each problem at its values of the parameter, (problems, values)."""
+        return np.broadcast_to(self.lot.period[:, None], values.shape) if self.parameter == DISTANCE else 1.0 / values
+
+    def tables(self, values: Array) -> tuple[Array, Array]:
+        """Return the kernel's parameters and tone tables at each value of each problem, (problems values, ...)."""
+        steps = values.shape[1]
+        numbers, tones = (np.repeat(table, steps, axis=0) for table in (self.numbers, self.lot.tones))
+        if self.parameter == FREQUENCY:  # as `place_column` does
+            ratio = (values / self.reference[:, None]).reshape(-1, 1)
+            numbers[:, [SPEED, OMEGA]] *= ratio
+            for n in range(self.size // 2):
+                first = FIRST_MODE + PER_MODE * n
+                numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
+            tones[:, :, 2:] /= ratio[:, :, None] ** 2
+        return numbers, tones
+
+    def scales_of(self, which: Any, values: Array) -> Array:
+        """Return the unit (m, m/s) of each number of a motion, for problems at values of the parameter."""
+        length, omega = self.lot.length[which], 2.0 * math.pi * self.reference[which]
+        if self.parameter == FREQUENCY:
+            omega = 2.0 * math.pi * values
+        return np.tile(np.stack([length, length * omega], axis=-1), self.size // 2)
+
+    def model(self, which: Any) -> Model:
+        """Return the tip equations of some problems as the compiled solvers take them."""
+        names = ["measure_force", "advance_lanes" if self.is_smooth else "advance"]
+        tip = self._tip.at(kernel.parameters(self.lot.example, 0.0), names)
+        return Model(
+            _columns(self.numbers[which]), _columns(self.lot.kinks[which]), np.ascontiguousarray(self.lot.tones[which]),
+            self.parameter, np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]),
+            self.memory_scale, self.hysteresis, tip,
+        )  # fmt: skip
+
+    def follow(
+        self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
+    ) -> Branch:
+        """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
+
+        `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods.
+        """
+        cases, steps = values.shape
+        size, states, branches = self.size, len(self.memory_scale), self.hysteresis
+        periods = self.common * repeats
+        counts = np.full(cases, steps, dtype=np.int64) if counts is None else counts
+        found = Branch(
+            np.full((cases, steps, size), np.nan), np.full((cases, steps, states), np.nan),
+            np.full((cases, steps, branches), np.nan), np.full((cases, steps, size, size), np.nan),
+            np.full((cases, steps, periods, self.columns), np.nan), np.full((cases, steps), np.nan),
+            np.zeros((cases, steps), np.int64), np.zeros(cases, np.int64), np.zeros(cases, np.int64),
+            at.astype(float), starts.x.copy(), starts.memory.copy(), starts.branch.copy(),
+            np.full((cases, size, size), np.nan), np.zeros((cases, size)),
+        )  # fmt: skip
+        follow = self._solvers.entry("follow")
+        for start in range(0, cases, ABREAST):
+            part = slice(start, start + ABREAST)
+            some = len(counts[part])
+            most = some * self._ahead
+            slots = self._slots(most, periods)
+            orbits = Orbits(
+                np.empty((most, size, size)), np.empty((most, size)), np.empty(most), np.empty(most, np.int64),
+                np.empty(most, np.int64),
+            )  # fmt: skip
+            path = Path(np.ascontiguousarray(values[part]), counts[part], self.harmonics)
+            follow(
+                path, Branch(*(array[part] for array in found)), slots, orbits, self._room(most, size + 2),
+                self.model(which[part]), self.drive(repeats),
+            )  # fmt: skip
+            self.watch()
+        return found
+
+    def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
+        """Return states so many common periods later."""
+        out = states.copy()
+        advance = self._solvers.entry("advance_block")
+        for start in range(0, len(which), ABREAST):
+            part = slice(start, start + ABREAST)
+            slots = self._slots(len(which[part]), 1)
+            slots.case[:], slots.value[:] = np.arange(len(slots.case)), at[part]
+            slots.x[:], slots.memory[:], slots.branch[:] = out.x[part], out.memory[part], out.branch[part]
+            model, drive, room = self.model(which[part]), self.drive(1), self._room(len(slots.case), 1)
+            for done in range(0, periods, LONGEST):
+                advance(slots, min(LONGEST, periods - done), model, drive, room)
+                self.watch()
+            out.x[part], out.memory[part], out.branch[part] = slots.x, slots.memory, slots.branch
+        return out
+
+    def relax(self, which: Indices, states: States, at: Array) -> tuple[States, Any, Array]:
+        """Return where motions come to, which of them are near a stable orbit there, and the periods that it took them.
+
+        Of forces that are functions of the motion; see ``relaxation``.
+        """
+        out, settled, periods = states.copy(), np.zeros(len(which), dtype=bool), np.zeros(len(which))
+        relax = self._solvers.entry("relax")
+        for start in range(0, len(which), ABREAST):
+            part = slice(start, start + ABREAST)
+            count, size = len(which[part]), self.size
+            slots = self._slots(count, 1)
+            slots.case[:], slots.value[:], slots.x[:] = np.arange(count), at[part], out.x[part]
+            leaps = Leaps(
+                np.empty((count, size)), np.empty((count, size)), np.empty((count, size, size)),
+                np.zeros(count, np.int64), np.zeros(count, np.int64), self.most_periods(which[part]),
+                np.full(count, GOING, np.int64),
+            )  # fmt: skip
+            model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
+            while relax(slots, LOOKS, leaps, model, drive, room):
+                self.watch()
+            out.x[part], settled[part] = leaps.x, leaps.outcome == SETTLED
+            periods[part] = leaps.periods * self.common
+        return out, settled, periods
+
+    def most_periods(self, which: Any) -> Indices:
+        """Return after how many common periods motions are given up."""
+        if self.settings.max_periods is not None:
+            return np.full(len(which), max(1, self.settings.max_periods // self.common), dtype=np.int64)
+        return np.asarray(np.maximum(LEAST_MOST // self.common, DECAY_TIMES * self.decay(which)), dtype=np.int64)
+
+    def integrator(self, case: int, value: float) -> Integrator:
+        """Return the integrator of one problem at a value of the parameter."""
+        problem, zc = self.problem(case, value)
+        if self._alone is None:
+            self._alone = INTEGRATORS[self.settings.integrator](problem, self.settings, self.harmonics, self.points)
+        elif self._alone.problem != problem:
+            self._alone.take(problem)
+        self._alone.place(zc)
+        return self._alone
+
+    def _slots(self, count: int, periods: int) -> Slots:
+        size, states, branches = self.size, len(self.memory_scale), self.hysteresis
+        return Slots(
+            np.empty(count, np.int64), np.empty(count), np.empty((count, size)), np.empty((count, states)),
+            np.empty((count, branches)), np.empty((count, size + 2, size)), np.empty((count, states)),
+            np.empty((count, branches)), np.empty((count, periods, self.columns)),
+        )  # fmt: skip
+
+    def _room(self, slots: int, each: int) -> Array:
+        """Return scratch for the samples of slots alone, or of the ends of each with its neighbors."""
+        return np.empty((self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each)))
+
+
+def _columns(array: Array) -> Array:
+    """Return an array with the problems last."""
+    return np.array(array.T, order="C")

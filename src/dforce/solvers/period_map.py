@@ -1,0 +1,267 @@
+"""The map of a block of motions over one common period of all tones, and its derivative.
+
+A block holds motions of problems that differ in numbers only, each at its own value of a parameter: the average distance or
+the frequency of the first tone. Where the force is a function of the motion they are marched side by side in lanes, else,
+where it has memory or hysteresis, one after the other. Nothing above `march` knows which.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce.kernel.compose import FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
+from dforce.kernel.slots import from_vector, mode_count, of_case
+from dforce.observables.measure import measure
+from dforce.solvers.lanes import FAR, advance_lanes, padded
+from dforce.solvers.rk4 import advance
+
+FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
+DISTANCE, FREQUENCY = 0, 1  # the parameter that is varied
+
+
+class Model(NamedTuple):
+    """The tip equations of a block of problems.
+
+    Attributes
+    ----------
+    numbers, kinks
+        The kernel's parameters and the distances (m) where a force is not smooth, one column a problem.
+    tones
+        The kernel's tone tables, (problems, tones, 2 + modes).
+    parameter
+        What is varied: DISTANCE (m) or FREQUENCY (Hz) of the first tone.
+    unit
+        The parameter's unit of each problem: the free amplitude (m), or the width of the resonance (Hz).
+    reference
+        Frequency (Hz) at which the numbers hold.
+    memory_scale
+        Scale of each number of the forces' memory.
+    hysteresis
+        Number of forces with two branches.
+    tip
+        The tip equation of one problem, for the addresses of the compiled functions in it.
+    """
+
+    numbers: Any
+    kinks: Any
+    tones: Any
+    parameter: int
+    unit: Any
+    reference: Any
+    memory_scale: Any
+    hysteresis: int
+    tip: Any
+
+
+class Drive(NamedTuple):
+    """The drive that all problems of a block share.
+
+    Attributes
+    ----------
+    phases
+        Phase of each tone at the start of each period of a common period, (periods, tones).
+    cosine
+        Its cosine at the ends and middles of all steps, (periods, tones, 2 points + 1).
+    points, periods
+        Steps of a period of the first tone; its periods in a common period.
+    """
+
+    phases: Any
+    cosine: Any
+    points: int
+    periods: int
+
+
+class Slots(NamedTuple):
+    """States that are marched together: of which problem, at which value of the parameter, and where they start and end.
+
+    Attributes
+    ----------
+    case, value
+        Problem and parameter, (slots,).
+    x, memory, branch
+        Scaled motion, the forces' memory and their branches at the start of a common period, a row for each slot.
+    ends
+        Motion one common period later, of the state itself and then of its neighbors, (slots, 2 + size, size).
+    memory_after, branch_after
+        Memory and branches then, of the state itself.
+    rows
+        What was measured over each period, (slots, periods, columns).
+    """
+
+    case: Any
+    value: Any
+    x: Any
+    memory: Any
+    branch: Any
+    ends: Any
+    memory_after: Any
+    branch_after: Any
+    rows: Any
+
+
+def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, tones: Any, drive: Any, j: int) -> None:
+    """Write the numbers, kinks, tones and drive of a problem at a value of the parameter into column j."""
+    for k in range(numbers.shape[0]):
+        numbers[k, j] = model.numbers[k, case]
+    for k in range(kinks.shape[0]):
+        kinks[k, j] = model.kinks[k, case]
+    square = 1.0
+    if model.parameter == DISTANCE:
+        numbers[ZC, j] = value
+    else:  # times are scaled by the first tone's frequency
+        ratio = value / model.reference[case]
+        square = ratio * ratio
+        numbers[SPEED, j] *= ratio
+        numbers[OMEGA, j] *= ratio
+        for n in range(mode_count()):
+            first = FIRST_MODE + PER_MODE * n
+            numbers[first, j] /= square
+            numbers[first + 1, j] /= ratio
+            numbers[first + 2, j] /= square
+    for k in range(tones.shape[1]):
+        tones[j, k, 0], tones[j, k, 1] = model.tones[case, k, 0], model.tones[case, k, 1]
+        for n in range(mode_count()):
+            tones[j, k, 2 + n] = model.tones[case, k, 2 + n] / square
+            drive[k * mode_count() + n, j] = tones[j, k, 2 + n]
+
+
+def march(
+    slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, room: Any, side: float = 1.0
+) -> None:
+    """Advance slots by one common period: each state alone, which is then measured, or with all its neighbors.
+
+    Parameters
+    ----------
+    which, count
+        Numbers of the slots that are advanced, and how many.
+    each
+        1, or 2 + size: the state, its neighbors by each number of the motion, and that by the parameter.
+    harmonics
+        Harmonics that are measured where each state is advanced alone; 0: nothing is measured.
+    room
+        Scratch for the samples, at least (points + 1) (size + 1) lanes long.
+    side
+        1 or -1: to which side the neighbors lie.
+    """
+    size, total = 2 * mode_count(), count * each
+    smooth = model.memory_scale.shape[0] == 0 and model.hysteresis == 0
+    lanes = padded(total) if smooth else total
+    numbers, kinks = np.empty((model.numbers.shape[0], lanes)), np.empty((model.kinks.shape[0], lanes))
+    tones = np.empty((lanes, model.tones.shape[1], model.tones.shape[2]))
+    forcing, starts = np.empty((model.tones.shape[1] * mode_count(), lanes)), np.empty((size, lanes))
+    for j in range(lanes):
+        s, e = (which[j // each], j % each) if j < total else (which[0], 0)
+        case, value = slots.case[s], slots.value[s]
+        if e == size + 1:
+            value += FD_STEP * model.unit[case]
+        place_column(model, case, value, numbers, kinks, tones, forcing, j)
+        for k in range(size):
+            starts[k, j] = slots.x[s, k] + (side * FD_STEP if e == k + 1 else 0.0)
+        if j >= total:
+            numbers[ZC, j] += FAR * numbers[LENGTH, j]
+    if smooth:
+        march_lanes(slots, which, count, each, harmonics, model, drive, numbers, kinks, tones, forcing, starts, room)
+    else:
+        march_columns(slots, which, count, each, harmonics, model, drive, numbers, kinks, tones, starts)
+
+
+def march_lanes(
+    slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any,
+    tones: Any, forcing: Any, starts: Any, room: Any,
+) -> None:  # fmt: skip
+    """Advance columns side by side, see `march`."""
+    size, lanes = starts.shape
+    kept = harmonics > 0 and each == 1
+    rows = drive.points + 1 if kept else 2
+    block = room[: rows * (size + 1) * lanes].reshape((rows, size + 1, lanes))
+    record = np.empty((rows, size + 1))
+    crossed = np.empty(lanes, np.int64)
+    nothing, work = np.empty(0), np.empty((9, 1))
+    for k in range(size):
+        for j in range(lanes):
+            block[0, k, j] = starts[k, j]
+    for period in range(drive.periods):
+        end = advance_lanes(
+            block, numbers, forcing, kinks, tones, drive.phases[period], period, drive.points, drive.cosine[period],
+            crossed, nothing, work, model.tip,
+        )  # fmt: skip
+        if kept:
+            for j in range(count):
+                for i in range(drive.points + 1):
+                    for k in range(size + 1):
+                        record[i, k] = block[i, k, j]
+                take_measure(slots, which[j], period, harmonics, model, drive, numbers, kinks, tones, record, j)
+        if end > 0:
+            for k in range(size):
+                for j in range(lanes):
+                    block[0, k, j] = block[end, k, j]
+    for j in range(count * each):
+        for k in range(size):
+            slots.ends[which[j // each], j % each, k] = block[0, k, j]
+
+
+def march_columns(
+    slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any,
+    tones: Any, starts: Any,
+) -> None:  # fmt: skip
+    """Advance columns one after the other, see `march`."""
+    size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
+    table = np.empty((2 * drive.points + 1, mode_count()))
+    record, work = np.empty((drive.points + 1, size + states + branches + 1)), np.empty((9, max(states, 1)))
+    for j in range(count * each):
+        s = which[j // each]
+        y, memory, branch = from_vector(starts[:, j].copy()), slots.memory[s].copy(), slots.branch[s].copy()
+        p = of_case(model.tip, numbers, j, numbers[ZC, j])
+        for period in range(drive.periods):
+            tabulate_steps(tones[j], drive.cosine[period], table)
+            y = advance(
+                y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
+                work[0], work, record, p,
+            )  # fmt: skip
+            if harmonics > 0 and each == 1:
+                take_measure(slots, s, period, harmonics, model, drive, numbers, kinks, tones, record, j)
+        for k in range(size):
+            slots.ends[s, j % each, k] = y[k]
+        if j % each == 0:
+            slots.memory_after[s], slots.branch_after[s] = memory, branch
+
+
+def tabulate_steps(tones: Any, cosine: Any, table: Any) -> None:
+    """Write the drive of one problem on each mode at the ends and middles of the steps, (2 points + 1, modes)."""
+    for i in range(table.shape[0]):
+        for n in range(mode_count()):
+            table[i, n] = 0.0
+            for k in range(tones.shape[0]):
+                table[i, n] += tones[k, 2 + n] * cosine[k, i]
+
+
+def take_measure(
+    slots: Any, s: int, period: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any, tones: Any,
+    record: Any, j: int,
+) -> None:  # fmt: skip
+    """Measure a period of slot s from its samples."""
+    p = of_case(model.tip, numbers, j, numbers[ZC, j])
+    measure(
+        record, period, drive.points, tones[j], drive.phases[period], p, kinks[:, j].copy(), harmonics,
+        slots.rows[s, period],
+    )  # fmt: skip
+
+
+def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:
+    """Advance all slots by so many common periods."""
+    count = slots.case.shape[0]
+    which = np.empty(count, np.int64)
+    for s in range(count):
+        which[s] = s
+    for _ in range(periods):
+        march(slots, which, count, 1, 0, model, drive, room)
+        for s in range(count):
+            for k in range(slots.x.shape[1]):
+                slots.x[s, k] = slots.ends[s, 0, k]
+            for k in range(slots.memory.shape[1]):
+                slots.memory[s, k] = slots.memory_after[s, k]
+            for k in range(slots.branch.shape[1]):
+                slots.branch[s, k] = slots.branch_after[s, k]

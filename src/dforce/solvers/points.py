@@ -1,0 +1,147 @@
+"""What is found for the problems of a block at the values of a parameter: orbits, other motions, and jumps between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.observables.finish import finish, finish_each, first_amplitudes, multipliers
+from dforce.observables.window import weights
+from dforce.solvers.block import Block, States
+from dforce.solvers.lot import Indices
+from dforce.solvers.transient import Steady
+
+OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle")  # what motions that settled in time do not have
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A sudden change of state: at which value of the parameter (SI), the amplitudes (m), and whether it was rising."""
+
+    at: float
+    before: float
+    after: float
+    rising: bool
+
+
+@dataclass
+class Points:
+    """What was found: for each problem and value an orbit, or a steady motion of the single run's kind.
+
+    Attributes
+    ----------
+    rows, monodromy, residual, steps, settling
+        Of the orbits, (problems, values, ...); NaN where there is none.
+    states
+        The motion at each point, (problems, values, ...).
+    cycles
+        After how many common periods the motion repeats; 0 where it does not, -1 where nothing was computed.
+    others
+        The other steady motions, by problem and value.
+    """
+
+    rows: Array
+    monodromy: Array
+    residual: Array
+    steps: Array
+    settling: Array
+    states: States
+    cycles: Indices
+    others: dict[tuple[int, int], Steady] = field(default_factory=dict)
+
+    @classmethod
+    def empty(cls, block: Block, values: int) -> Points:
+        """Return room for so many values of each problem."""
+        shape = (len(block.lot), values)
+        inner = ((block.common, block.columns), (block.size, block.size), (), (), ())
+        rows, monodromy, residual, steps, settling = (np.full((*shape, *some), np.nan) for some in inner)
+        sizes = (block.size, len(block.memory_scale), block.hysteresis)
+        states = States(*(np.full((*shape, size), np.nan) for size in sizes))
+        return cls(rows, monodromy, residual, steps, settling, states, np.full(shape, -1, dtype=np.int64))
+
+    def __getitem__(self, which: slice) -> Points:
+        """Return some values of all problems."""
+        first, last, _ = which.indices(self.cycles.shape[1])
+        return Points(
+            self.rows[:, which], self.monodromy[:, which], self.residual[:, which], self.steps[:, which],
+            self.settling[:, which], self.states.take((slice(None), which)), self.cycles[:, which],
+            {(case, at - first): one for (case, at), one in self.others.items() if first <= at < last},
+        )  # fmt: skip
+
+    def put(self, case: int, place: int, one: Points) -> None:
+        """Take over the only point of others."""
+        for name in ("rows", "monodromy", "residual", "steps", "settling", "cycles"):
+            getattr(self, name)[case, place] = getattr(one, name)[0, 0]
+        self.states.put((case, place), one.states.take((0, 0)))
+        if (0, 0) in one.others:
+            self.others[case, place] = one.others[0, 0]
+
+    def put_other(self, case: int, place: int, found: Steady) -> None:
+        """Take a motion that settled in time."""
+        self.others[case, place] = found
+        self.states.put((case, place), States.of(found.motion).take(0))
+        self.cycles[case, place] = 0
+
+    def is_settled(self, case: int, place: int) -> bool:
+        """Whether the motion at a point has settled, and repeats."""
+        found = self.others.get((case, place))
+        return bool(self.cycles[case, place] >= 0 and (found is None or (found.settled and found.repeats)))
+
+    def amplitude(self, block: Block, case: int, place: int, value: float) -> float:
+        """Return the amplitude (m) at the first tone."""
+        found = self.others.get((case, place))
+        if found is not None:
+            return float(found.values["amplitude"][0])
+        return amplitude_of(block, case, value, self.rows[case, place])
+
+    def steady(self, block: Block, case: int, place: int, value: float) -> Steady:
+        """Return one point by itself."""
+        found = self.others.get((case, place))
+        if found is not None:
+            return found
+        integrator = block.integrator(case, value)
+        values = finish(
+            integrator.problem, integrator.scales, block.harmonics, self.rows[case, place],
+            weights(block.frequencies, block.common),
+        )  # fmt: skip
+        modulus, angle = multipliers(self.monodromy[case, place][None])
+        values |= {
+            "settling_periods": float(self.settling[case, place]), "drift": float(self.residual[case, place]),
+            "corrections": float(self.steps[case, place]), "multiplier_modulus": modulus[0], "multiplier_angle": angle[0],
+        }  # fmt: skip
+        return Steady(values, self.states.take((case, [place])).motion(0), True, True)
+
+    @property
+    def is_orbit(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Whether a point is an orbit of one common period."""
+        return np.isfinite(self.residual)
+
+    def columns(self, block: Block, values: Array) -> dict[str, Array]:
+        """Return the observables of all points, (problems, values, ...), NaN where there is none, at these values (SI)."""
+        shape = self.cycles.shape
+        periods = block.periods(values)
+        length, a0 = (np.repeat(numbers, shape[1]) for numbers in (block.lot.length, block.lot.a0))
+        even = weights(block.frequencies, block.common)
+        rows = self.rows.reshape(-1, *self.rows.shape[2:])
+        out = finish_each(block.lot.example, block.harmonics, rows, even, length, periods.ravel(), a0)
+        modulus, angle = multipliers(self.monodromy.reshape(-1, block.size, block.size))
+        out |= {
+            "settling_periods": self.settling.ravel(), "drift": self.residual.ravel(),
+            "corrections": self.steps.ravel(), "multiplier_modulus": modulus, "multiplier_angle": angle,
+        }  # fmt: skip
+        out = {name: value.reshape(*shape, *value.shape[1:]) for name, value in out.items()}
+        for where, found in self.others.items():
+            for name, value in found.values.items():
+                out[name][where] = value
+        known = np.isfinite(out["corrections"]).any()
+        return {name: column for name, column in out.items() if known or name not in OF_ORBITS}
+
+
+def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:
+    """Return the amplitude (m) at the first tone of an orbit from what was measured over its periods."""
+    integrator = block.integrator(case, value)
+    even = weights(block.frequencies, len(rows))
+    return float(first_amplitudes(integrator.problem, integrator.scales, rows[None], even)[0])

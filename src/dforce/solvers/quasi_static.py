@@ -1,0 +1,238 @@
+"""A stable orbit followed while a parameter changes so slowly that the motion stays on it.
+
+Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. A step is taken where the orbit is
+stable and either lies where it was predicted, or near, in the direction of both slopes: else it is shortened, so that the
+curve does not depend on the values asked for. Where no step leads on the state has ended. Where samples of the motion pass a
+kink of the force the map has small edges, at which Newton's method may fail: a stable orbit close behind continues the state
+as well.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce.kernel.slots import mode_count
+from dforce.solvers.newton import CONVERGED, is_stable, longest, solve_orbits
+
+LARGEST = 0.1  # of the parameter's unit: step
+FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
+SMALLEST = 1e-7  # of the parameter's unit: a state that has no step so short has ended
+EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far from the surface, steps may be longer
+GROWTH, SHRINK = 3.0, 0.25  # of the next step after one that was taken, and after one that was not
+PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
+CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
+BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope
+BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edge of the map
+SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
+FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
+COLUMNS = 32  # motions marched at once where there are few problems: several orbits ahead
+FOLLOWED, ENDED = 0, 1
+
+
+class Path(NamedTuple):
+    """Where each problem's state is followed to: values of the parameter one way, and how many of them count.
+
+    Attributes
+    ----------
+    values, counts
+        (problems, values) and (problems,).
+    harmonics
+        Number of harmonics that are measured.
+    """
+
+    values: Any
+    counts: Any
+    harmonics: int
+
+
+class Branch(NamedTuple):
+    """The stretch of stable orbits of each problem along its path, and the last orbit of all, on the path or not.
+
+    Attributes
+    ----------
+    x, memory, branch, monodromy, rows, residual, steps
+        Of each orbit, (problems, values, ...), as in `Slots` and `Orbits`.
+    done
+        How many values of the path were reached.
+    outcome
+        FOLLOWED to the end of the path, or ENDED before.
+    last_value, last_x, last_memory, last_branch, last_monodromy, last_slope
+        The last orbit: where a path ends, or just before the end of the state. To begin with: the start.
+    """
+
+    x: Any
+    memory: Any
+    branch: Any
+    monodromy: Any
+    rows: Any
+    residual: Any
+    steps: Any
+    done: Any
+    outcome: Any
+    last_value: Any
+    last_x: Any
+    last_memory: Any
+    last_branch: Any
+    last_monodromy: Any
+    last_slope: Any
+
+
+def predict(
+    start: float, x: Any, slope: Any, before: float, x_before: Any, slope_before: Any, at: float, out: Any
+) -> None:
+    """Write the state at a scaled parameter by the cubic through two orbits, or by a line where there is only one."""
+    span = start - before
+    for k in range(out.shape[0]):
+        if abs(at - start) > FARTHEST * abs(span):
+            out[k] = x[k] + slope[k] * (at - start)
+            continue
+        s = (at - start) / span  # 0 at the last orbit, -1 at the one before
+        rise = x[k] - x_before[k]
+        a, b = span * slope[k], span * slope_before[k]
+        out[k] = x[k] + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
+
+
+def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: Any, drive: Any) -> None:
+    """Follow the stable orbit near each problem's start along its path, and measure it at each value.
+
+    The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. `slots` and
+    `orbits` are scratch: as many for each problem as orbits are looked for ahead.
+    """
+    size, cases, most = 2 * mode_count(), path.counts.shape[0], slots.case.shape[0]
+    states, branches, ahead = model.memory_scale.shape[0], model.hysteresis, most // cases
+    guesses, place = np.empty((most, size)), np.empty(most, np.int64)
+    before, x_before, slope_before = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()
+    reach, fresh = np.full(cases, FIRST), np.ones(cases, np.int64)
+    going, bridge = np.ones(cases, np.int64), np.zeros(cases, np.int64)
+    for case in range(cases):
+        branch.done[case], branch.outcome[case] = 0, FOLLOWED
+    while True:
+        count = 0
+        for case in range(cases):
+            if going[case] == 0:
+                continue
+            unit, start, at = model.unit[case], branch.last_value[case], branch.done[case]
+            if fresh[case] == 1:
+                slots.case[count], slots.value[count] = case, start
+                place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
+                for k in range(size):
+                    guesses[count, k] = branch.last_x[case, k]
+                count += 1
+                continue
+            way = 1.0 if path.values[case, at] > start else -1.0
+            step, most_now, several = reach[case], ahead, 0
+            if bridge[case] > 0:
+                step, most_now = BRIDGES[bridge[case] - 1], 1
+            while several < most_now and at + several < path.counts[case]:
+                if abs(path.values[case, at + several] - start) > step * unit:
+                    break
+                slots.case[count], slots.value[count] = case, path.values[case, at + several]
+                place[count] = at + several
+                count, several = count + 1, several + 1
+            if several == 0:
+                slots.case[count], slots.value[count], place[count] = case, start + way * step * unit, -1
+                count, several = count + 1, 1
+            for s in range(count - several, count):
+                predict(
+                    start / unit, branch.last_x[case], branch.last_slope[case], before[case] / unit, x_before[case],
+                    slope_before[case], slots.value[s] / unit, guesses[s],
+                )  # fmt: skip
+        if count == 0:
+            return
+        for s in range(count):
+            case = slots.case[s]
+            for k in range(size):
+                slots.x[s, k] = guesses[s, k]
+            for k in range(states):
+                slots.memory[s, k] = branch.last_memory[case, k]
+            for k in range(branches):
+                slots.branch[s, k] = branch.last_branch[case, k]
+        solve_orbits(slots, count, path.harmonics, model, drive, orbits, room)
+        s = 0
+        while s < count:
+            case, begun = slots.case[s], branch.last_value[slots.case[s]]
+            unit, refused = model.unit[case], False
+            while s < count and slots.case[s] == case:
+                if not refused:
+                    refused = not continues(s, slots, orbits, guesses[s], branch, unit, fresh[case] == 1, bridge[case])
+                    if refused and fresh[case] == 1:
+                        going[case], branch.outcome[case] = 0, ENDED
+                    elif refused and bridge[case] > 0:
+                        bridge[case] += 1
+                    elif refused:
+                        reach[case] = SHRINK * abs(slots.value[s] - branch.last_value[case]) / unit
+                    else:
+                        if fresh[case] == 0 and branch.last_value[case] == begun:
+                            before[case] = begun
+                            for k in range(size):
+                                x_before[case, k] = branch.last_x[case, k]
+                                slope_before[case, k] = branch.last_slope[case, k]
+                        take(s, place[s], slots, orbits, branch)
+                        if fresh[case] == 1:
+                            before[case] = branch.last_value[case]
+                s += 1
+            if not refused and fresh[case] == 0:
+                astray, longer = 0.0, max(reach[case], GROWTH * abs(branch.last_value[case] - begun) / unit)
+                for k in range(size):
+                    astray = max(astray, abs(slots.x[s - 1, k] - guesses[s - 1, k]))
+                reach[case] = longer if astray < EXACT else min(LARGEST, longer)
+            if not refused and bridge[case] > 0:
+                bridge[case], reach[case] = 0, abs(branch.last_value[case] - begun) / unit
+            fresh[case] = 0
+            if reach[case] < SMALLEST and bridge[case] == 0:
+                bridge[case] = 1
+            if bridge[case] > len(BRIDGES):
+                going[case], branch.outcome[case] = 0, ENDED
+            if branch.done[case] == path.counts[case]:
+                going[case] = 0
+
+
+def continues(s: int, slots: Any, orbits: Any, guess: Any, branch: Any, unit: float, first: bool, bridge: int) -> bool:
+    """Say whether the orbit of a slot is stable and continues the last one of its problem."""
+    if orbits.outcome[s] != CONVERGED or not is_stable(orbits.monodromy[s]):
+        return False
+    if first:
+        return True
+    size, case = slots.x.shape[1], slots.case[s]
+    step = (slots.value[s] - branch.last_value[case]) / unit
+    astray, chord, bent = 0.0, 0.0, 0.0
+    for k in range(size):
+        moved = slots.x[s, k] - branch.last_x[case, k]
+        astray = max(astray, abs(slots.x[s, k] - guess[k]))
+        chord = max(chord, abs(moved))
+        bent = max(bent, abs(moved - 0.5 * step * (orbits.slope[s, k] + branch.last_slope[case, k])))
+    if astray < PREDICTED or bridge > 0:
+        return bool(bridge == 0 or chord < SAME)
+    steepest = max(longest(orbits.slope[s]), longest(branch.last_slope[case]))
+    return bool(chord < CHORD and bent < BENT * abs(step) * steepest)
+
+
+def take(s: int, at: int, slots: Any, orbits: Any, branch: Any) -> None:
+    """Make the orbit of a slot the last one of its problem, and keep it where it lies on the path."""
+    case, size = slots.case[s], slots.x.shape[1]
+    branch.last_value[case] = slots.value[s]
+    for k in range(size):
+        branch.last_x[case, k], branch.last_slope[case, k] = slots.x[s, k], orbits.slope[s, k]
+        for j in range(size):
+            branch.last_monodromy[case, k, j] = orbits.monodromy[s, k, j]
+    for k in range(slots.memory.shape[1]):
+        branch.last_memory[case, k] = slots.memory[s, k]
+    for k in range(slots.branch.shape[1]):
+        branch.last_branch[case, k] = slots.branch[s, k]
+    if at < 0:
+        return
+    for k in range(size):
+        branch.x[case, at, k] = slots.x[s, k]
+        for j in range(size):
+            branch.monodromy[case, at, k, j] = orbits.monodromy[s, k, j]
+    for k in range(slots.memory.shape[1]):
+        branch.memory[case, at, k] = slots.memory[s, k]
+    for k in range(slots.branch.shape[1]):
+        branch.branch[case, at, k] = slots.branch[s, k]
+    for period in range(slots.rows.shape[1]):
+        for k in range(slots.rows.shape[2]):
+            branch.rows[case, at, period, k] = slots.rows[s, period, k]
+    branch.residual[case, at], branch.steps[case, at] = orbits.residual[s], orbits.steps[s]
+    branch.done[case] = at + 1

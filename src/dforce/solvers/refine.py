@@ -1,0 +1,26 @@
+"""Curves that are found again with more samples where the first ones were too few.
+
+A steep wall that is passed within a step may throw the tip out or let it through: whatever comes of that is no motion of
+the problem. What is measured on it breaks the tip equation, see ``observables.misfit``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from dforce.solvers._settings import SolverSettings
+
+FINER = (4, 16, 64)  # times the samples, one after the other until the numbers agree
+MOST_SAMPLES = 65_536  # a period
+
+
+class TooFewSamples(Exception):  # no error: a finer run takes its place
+    """Motions were found that are none of the problem."""
+
+
+def sample_counts(points: int, settings: SolverSettings) -> Iterator[tuple[int, bool]]:
+    """Give the samples per period to be tried, the fewest first, and whether they are the last ones."""
+    refined = settings.integrator == "rk4" and settings.settle == "converged"
+    counts = [points, *(times * points for times in FINER if refined and times * points <= MOST_SAMPLES)]
+    for number, count in enumerate(counts, start=1):
+        yield count, number == len(counts)

@@ -1,0 +1,159 @@
+"""The way of motions to their states, in leaps over many periods.
+
+Where damping is weak a motion changes little from one period to the next, and the map P over a common period acts on it all
+but linearly for many periods: x_h = x + (1 + M + ... + M^(h-1)) (P(x) - x), with the derivative M at x. This is exact for
+the linear part of the map. Behind each leap the change over the next period, P(x_h) - x_h, is held against the one
+predicted, M^h (P(x) - x): their difference has grown like a square from nothing, so that the sum of squares up to h gives
+what the leap has missed. That corrects the leap, and by its size leaps are refused, shortened and lengthened. A leap over
+one period is the map itself.
+
+Sources: L. R. Petzold, SIAM J. Numer. Anal. 18, 455 (1981), envelope-following; M. Hochbruck, A. Ostermann, Acta Numerica
+19, 209 (2010), exponential Rosenbrock methods.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce.kernel.slots import mode_count
+from dforce.solvers.newton import is_stable, longest, solve_both
+from dforce.solvers.period_map import FD_STEP, march
+
+CORRECTED = 1e-3  # of the free amplitude: correction of a leap
+ARRIVED = 3e-4  # of the free amplitude: Newton step from which an orbit is near
+GROWTH, SHRINK, SAFETY = (
+    3.0,
+    0.1,
+    0.7,
+)  # of the next leap; of the cube root of the correction allowed over the correction
+LONGEST = 1 << 20  # periods in a leap
+GOING, SETTLED, LOST = 0, 1, 2  # what became of a motion
+
+
+class Leaps(NamedTuple):
+    """Motions on their way, a row for each.
+
+    Attributes
+    ----------
+    x, change, monodromy
+        Where each stands, its change over the next common period, and the map's derivative there; (motions, size, ...).
+    span
+        Common periods of the leap under way; 0 where there is none yet.
+    periods, most
+        Common periods gone, and how many may be gone at most.
+    outcome
+        GOING, SETTLED or LOST.
+    """
+
+    x: Any
+    change: Any
+    monodromy: Any
+    span: Any
+    periods: Any
+    most: Any
+    outcome: Any
+
+
+def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) -> None:
+    """Write the way that a linear map leads in so many periods, and the change over the period after them.
+
+    By squaring: over h periods the way is S_h c and the change after them M^h c, with S_2h = S_h + M^h S_h.
+    """
+    size = 2 * mode_count()
+    power, total, product = np.eye(size), np.zeros((size, size)), np.empty((size, size))
+    for bit in range(62, -1, -1):
+        if (span >> bit) == 0:
+            continue
+        multiply(power, total, product)  # double the periods
+        for i in range(size):
+            for j in range(size):
+                total[i, j] += product[i, j]
+        multiply(power, power, product)
+        power, product = product, power
+        if (span >> bit) & 1:  # and one more
+            multiply(monodromy, total, product)
+            total, product = product, total
+            for i in range(size):
+                total[i, i] += 1.0
+            multiply(monodromy, power, product)
+            power, product = product, power
+    for i in range(size):
+        way[i], change_after[i] = 0.0, 0.0
+        for j in range(size):
+            way[i] += total[i, j] * change[j]
+            change_after[i] += power[i, j] * change[j]
+
+
+def multiply(a: Any, b: Any, out: Any) -> None:
+    """Write the product of two matrices."""
+    size = 2 * mode_count()
+    for i in range(size):
+        for j in range(size):
+            out[i, j] = 0.0
+            for k in range(size):
+                out[i, j] += a[i, k] * b[k, j]
+
+
+def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any) -> int:
+    """Take the motions of all slots on, in so many leaps at most, until each is near a stable orbit; return how many go on."""
+    size, count = 2 * mode_count(), slots.case.shape[0]
+    which, matrix = np.empty(count, np.int64), np.empty((size, size))
+    change, way, predicted, monodromy = np.empty(size), np.empty(size), np.empty(size), np.empty((size, size))
+    going = 0
+    for look in range(looks + 1):
+        going = 0
+        for s in range(count):
+            if leaps.outcome[s] == GOING:
+                which[going] = s
+                going += 1
+        if going == 0 or look == looks:
+            break
+        march(slots, which, going, size + 1, 0, model, drive, room)
+        for g in range(going):
+            s = which[g]
+            for k in range(size):
+                change[k] = slots.ends[s, 0, k] - slots.x[s, k]
+                for j in range(size):
+                    monodromy[k, j] = (slots.ends[s, 1 + j, k] - slots.ends[s, 0, k]) / FD_STEP
+            span, ahead = leaps.span[s], 1.0
+            if not longest(change) < np.inf:
+                if span <= 1:
+                    leaps.outcome[s] = LOST
+                    continue
+                ahead = SHRINK
+            elif span > 0:
+                leap(leaps.change[s], leaps.monodromy[s], span, way, predicted)
+                missed = (span - 1.0) * (2.0 * span - 1.0) / (6.0 * span)
+                for k in range(size):
+                    predicted[k] = missed * (change[k] - predicted[k])
+                ahead = SAFETY * (CORRECTED / max(longest(predicted), 1e-300)) ** (1.0 / 3.0) if span > 1 else GROWTH
+            if span > 1 and ahead < SAFETY:  # refused
+                leaps.span[s] = max(1, int(span * max(ahead, SHRINK)))
+            else:
+                leaps.periods[s] += span
+                for k in range(size):
+                    leaps.x[s, k], leaps.change[s, k] = slots.x[s, k], change[k]
+                    for j in range(size):
+                        leaps.monodromy[s, k, j] = monodromy[k, j]
+                for k in range(size if span > 1 else 0):
+                    leaps.x[s, k] += predicted[k]
+                    leaps.change[s, k] -= predicted[k]
+                    for j in range(size):
+                        leaps.change[s, k] += monodromy[k, j] * predicted[j]
+                for k in range(size):
+                    change[k], predicted[k] = leaps.change[s, k], 0.0
+                near = solve_both(monodromy, change, predicted, matrix) and longest(change) < ARRIVED
+                if near and is_stable(monodromy):
+                    leaps.outcome[s] = SETTLED
+                    continue
+                if leaps.periods[s] >= leaps.most[s]:
+                    leaps.outcome[s] = LOST
+                    continue
+                longer = int(max(span, 1) * min(ahead, GROWTH)) if span > 0 else 1
+                leaps.span[s] = max(1, min(longer, LONGEST, leaps.most[s] - leaps.periods[s]))
+            leap(leaps.change[s], leaps.monodromy[s], leaps.span[s], way, predicted)
+            for k in range(size):
+                slots.x[s, k] = leaps.x[s, k] + way[k]
+    return going

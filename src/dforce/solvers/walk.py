@@ -1,0 +1,445 @@
+"""The steady motions of a block of problems while a parameter changes slowly: the quasi-static protocol.
+
+A motion stays on its state as long as that exists and is stable. Where it ends the parameter stays, and the motion goes, in
+time, from the end of the state to the side to which it leaves, until it is on another state, which is followed from there.
+Where the motion does not repeat it settles in time at each value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.observables.finish import finish, multipliers
+from dforce.observables.window import weights
+from dforce.solvers.block import ENDED, Block, States
+from dforce.solvers.lot import Indices
+from dforce.solvers.points import Jump, Points, amplitude_of
+from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
+from dforce.solvers.relaxation import ARRIVED
+from dforce.solvers.transient import Steady, steady
+
+CHUNK = (
+    64  # values that are followed in one stretch: at its start only the state is known, so that a run can go on there
+)
+AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
+ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
+SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
+BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind its last orbit a state has ended
+KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
+KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the one before
+DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
+AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
+MOST_GHOSTS = 20  # times that a motion which seemed to have settled goes on
+STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time
+SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
+JUMP = 1e-3  # of the free amplitude: states that differ by less are one
+HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
+CYCLES = (1, 2, 4, 8)  # common periods after which states may repeat
+CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
+
+
+class Walk:
+    """Problems of a block on their ways along a parameter.
+
+    Parameters
+    ----------
+    values
+        The values (SI) in the order in which each problem comes to them, (problems, values).
+    starts
+        The motions to start from at the first value.
+    told
+        Called with the number of points done.
+
+    Attributes
+    ----------
+    points, jumps
+        What was found, and the jumps of each problem in the order in which it came to them.
+    """
+
+    def __init__(self, block: Block, values: Array, starts: States, told: Callable[[int], None]) -> None:
+        self.block, self.values, self.told = block, values, told
+        cases = len(values)
+        self.points = Points.empty(block, values.shape[1])
+        self.jumps: list[list[Jump]] = [[] for _ in range(cases)]
+        self.starts, self.state = starts, starts.copy()
+        self.done, self.cycles = np.zeros(cases, np.int64), np.zeros(cases, np.int64)
+        self.at = values[:, 0].copy()
+        self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
+
+    def go_on_from(self, done: int, cycles: int, amplitude: float) -> None:
+        """Go on with motions that were found at the value before place `done`.
+
+        They repeat after so many common periods, or do not: then `cycles` is 0. The amplitude (m) is the first tone's.
+        """
+        self.done[:], self.cycles[:], self.at = done, cycles, self.values[:, done - 1].copy()
+        self.loose[:] = np.nan if cycles > 0 else amplitude
+
+    def run(self) -> None:
+        """Find the steady motions at all values that are left."""
+        fresh = np.flatnonzero(self.done == 0)
+        if len(fresh):
+            self._begin(fresh)
+        while True:
+            going = np.flatnonzero(self.done < self.values.shape[1])
+            if not len(going):
+                return
+            self.block.watch()
+            at_start = going[self.done[going] % CHUNK == 0]
+            self.state.put(at_start, as_kept(self.block, at_start, self.state.take(at_start), self.at[at_start]))
+            before = int(self.done.sum())
+            for cycles in np.unique(self.cycles[going]):
+                some = going[self.cycles[going] == cycles]
+                if cycles > 0:
+                    self._follow(some, int(cycles))
+                else:
+                    for case in some:
+                        self._in_time(int(case))
+            self.told(int(self.done.sum()) - before)
+
+    def _begin(self, cases: Indices) -> None:
+        """Find the states that the starts settle to at the first values."""
+        here = self.values[cases, 0]
+        start = self.state.take(cases)
+        found = self._polished(cases, start, here)
+        near = (found.done == 1) & (apart(found.last_x, start.x) < AT_ONCE)
+        self._keep_first(cases, found, near, np.zeros(len(cases)))
+        left = cases[~near]
+        if len(left):
+            found, good, periods = self._settled(left, self.state.take(left), here[~near])
+            self._keep_first(left, found, good, periods)
+            for case in left[~good]:
+                self._in_time(int(case))
+        self.told(len(cases))
+
+    def _keep_first(self, cases: Indices, found: Branch, good: Any, periods: Array) -> None:
+        which = np.flatnonzero(good)
+        self._store(cases, found, which, np.minimum(found.done, 1), 1)
+        self.points.settling[cases[which], 0] = periods[which]
+        self.cycles[cases[which]] = 1
+
+    def _polished(self, cases: Indices, start: States, at: Array, cycles: int = 1) -> Branch:
+        """Return the orbits that Newton's method finds near some states, where they are stable."""
+        return self.block.follow(cases, start, at, at[:, None], repeats=cycles)
+
+    def _settled(self, cases: Indices, start: States, at: Array) -> tuple[Branch, Any, Array]:
+        """Return the orbits on which motions settle, which of them are sure, and how many periods it took."""
+        if not self.block.is_smooth:
+            return self._settled_in_time(cases, start, at)
+        state, settled, periods = self.block.relax(cases, start, at)
+        found = self._polished(cases, state, at)
+        good = settled & (found.done == 1) & (apart(found.last_x, state.x) < 4.0 * ARRIVED)
+        for _ in range(MOST_GHOSTS):
+            left = np.flatnonzero(settled & ~good)  # slow beside a fold, where an orbit has just ceased to be
+            if not len(left):
+                break
+            spans = self.block.decay(cases[left])
+            later = self._later(cases[left], state.take(left), at[left], spans)
+            later, settled[left], took = self.block.relax(cases[left], later, at[left])
+            state.put(left, later)
+            periods[left] += took + spans * self.block.common
+            near = self._polished(cases[left], later, at[left])
+            for old, new in zip(found, near, strict=True):
+                old[left] = new
+            good[left] = settled[left] & (near.done == 1) & (apart(near.last_x, later.x) < 4.0 * ARRIVED)
+        self.state.put(cases, state)
+        return found, good, periods
+
+    def _settled_in_time(self, cases: Indices, start: States, at: Array) -> tuple[Branch, Any, Array]:
+        """Return the same by integrating through all periods, as forces with memory or hysteresis need."""
+        state, periods = start, np.zeros(len(cases))
+        found = self._polished(cases, start, at)
+        good = np.zeros(len(cases), dtype=bool)
+        for tolerance in (ROUGH, FINE):
+            left = np.flatnonzero(~good)
+            if not len(left):
+                break
+            rough, drift, took = self._settle(cases[left], state.take(left), at[left], tolerance)
+            state.put(left, rough)
+            periods[left] += took
+            near = self._polished(cases[left], rough, at[left])
+            sure = (near.done == 1) & (apart(near.last_x, rough.x) < SAME_STATE * np.maximum(drift, 1e-9))
+            for old, new in zip(found, near, strict=True):
+                old[left] = new
+            good[left] = sure
+        self.state.put(cases, state)
+        return found, good, periods
+
+    def _settle(self, cases: Indices, start: States, at: Array, tolerance: float) -> tuple[States, Array, Array]:
+        """Integrate until motions stop moving; return them, what is still to come, and the periods it took.
+
+        Each is compared over spans of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
+        still to come is taken as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+        """
+        block, count = self.block, len(cases)
+        state, decay = start.copy(), block.decay(cases)
+        most = block.most_periods(cases)
+        former: Array = np.full(count, np.inf)
+        drift: Array = np.full(count, np.inf)
+        periods = np.zeros(count, np.int64)
+        going = np.arange(count)
+        while len(going):
+            before = state.take(going)
+            after = self._later(cases[going], before, at[going], decay[going])
+            state.put(going, after)
+            periods[going] += decay[going]
+            change = apart(after.x, before.x)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                ratio = np.where(former[going] > 0.0, np.minimum(change / former[going], 0.999), 0.0)
+                ahead = change * np.maximum(1.0, ratio / (1.0 - ratio))
+            drift[going] = np.where(np.isfinite(former[going]), ahead, np.inf)
+            over = np.isfinite(former[going]) & (np.minimum(ahead, 100.0 * change) < tolerance)
+            former[going] = change
+            going = going[~over & (periods[going] < most[going]) & np.isfinite(change)]
+        return state, drift, np.asarray(periods * float(block.common), dtype=float)
+
+    def _follow(self, cases: Indices, cycles: int) -> None:
+        """Follow states to the end of the stretch, or of the state."""
+        stop = np.minimum((self.done[cases] // CHUNK + 1) * CHUNK, self.values.shape[1])
+        ways = [
+            one_way(self.at[case], self.values[case, self.done[case] : last])
+            for case, last in zip(cases, stop, strict=True)
+        ]
+        counts = np.array([len(way) for way in ways], dtype=np.int64)
+        values = np.empty((len(cases), counts.max()))
+        for row, way in zip(values, ways, strict=True):
+            row[: len(way)], row[len(way) :] = way, way[-1]
+        found = self.block.follow(cases, self.state.take(cases), self.at[cases], values, counts, cycles)
+        halved = np.zeros(len(cases), dtype=bool)
+        if cycles > 1:
+            for i in range(len(cases)):
+                halved[i] = self._halve(cases, found, i, values[i], cycles)
+        self._store(cases, found, np.flatnonzero(~halved), found.done, cycles)
+        ended = np.flatnonzero((found.outcome == ENDED) & ~halved)
+        if len(ended):
+            targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
+            self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
+
+    def _halve(self, cases: Indices, found: Branch, i: int, values: Array, cycles: int) -> bool:
+        """Go over to half the periods where orbits repeat after them, as behind a period doubling gone back; say whether."""
+        case, done = int(cases[i]), int(found.done[i])
+        x = np.append(found.x[i, :done], found.last_x[i : i + 1], axis=0)
+        memory = np.append(found.memory[i, :done], found.last_memory[i : i + 1], axis=0)
+        branch = np.append(found.branch[i, :done], found.last_branch[i : i + 1], axis=0)
+        at, states = np.append(values[:done], found.last_value[i]), States(x, memory, branch)
+        after = self.block.advance(np.full(len(at), case), states, at, cycles // 2)
+        same = np.flatnonzero(apart(after.x, x) < HALVED)
+        if not len(same):
+            return False
+        first = int(same[0])
+        self._store(cases, found, np.array([i]), np.full(len(cases), first), cycles)
+        self.state.put(np.array([case]), states.take([first]))
+        self.at[case], self.cycles[case] = at[first], cycles // 2
+        return True
+
+    def _store(self, cases: Indices, found: Branch, which: Indices, counts: Indices, cycles: int) -> None:
+        """Keep orbits found from the next place of each problem on, and go to the last of them."""
+        points = self.points
+        for i in which.tolist():
+            case, count = int(cases[i]), int(counts[i])
+            where = (case, slice(int(self.done[case]), int(self.done[case]) + count))
+            states = States(found.x[i, :count], found.memory[i, :count], found.branch[i, :count])
+            points.states.put(where, states)
+            points.cycles[where] = cycles
+            if cycles == 1:
+                points.rows[where], points.monodromy[where] = found.rows[i, :count], found.monodromy[i, :count]
+                points.residual[where], points.steps[where] = found.residual[i, :count], found.steps[i, :count]
+                points.settling[where] = 0.0
+            else:
+                for k in range(count):
+                    points.others[case, int(self.done[case]) + k] = self._repeated(case, found, i, k, cycles)
+            self.done[case] += count
+            if np.isfinite(found.last_monodromy[i]).all():
+                last = States(found.last_x[i], found.last_memory[i], found.last_branch[i])
+                self.state.put(case, last)
+                self.at[case] = found.last_value[i]
+
+    def _repeated(self, case: int, found: Branch, i: int, k: int, cycles: int) -> Steady:
+        """Return an orbit that repeats after several common periods."""
+        block = self.block
+        integrator = block.integrator(case, float(self.values[case, int(self.done[case]) + k]))
+        rows = found.rows[i, k]
+        values = finish(
+            integrator.problem, integrator.scales, block.harmonics, rows, weights(block.frequencies, len(rows))
+        )
+        modulus, angle = multipliers(found.monodromy[i, k : k + 1])
+        values |= {
+            "settling_periods": 0.0, "drift": float(found.residual[i, k]), "corrections": float(found.steps[i, k]),
+            "multiplier_modulus": modulus[0], "multiplier_angle": angle[0],
+        }  # fmt: skip
+        states = States(found.x[i], found.memory[i], found.branch[i])
+        return Steady(values, states.motion(k), True, False)
+
+    def _leave(self, cases: Indices, ends: Branch, targets: Array, cycles: int) -> None:
+        """Let motions go from the ends of their states until each is on another one."""
+        unit = self.block.unit[cases]
+        known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
+        last = States(ends.last_x, ends.last_memory, ends.last_branch)
+        way = np.sign(targets - ends.last_value)
+        doubling, aside = _directions(ends, way)
+        left = np.ones(len(cases), dtype=bool)
+        for i in np.flatnonzero(known & doubling):
+            ended, target = float(ends.last_value[i]), float(targets[i])
+            left[i] = not self._doubled(int(cases[i]), last.take([i]), aside[i], ended, target, cycles)
+        rest = np.flatnonzero(left)
+        if not len(rest):
+            return
+        cases, unit, way, targets, known = cases[rest], unit[rest], way[rest], targets[rest], known[rest]
+        last, aside, at_end = last.take(rest), aside[rest], ends.last_value[rest]
+        beyond = np.where(np.abs(targets - at_end) < BEYOND * unit, targets, at_end + way * BEYOND * unit)
+        start = last.copy()
+        start.x[:] += KICK * aside
+        gone = start if self.block.is_smooth else self._gone(cases, start, last, beyond)
+        self.state.put(cases, gone)
+        self.at[cases], self.cycles[cases] = beyond, 0
+        found, good, _ = self._settled(cases, gone, beyond)
+        self._note_jumps(cases, last, at_end, beyond, found, good, known, cycles)
+        for i in np.flatnonzero(good):
+            self.cycles[cases[i]] = 1
+            self.state.put(cases[i], States(found.last_x[i], found.last_memory[i], found.last_branch[i]))
+
+    def _gone(self, cases: Indices, start: States, last: States, at: Array) -> States:
+        """Return motions once they have left the neighborhood of the states that ended."""
+        state, going = start.copy(), np.arange(len(cases))
+        spans = np.maximum(1, self.block.decay(cases) // 4)
+        for _ in range(4 * MOST_AWAY):
+            after = self._later(cases[going], state.take(going), at[going], spans[going])
+            state.put(going, after)
+            going = going[(apart(after.x, last.x[going]) < AWAY) & np.isfinite(after.x).all(axis=1)]
+            if not len(going):
+                break
+        return state
+
+    def _later(self, cases: Indices, start: States, at: Array, spans: Indices) -> States:
+        """Return states so many common periods later, each by its own number: it must not depend on its neighbors."""
+        state = start.copy()
+        for span in np.unique(spans):
+            alike = np.flatnonzero(spans == span)
+            state.put(alike, self.block.advance(cases[alike], start.take(alike), at[alike], int(span)))
+        return state
+
+    def _doubled(self, case: int, last: States, aside: Array, ended: float, target: float, cycles: int) -> bool:
+        """Look for the state of twice the period behind a period doubling; say whether there is one, which then goes on."""
+        if 2 * cycles > CYCLES[-1]:
+            return False
+        room = DOUBLED * float(self.block.unit[case])
+        at = ended + min(max(target - ended, -room), room)
+        guesses = last.take(np.zeros(len(KICKS), dtype=int))
+        guesses.x[:] += KICKS[:, None] * aside
+        same, there = np.full(len(KICKS), case), np.full(len(KICKS), at)
+        found = self._polished(same, guesses, there, 2 * cycles)
+        states = States(found.last_x, found.last_memory, found.last_branch)
+        between = self.block.advance(same, states, there, cycles)
+        # on both sides of the state that has ended, in turns
+        around = apart(0.5 * (between.x + states.x), last.x) < KICKS[-1]
+        doubled = np.flatnonzero((found.done == 1) & (apart(between.x, states.x) > JUMP) & around)
+        if len(doubled):
+            self.state.put(np.array([case]), states.take(doubled[:1]))
+            self.at[case], self.cycles[case] = at, 2 * cycles
+        return bool(len(doubled))
+
+    def _note_jumps(
+        self, cases: Indices, last: States, ended: Array, beyond: Array, found: Branch, good: Any, known: Any, cycles: int
+    ) -> None:  # fmt: skip
+        """Note the changes of state that are sudden."""
+        block = self.block
+        for i, case in enumerate(cases.tolist()):
+            if not known[i] or not np.isfinite(self.state.x[case]).all():
+                continue
+            value, at_end = float(beyond[i]), float(ended[i])
+            # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
+            _, rows = block.integrator(case, at_end).observe(last.motion(i), cycles * block.common)
+            first = amplitude_of(block, case, at_end, rows)
+            if good[i]:
+                after = amplitude_of(block, case, value, found.rows[i, 0])
+                sudden = bool(apart(found.last_x[i : i + 1], last.x[i : i + 1])[0] > SUDDEN)
+            else:  # on a state that does not repeat, or that has to be waited for
+                landed = steady(block.integrator(case, value), self.state.motion(case), block.watch)
+                self.state.put(np.array([case]), States.of(landed.motion))
+                after = float(landed.values["amplitude"][0])
+                sudden = abs(after - first) > SUDDEN * block.lot.length[case]
+            if sudden:
+                self.jumps[case].append(Jump(0.5 * (at_end + value), first, after, value > at_end))
+
+    def _in_time(self, case: int) -> None:
+        """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""
+        block, points = self.block, self.points
+        place, before = int(self.done[case]), float(self.at[case])
+        target, stride = float(self.values[case, place]), STRIDE * float(block.unit[case])
+        known = bool(np.isfinite(self.state.x[case]).all())
+        value = before + min(max(target - before, -stride), stride) if known and place > 0 else target
+        found = steady(block.integrator(case, value), (self.state if known else self.starts).motion(case), block.watch)
+        one, at, motion = np.array([case]), np.array([value]), States.of(found.motion)
+        self.state.put(one, motion)
+        self.at[case], self.cycles[case] = value, 0
+        for cycles in CYCLES if found.motion.is_finite else ():
+            orbit = self._polished(one, motion, at, cycles)
+            if orbit.done[0] == 1 and apart(orbit.last_x, motion.x)[0] < AT_ONCE:
+                self._note_capture(case, before, value, orbit, cycles)
+                self.cycles[case], self.loose[case] = cycles, np.nan
+                if value == target:
+                    self._store(one, orbit, np.array([0]), orbit.done, cycles)
+                    points.settling[case, place] = found.values["settling_periods"]
+                else:
+                    self.state.put(one, States(orbit.last_x, orbit.last_memory, orbit.last_branch))
+                return
+        if value == target:
+            points.put_other(case, place, found)
+            self.loose[case] = found.values["amplitude"][0]
+            self.done[case] += 1
+
+    def _note_capture(self, case: int, before: float, value: float, orbit: Branch, cycles: int) -> None:
+        """Note a jump from a motion that does not repeat to an orbit that was there at the value before as well."""
+        last = float(self.loose[case])
+        if value == before or np.isnan(last):
+            return
+        after = amplitude_of(self.block, case, value, orbit.rows[0, 0])
+        if abs(after - last) > SUDDEN * self.block.lot.length[case]:
+            one, start = np.array([case]), States(orbit.last_x, orbit.last_memory, orbit.last_branch)
+            back = self.block.follow(one, start, np.array([value]), np.array([[before]]), repeats=cycles)
+            if back.done[0] == 1:
+                self.jumps[case].append(Jump(0.5 * (before + value), last, after, value > before))
+
+
+def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
+    """Return states rounded as a result in SI keeps them: so a run that goes on from there does as it would have done."""
+    scales = block.scales_of(cases, at)
+    return States(states.x * scales / scales, states.memory, states.branch)
+
+
+def one_way(at: float, values: Array) -> Array:
+    """Return the values to come as far as they go one way."""
+    steps = np.sign(np.diff(np.append(at, values)))
+    turns = np.flatnonzero(steps * steps[np.flatnonzero(steps)[:1]].sum() < 0.0)
+    return values[: int(turns[0])] if turns.size else values
+
+
+def apart(a: Array, b: Array) -> Array:
+    """Return how far states are apart, a row each, relative to the free amplitude; infinite where one is no number."""
+    return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
+
+
+def _directions(ends: Branch, way: Array) -> tuple[Any, Array]:
+    """Return which states end in a period doubling, and the unit vectors along which motions leave.
+
+    At a fold this is the direction in which the state moves: on its other side lies the unstable one. Where no multiplier is
+    near the unit circle, as where the force jumps, the motion starts from the end itself.
+    """
+    count, size = ends.last_x.shape
+    doubling, aside = np.zeros(count, dtype=bool), np.zeros((count, size))
+    for i in range(count):
+        if not np.isfinite(ends.last_monodromy[i]).all():
+            continue
+        values, vectors = np.linalg.eig(ends.last_monodromy[i])
+        largest = int(np.argmax(np.abs(values)))
+        if abs(values[largest]) < 1.0 - CRITICAL:
+            continue
+        vector = vectors[:, largest].real
+        if abs(values[largest].imag) < 1e-9 and values[largest].real > 0.0:
+            vector = way[i] * ends.last_slope[i]
+        doubling[i] = values[largest].real < 0.0 and abs(values[largest].imag) < 1e-9
+        aside[i] = vector / max(float(np.abs(vector).max()), 1e-300)
+    return doubling, aside

@@ -1,0 +1,111 @@
+"""The pages as they are read: `make docs` names the folder that it has written, and runs this over it."""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+SITE = Path(os.environ.get("DFORCE_SITE", ""))
+if not os.environ.get("DFORCE_SITE"):
+    pytest.skip("DFORCE_SITE names no folder with the built pages", allow_module_level=True)
+PAGES = sorted(path for path in SITE.rglob("*.html") if "_static" not in path.parts)
+LAPTOP, PHONE = 1366, 390  # pixels across
+
+
+@functools.cache
+def text(path):
+    return path.read_text(encoding="utf-8")
+
+
+@functools.cache
+def anchors(path):
+    return set(re.findall(r'\bid="([^"]+)"', text(path)))
+
+
+def test_there_are_pages():
+    assert len(PAGES) > 50
+
+
+def test_every_link_within_the_pages_leads_somewhere():
+    dead = []
+    for page in PAGES:
+        for link in re.findall(r'<a\b[^>]*\bhref="([^"]+)"', text(page)):
+            if re.match(r"[a-z]+:", link):
+                continue
+            file, _, anchor = link.partition("#")
+            target = (page.parent / unquote(file)).resolve() if file else page.resolve()
+            if not target.exists() or (anchor and target.suffix == ".html" and unquote(anchor) not in anchors(target)):
+                dead.append(f"{page.relative_to(SITE)}: {link}")
+    assert dead == []
+
+
+def test_no_initials_are_taken_for_the_letters_of_a_list():
+    assert [page.name for page in PAGES if re.search(r'<ol class="(?:upper|lower)(?:alpha|roman)', text(page))] == []
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    from dforce.gui.server import find_browser
+
+    program = find_browser()
+    if program is None:
+        pytest.skip("there is no browser of Chromium's family")
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+TOO_WIDE = """() => {
+  const article = document.querySelector('.bd-article-container')
+  if (!article) return []
+  const edge = article.getBoundingClientRect().right + 1
+  const found = []
+  for (const box of article.querySelectorAll('div.highlight pre, table')) {
+    const place = box.getBoundingClientRect()
+    if (place.width && (place.right > edge || box.scrollWidth > box.clientWidth + 1)) found.push(box.textContent.slice(0, 60))
+  }
+  return found
+}"""
+
+
+def test_no_code_and_no_table_runs_out_of_its_box_on_a_laptop(browser):
+    page = browser.new_page(viewport={"width": LAPTOP, "height": 800})
+    cut = {}
+    for path in PAGES:
+        page.goto(path.resolve().as_uri())
+        if found := page.evaluate(TOO_WIDE):
+            cut[str(path.relative_to(SITE))] = found
+    assert cut == {}
+
+
+def test_no_page_is_wider_than_a_phone(browser):
+    page = browser.new_page(viewport={"width": PHONE, "height": 800})
+    wide = {}
+    for name in ("index", "how-to", "glossary", "cite", "paper/figure_3", "forces/dlvo", "reference/commands"):
+        page.goto((SITE / f"{name}.html").resolve().as_uri())
+        if (pixels := page.evaluate("document.documentElement.scrollWidth")) > PHONE:
+            wide[name] = pixels
+    assert wide == {}
+
+
+@pytest.mark.parametrize(
+    ("query", "page"),
+    [
+        ("setpoint", "Glossary"), ("set point", "Glossary"), ("how to cite", "How to cite"), ("citation", "How to cite"),
+        ("install", "Install"), ("hertz", "hertz"), ("exit codes", "Commands"), ("bimodal", "Glossary"),
+    ],
+)  # fmt: skip
+def test_the_search_finds(browser, query, page):
+    tab = browser.new_page()
+    tab.goto(f"{(SITE / 'search.html').resolve().as_uri()}?q={query.replace(' ', '+')}")
+    tab.wait_for_selector("#search-results p.search-summary", timeout=20_000)
+    tab.wait_for_function("document.querySelectorAll('#search-results li').length > 0", timeout=10_000)
+    assert any(page in found for found in tab.locator("#search-results li > a").all_inner_texts())

@@ -1,0 +1,110 @@
+"""What is typed is kept: whole or as it was, and where it cannot be kept, that is said."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import sys
+
+import pytest
+from simulated import until, window
+
+import dforce as df
+from dforce.gui import session as sessions
+from dforce.gui.document import Document
+from dforce.gui.session import KEY, UNREAD, Session
+from dforce.gui.store import ASIDE, Store
+
+FIRST = Document.first()
+
+
+@contextlib.contextmanager
+def full_disk():
+    """Let no file become longer than what a full disk would take of it."""
+    resource = pytest.importorskip("resource", reason="Windows has no such limit")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_what_is_kept_is_there_after_a_restart_and_nobody_else_may_read_it(tmp_path):
+    file = tmp_path / "sessions" / "one.json"
+    Store(file)[KEY] = FIRST.to_plain()
+    assert Document.from_plain(Store(file)[KEY]) == FIRST
+    if sys.platform != "win32":
+        assert file.stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize(
+    "text", [b"", b"{", b"[]", b"3", b"\xff\xfe", b"[" * 100_000, b'{"a": ' + b"9" * 5000 + b"}", b"\0" * 9]
+)
+def test_a_file_that_cannot_be_read_is_put_aside(tmp_path, text):
+    file = tmp_path / "one.json"
+    file.write_bytes(text)
+    store = Store(file)
+    assert store == {}
+    store[KEY] = 1
+    assert json.loads(file.read_text()) == {KEY: 1}
+    assert file.with_suffix(ASIDE).read_bytes() == text
+
+
+def test_a_document_that_cannot_be_read_is_not_written_over(tmp_path):
+    store = {KEY: FIRST.to_plain() | {"set_point": "typed"}}
+    session = Session(store, tmp_path)
+    assert session.document == FIRST
+    session._write()
+    assert store[UNREAD]["set_point"] == "typed"
+    assert store[KEY]["set_point"] == FIRST.set_point
+
+
+def test_a_full_disk_leaves_what_was_kept_before(tmp_path):
+    file = tmp_path / "one.json"
+    store = Store(file)
+    store[KEY] = "before"
+    with full_disk(), pytest.raises(df.ResultError, match=r"large|space") as full:
+        store[KEY] = "x" * 1000
+    assert str(tmp_path) not in str(full.value)
+    assert Store(file)[KEY] == "before"
+    assert [path.name for path in tmp_path.iterdir()] == ["one.json"]
+
+
+@pytest.mark.parametrize("value", [10**30, float("nan"), {"a": [1e308, -(2**70)]}, "\ud800"])
+def test_no_value_keeps_others_from_being_kept(tmp_path, value):
+    store = Store(tmp_path / "one.json")
+    store["odd"] = value
+    store[KEY] = "typed"
+    assert Store(tmp_path / "one.json")[KEY] == "typed"
+
+
+def test_a_person_is_told_that_what_is_typed_is_not_kept_and_when_it_is_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(sessions, "SAVED_AFTER", 0.05)
+    monkeypatch.setattr(sessions, "TRIED_AGAIN", 0.05)
+    file = tmp_path / "one.json"
+
+    async def flow():
+        async with window(tmp_path, Session(Store(file), tmp_path), live=False) as (user, page):
+            view = page.view
+            with full_disk():
+                view.edit(view.document.put(("drive", "A0"), "5 nm"))
+                await until(lambda: view.session.unkept)
+                await user.should_see("What you type is not kept")
+            await until(lambda: not view.session.unkept)
+            await user.should_not_see("What you type is not kept")
+            assert Document.from_plain(Store(file)[KEY]).value(("drive", "A0")) == "5 nm"
+
+    asyncio.run(flow())
+
+
+def test_what_was_typed_last_is_kept_when_the_server_ends(tmp_path):
+    file = tmp_path / "one.json"
+
+    async def flow():
+        async with window(tmp_path, Session(Store(file), tmp_path), live=False) as (_, page):
+            page.view.edit(page.view.document.put(("drive", "A0"), "7 nm"))
+
+    asyncio.run(flow())
+    assert Document.from_plain(Store(file)[KEY]).value(("drive", "A0")) == "7 nm"

@@ -1,0 +1,109 @@
+"""Sentences in the words of the forms."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+
+import pytest
+from simulated import window
+
+import dforce as df
+from dforce.gui import pages
+from dforce.gui.document import Document
+from dforce.gui.fields import fields
+from dforce.gui.words import in_words, with_labels
+
+AIR = Document.of(df.example("figure-3-air"))
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "sentence"),
+    [
+        (("tip", "radius"), None, "the force DMT needs a value for: Radius of the tip's apex"),
+        (("drive", "A0"), None, "Free amplitude: a value is missing"),
+        (("drive", "A0"), "3300 ft", "Free amplitude: 1005.84 m is above 1 mm"),
+        (("drive", "A0"), "-1 nm", "Free amplitude: -1 nm is not above 0 nm"),
+        (("forces", 0, "hamaker"), "-1 J", "DMT: hamaker constant: -1 J is below 0 J"),
+        (("experiment", "zc", "points"), -3, "Number of distances: -3 is below 1"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_said_in_the_words_of_the_form(path, value, sentence):
+    document = AIR.put(path, value)
+    with pytest.raises(df.DForceError) as mistake:
+        document.case()
+    assert in_words(document, str(mistake.value)) == sentence
+
+
+def values_of(table, path=()):
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from values_of(value, (*path, key))
+        elif path and path[0] != "about":
+            yield (*path, key)
+
+
+@pytest.mark.parametrize("path", [*values_of(AIR.table), ("forces", 0, "hamaker"), ("tip", "youngs_modulus")])
+@pytest.mark.parametrize("value", [None, "-1 J", "", "nonsense", "1e300", -1.0, True])
+def test_no_mistake_in_a_field_is_said_in_words_of_the_file(path, value):
+    document = AIR.put(path, value)
+    try:
+        document.case()
+    except (df.DForceError, TypeError) as mistake:
+        if path[-1] not in ("kind", "model"):
+            said = in_words(document, str(mistake))
+            assert not re.search(r"\b[a-z]+\.[a-zA-Z_]+|under \[|[a-z]_[a-z]", said), said
+
+
+def classes(models):
+    """Give classes of parameters, and those of the tables in them."""
+    for model in models:
+        yield model
+        yield from classes(shape.model for field in fields(model) for shape in field.shapes if shape.model is not None)
+
+
+SECTIONS = [info.annotation for info in df.Case.model_fields.values()]
+
+
+@pytest.mark.parametrize(
+    "model",
+    dict.fromkeys(
+        classes(
+            [
+                *(one for one in SECTIONS if isinstance(one, type) and issubclass(one, df.Parameters)),
+                *df.EXPERIMENTS.values(),
+                *df.forces.REGISTRY.values(),
+            ]
+        )
+    ),
+    ids=lambda model: model.__name__,
+)
+def test_no_field_is_explained_in_words_of_the_file(model):
+    for field in fields(model):
+        shown = [field.label, field.help, *(shape.label for shape in field.shapes)]
+        assert not [text for text in shown if re.search(r"(?<![.\w])[a-zA-Z]+_[a-z]|`|\de\+", text)]
+
+
+def test_advice_names_fields_by_their_labels():
+    advice = "Raise solver.points_per_period to 1024, or tip.radius, see forces.1.hamaker; not medium.nothing."
+    assert with_labels(AIR, advice) == (
+        "Raise “Samples per period of the first tone” to 1024, or “Radius of the tip's apex”, see “DMT: hamaker constant”; "
+        "not medium.nothing."
+    )
+
+
+@pytest.mark.parametrize(("value", "words"), [("-1 nm", "-1 nm is not above 0 nm"), (None, "a value is missing")])
+def test_run_with_a_mistake_says_why_nothing_is_run(tmp_path, monkeypatch, value, words):
+    said = []
+    monkeypatch.setattr(pages, "say", said.append)
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.edit(page.view.document.put(("drive", "A0"), value))
+            user.find("Run").click()
+            while not said:
+                await asyncio.sleep(0.01)
+            assert said == [f"Nothing was run. Free amplitude: {words}."]
+            assert page.view.session.job is None
+
+    asyncio.run(flow())

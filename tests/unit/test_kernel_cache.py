@@ -1,0 +1,158 @@
+"""Compiled code on disk: looked through before it is used, and made again when anything is wrong with it."""
+
+from __future__ import annotations
+
+import itertools
+import marshal
+import os
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+import dforce as df
+from dforce.errors import ParameterError
+from dforce.kernel import store
+from dforce.kernel.kept import CODE, keep, kept
+
+NUMBERS = itertools.count()
+TEXT = """
+from numba import njit
+
+@njit(no_cpython_wrapper=True)
+def inner(x):
+    return x + {number}.0
+
+@njit
+def outer(x):
+    return 2.0 * inner(x)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("DFORCE_CACHE_DIR", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def text(folder):
+    """A module of its own for each test."""
+    return TEXT.format(number=next(NUMBERS) + 1000)
+
+
+def started(text):
+    """Load a module as a new process would."""
+    sys.modules.pop(f"kernel_{store.fingerprint(text)}", None)
+    return store.load(text)
+
+
+def counts(module):
+    stats = module.outer.stats
+    return sum(stats.cache_hits.values()), sum(stats.cache_misses.values())
+
+
+DAMAGE = {
+    "empty": lambda content: b"",
+    "cut short": lambda content: content[: len(content) // 2],
+    "cut by a byte": lambda content: content[:-1],
+    "one bit flipped": lambda content: content[:-500] + bytes([content[-500] ^ 1]) + content[-499:],
+    "blanked": lambda content: bytes(len(content)),
+    "something else": lambda content: b"not compiled code",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_damaged_code_is_compiled_once_more_and_kept_again(folder, text, damage):
+    wanted = started(text).outer(1.0)
+    files = list(folder.rglob(f"*{CODE}"))
+    assert len(files) == 3  # of two functions, and Python's own
+    for path in files:
+        path.write_bytes(damage(path.read_bytes()))
+    again = started(text)
+    assert not store.is_compiled(again, "outer")  # so that it announces itself, and other processes wait
+    assert again.outer(1.0) == wanted and counts(again) == (0, 1)
+    third = started(text)
+    assert store.is_compiled(third, "outer")
+    assert third.outer(1.0) == wanted and counts(third) == (1, 0)
+
+
+@pytest.mark.parametrize("content", [b"no pickle", pickle.dumps(7), pickle.dumps(("(float64,)", (1, 2)))])
+def test_code_that_is_whole_but_cannot_be_used_is_compiled_once_more(folder, text, content):
+    wanted = started(text).outer(1.0)
+    for path in folder.rglob(f"*{CODE}"):
+        keep(path, content)
+    assert started(text).outer(1.0) == wanted
+    assert counts(third := started(text)) == (0, 0)
+    assert third.outer(1.0) == wanted and counts(third) == (1, 0)
+
+
+def test_a_text_that_is_damaged_is_never_run(folder, text):
+    path = next(folder.glob("*/*.py"), None) or store.place(text)
+    wanted = started(text).outer(1.0)
+    path.write_text("raise SystemExit", encoding="utf-8")
+    assert started(text).outer(1.0) == wanted
+    assert path.read_text(encoding="utf-8") == text
+
+
+def test_code_of_other_python_is_passed_over(folder, text):
+    path = store.place(text).with_suffix(CODE)
+    keep(path, marshal.dumps("no code"))
+    assert started(text).outer(1.0) > 2000.0
+
+
+def test_a_kernel_removed_while_it_is_in_use_goes_on_and_is_not_half_written(folder, text):
+    module = started(text)
+    df.clear_kernel_cache()
+    assert list(folder.iterdir()) == []
+    assert module.outer(1.0) > 2000.0
+    assert list(folder.iterdir()) == []
+
+
+def test_a_full_disk_leaves_no_half_file(folder, monkeypatch):
+    keep(folder / "a", b"content")
+    assert kept(folder / "a") == b"content"
+
+    def full(path, content):
+        with path.open("wb") as file:
+            file.write(content[:3])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(type(folder), "write_bytes", full)
+    with pytest.raises(OSError, match="No space"):
+        keep(folder / "a", b"other content")
+    assert kept(folder / "a") == b"content" and len(list(folder.iterdir())) == 1
+
+
+def test_a_setting_of_numba_that_changes_the_code_is_another_kernel(monkeypatch):
+    import numba
+
+    first = store.fingerprint("a = 1\n")
+    monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
+    assert store.fingerprint("a = 1\n") != first
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "words"),
+    [
+        ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT turns off numba"),
+        ("NUMBA_NUM_THREADS", "0", "look at the environment variable NUMBA_NUM_THREADS"),
+        ("NUMBA_NUM_THREADS", "-3", "look at the environment variable NUMBA_NUM_THREADS"),
+        ("NUMBA_NUM_THREADS", "x", "its associated value 'x' could not be parsed; look at the environment variable"),
+    ],
+)
+def test_an_environment_in_which_numba_cannot_compile_is_one_sentence(tmp_path, variable, value, words):
+    code = "import sys; from dforce.cli import main; sys.argv = ['dforce', 'run', 'table-1-am', '-o', 'out.nc']; main()"
+    environment = {**{k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}, variable: value}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 2 and words in done.stderr
+    assert done.stderr.count("\n") == 1 and done.stdout == "" and list(tmp_path.iterdir()) == []
+
+
+def test_numba_that_cannot_be_loaded_says_why(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba.np.ufunc.parallel", None)
+    with pytest.raises(
+        ParameterError, match=r"numba, the compiler that dForce computes with, cannot be loaded: .*parallel"
+    ):
+        store.check_compiler()

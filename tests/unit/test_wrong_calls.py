@@ -1,0 +1,185 @@
+"""A call with a wrong kind of argument is answered with one sentence of dForce's own, whichever function it is."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import types
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import synthetic
+import xarray as xr
+
+import dforce as df
+from dforce import kinds
+
+TEXT = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "9 nm", stop = "8 nm", points = 3 }\n'
+CASE = df.Case.from_toml(TEXT)
+CURVE, TRACES = synthetic.approach(), synthetic.dwell()
+WAYS = {"case": CASE, "zc": "8 nm"}
+MOST_CHARACTERS = 1000  # of a sentence that lists all known names
+LONG = ("benchmark", "cost_of_accuracy", "validate")  # run for minutes where an argument is right after all
+
+# An allowed call of each function; each argument in turn is then replaced by something wrong.
+CALLS = {
+    "advice": {"case": CASE, "result": CURVE},
+    "advice_in": {"result": CURVE},
+    "approach": WAYS,
+    "at_set_point": {"result": CURVE, "set_point": 0.8, "names": ["phase"]},
+    "basins": WAYS | {"amplitude": ["1 nm"], "phase": ["0 deg"]},
+    "benchmark": {},
+    "branches": {"case": CASE, "zc": ("12 nm", "11 nm")},
+    "case_schema": {},
+    "check_force": {"model": df.forces.Hertz},
+    "check_target": {"path": "x.nc"},
+    "cost_of_accuracy": {},
+    "count_status": {"dataset": CURVE},
+    "drawable": {"dataset": CURVE},
+    "dwell": WAYS,
+    "example": {"name": "figure-3-air"},
+    "examples": {},
+    "first_sentence": {"docstring": "One."},
+    "force_along": {"case": CASE, "time": [0.0, 1.0, 2.0], "distance": [3e-9, 2e-9, 1e-9]},
+    "force_curve": {"case": CASE, "distance": [3e-9, 2e-9]},
+    "frequency_sweep": {"case": CASE, "frequency": ["48 kHz", "49 kHz"], "zc": "8 nm"},
+    "goes_along": {"dataset": CURVE},
+    "html_symbol": {"latex": "E"},
+    "lines_of": {"dataset": CURVE, "x": "zc", "y": "phase"},
+    "listening": {"listener": print},
+    "load_case": {"path": "case.toml"},
+    "load_plugin": {"path": "my_force.py"},
+    "motion_at": {"point": CURVE},
+    "nearest": {"name": "a", "known": ["b"]},
+    "param": {"default": "1 nm", "doc": "a length"},
+    "parse": {"given": "1 nm", "unit": "m"},
+    "pictures_of": {"dataset": CURVE},
+    "plain_math": {"latex": "E"},
+    "read": {"path": "x.nc"},
+    "reader_unit": {"variable": CURVE["zc"]},
+    "regime": {"point": CURVE.isel(zc=0, direction=0)},
+    "report": {"result": CURVE},
+    "rounding": {"dataset": CURVE, "name": "phase"},
+    "row_of": {"dataset": CURVE, "name": "phase"},
+    "run": {"case": CASE},
+    "save_case": {"case": CASE, "path": "saved.toml"},
+    "shared": {"path": "tip.radius"},
+    "shorten": {"value": "text"},
+    "show": {"value": 1e-9, "unit": "m"},
+    "split_unit": {"text": "1 nm"},
+    "summary": {"dataset": CURVE},
+    "sweep": {"case": CASE, "over": {"tip.radius": ["2 nm"]}},
+    "unit_choices": {"unit": "m"},
+    "unmarked": {"text": "one"},
+    "usual_unit": {"unit": "m"},
+    "validate": {},
+    "validation_page": {"result": {}},
+    "values_used": {"models": [df.forces.Hertz]},
+    "write_whole": {"path": "whole.txt", "content": b"whole"},
+    "write": {"dataset": CURVE, "path": "x.nc"},
+    "plot.amplitude_phase": {"dataset": CURVE},
+    "plot.basins": {"dataset": CURVE},
+    "plot.branches": {"dataset": CURVE},
+    "plot.check_width": {"width": "85 mm"},
+    "plot.cost_of_accuracy": {"result": {"rows": []}},
+    "plot.curve": {"dataset": CURVE, "names": "phase"},
+    "plot.draw": {"results": CURVE},
+    "plot.force_curve": {"dataset": synthetic.force_curve()},
+    "plot.force_distance": {"dataset": TRACES},
+    "plot.overview": {"dataset": CURVE},
+    "plot.phase_portrait": {"dataset": TRACES},
+    "plot.resonance": {"dataset": CURVE},
+    "plot.save": {"axes": plt.figure().subplots(), "path": "x.png"},
+    "plot.spectrum": {"dataset": TRACES},
+    "plot.traces": {"dataset": TRACES},
+    "Case.from_toml": {"text": TEXT},
+    "Case.quantity": {"self": CASE, "path": "tip.radius"},
+    "Case.replace": {"self": CASE, "path": "tip.radius", "value": "3 nm"},
+    "Case.to_python": {"self": CASE, "name": "result"},
+    "Case.to_toml": {"self": CASE},
+}
+WRONG = (
+    1, -1.5, float("nan"), "text", "", b"bytes", None, True, [], [1], ["text"], (None,), {}, {1: 2}, object(), print, int,
+    np.arange(3.0), CASE, CASE.tip, CURVE, TRACES, xr.Dataset(), xr.DataArray([1.0]), plt.Figure(), df.forces.Hertz,
+)  # fmt: skip
+
+
+def public():
+    """The functions that the package exports, and the methods of a case that a user calls, by name."""
+    found = {name: getattr(df, name) for name in df.__all__}
+    found |= {f"plot.{name}": getattr(df.plot, name) for name in df.plot.__all__}
+    found |= {f"Case.{name}": value for name, value in inspect.getmembers(df.Case) if name in vars(df.Case)}
+    return {
+        name: value
+        for name, value in found.items()
+        if isinstance(value, types.FunctionType | types.MethodType) or hasattr(value, "__wrapped__")
+        if not name.split(".")[-1].startswith("_")
+    }
+
+
+FUNCTIONS = public()
+APART = {"Case.set", "Case.root"}  # takes any number of texts, see below; asked by messages
+
+
+def test_every_public_function_with_an_argument_is_tried():
+    takes_one = {name for name, function in FUNCTIONS.items() if inspect.signature(function).parameters}
+    assert takes_one - APART <= set(CALLS) <= set(FUNCTIONS)
+
+
+def answer(function, arguments):
+    """Return what a call answers: nothing, a sentence of dForce, or the error of another kind."""
+    try:
+        given = function(**arguments)
+        if isinstance(given, contextlib.AbstractContextManager) and not isinstance(given, Path):
+            with given:
+                pass
+        elif isinstance(given, types.GeneratorType):
+            list(given)
+    except (df.DForceError, FileExistsError) as error:
+        return str(error)
+    except Exception as error:
+        return error
+    return ""
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    df.save_case(CASE, "case.toml")
+    function, right, wrong = FUNCTIONS[name], CALLS[name], []
+    allowed = kinds.taken(getattr(function, "__func__", function))
+    for argument, parameter in inspect.signature(function).parameters.items():
+        if parameter.kind is parameter.VAR_KEYWORD or argument == "self":
+            continue
+        for given in WRONG:
+            fits = not allowed[argument] or any(kind.fits(given) for kind in allowed[argument])
+            if fits and name in LONG:
+                continue
+            plt.close("all")
+            said = answer(function, right | {argument: given})
+            if isinstance(said, Exception):
+                wrong.append(f"{name}({argument}={kinds.told(given)}): {type(said).__name__}: {said}")
+            elif not fits and not said:
+                wrong.append(f"{name}({argument}={kinds.told(given)}) is accepted")
+            elif "\n" in said or len(said) > MOST_CHARACTERS:
+                wrong.append(f"{name}({argument}={kinds.told(given)}): no short sentence: {said}")
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: df.run("figure-3-air"), "case = 'figure-3-air' is not a case; df.example and df.load_case give one"),
+        (lambda: df.advice(1), "case = 1 is neither a case nor a result; df.example and df.load_case give one; "
+                               "df.run and df.read give one"),
+        (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; df.run and df.read give one"),
+        (lambda: df.run(CASE, progress="yes"), "progress = 'yes' is neither a function nor True or False"),
+        (lambda: CASE.set("drive.A0=9 nm", 2), "assignments = 2 is not text"),
+    ],
+)  # fmt: skip
+def test_the_sentence_says_what_is_wanted_and_where_it_comes_from(call, sentence):
+    with pytest.raises(df.ParameterError) as error:
+        call()
+    assert str(error.value) == sentence
