@@ -18,6 +18,9 @@ from dforce.solvers.lanes import FAR, advance_lanes, padded
 from dforce.solvers.rk4 import advance
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
+REPEATED = 1e-11  # of its scale: change of a memory that repeats
+SLOWEST = 0.99  # ratio of the changes of a memory over two periods: beyond, nothing is foretold
+MOST_PASSES = 200  # periods that a memory gets to repeat
 DISTANCE, FREQUENCY = 0, 1  # the parameter that is varied
 
 
@@ -207,26 +210,60 @@ def march_columns(
     slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any,
     tones: Any, starts: Any,
 ) -> None:  # fmt: skip
-    """Advance columns one after the other, see `march`."""
+    """Advance columns one after the other, see `march`.
+
+    For the derivatives the memory belongs to the motion: each column goes through the period, from the same motion, until its
+    memory and branches repeat.
+    """
     size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
     table = np.empty((2 * drive.points + 1, mode_count()))
     record, work = np.empty((drive.points + 1, size + states + branches + 1)), np.empty((9, max(states, 1)))
     for j in range(count * each):
         s = which[j // each]
-        y, memory, branch = from_vector(starts[:, j].copy()), slots.memory[s].copy(), slots.branch[s].copy()
+        start, first = from_vector(starts[:, j].copy()), j % each == 0
+        memory = slots.memory[s].copy() if first else slots.memory_after[s].copy()
+        branch = slots.branch[s].copy() if first else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, numbers[ZC, j])
-        for period in range(drive.periods):
-            tabulate_steps(tones[j], drive.cosine[period], table)
-            y = advance(
-                y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
-                work[0], work, record, p,
-            )  # fmt: skip
-            if harmonics > 0 and each == 1:
-                take_measure(slots, s, period, harmonics, model, drive, numbers, kinks, tones, record, j)
+        y, change = start, np.zeros(states)
+        for attempt in range(MOST_PASSES if each > 1 else 1):
+            y, memory_before, branch_before = start, memory.copy(), branch.copy()
+            for period in range(drive.periods):
+                tabulate_steps(tones[j], drive.cosine[period], table)
+                y = advance(
+                    y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
+                    work[0], work, record, p,
+                )  # fmt: skip
+                if harmonics > 0 and each == 1:
+                    take_measure(slots, s, period, harmonics, model, drive, numbers, kinks, tones, record, j)
+            if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
+                break
+            if each > 1:
+                hasten(memory, memory_before, change, attempt % 3 == 2)
         for k in range(size):
             slots.ends[s, j % each, k] = y[k]
-        if j % each == 0:
+        if first:
             slots.memory_after[s], slots.branch_after[s] = memory, branch
+
+
+def hasten(memory: Any, before: Any, change: Any, now: bool) -> None:
+    """Take each number of a memory to where its last two changes, as a geometric series, would lead (Aitken)."""
+    for k in range(memory.shape[0]):
+        latest = memory[k] - before[k]
+        ratio = latest / change[k] if change[k] != 0.0 else 0.0
+        change[k] = latest
+        if now and 0.0 < ratio < SLOWEST:
+            memory[k] += latest * ratio / (1.0 - ratio)
+
+
+def repeats(memory: Any, memory_before: Any, scale: Any, branch: Any, branch_before: Any) -> bool:
+    """Say whether memory and branches are those of one common period before."""
+    for k in range(memory.shape[0]):
+        if not abs(memory[k] - memory_before[k]) < REPEATED * scale[k]:
+            return False
+    for k in range(branch.shape[0]):
+        if branch[k] != branch_before[k]:
+            return False
+    return True
 
 
 def tabulate_steps(tones: Any, cosine: Any, table: Any) -> None:

@@ -28,7 +28,8 @@ BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edg
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 COLUMNS = 32  # motions marched at once where there are few problems: several orbits ahead
-FOLLOWED, ENDED = 0, 1
+SHORT, MOST_SHORT = 1e-4, 300  # of the parameter's unit: with more steps so short between two values the map is too rough
+FOLLOWED, ENDED, ROUGH = 0, 1, 2
 
 
 class Path(NamedTuple):
@@ -57,7 +58,7 @@ class Branch(NamedTuple):
     done
         How many values of the path were reached.
     outcome
-        FOLLOWED to the end of the path, or ENDED before.
+        FOLLOWED to the end of the path, ENDED before, or given up where the map is too ROUGH.
     last_value, last_x, last_memory, last_branch, last_monodromy, last_slope
         The last orbit: where a path ends, or just before the end of the state. To begin with: the start.
     """
@@ -105,7 +106,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
     guesses, place = np.empty((most, size)), np.empty(most, np.int64)
     before, x_before, slope_before = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()
     reach, fresh = np.full(cases, FIRST), np.ones(cases, np.int64)
-    going, bridge = np.ones(cases, np.int64), np.zeros(cases, np.int64)
+    going, bridge, short = np.ones(cases, np.int64), np.zeros(cases, np.int64), np.zeros(cases, np.int64)
     for case in range(cases):
         branch.done[case], branch.outcome[case] = 0, FOLLOWED
     while True:
@@ -152,7 +153,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
         solve_orbits(slots, count, path.harmonics, model, drive, orbits, room)
         s = 0
         while s < count:
-            case, begun = slots.case[s], branch.last_value[slots.case[s]]
+            case, begun, done = slots.case[s], branch.last_value[slots.case[s]], branch.done[slots.case[s]]
             unit, refused = model.unit[case], False
             while s < count and slots.case[s] == case:
                 if not refused:
@@ -185,6 +186,12 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 bridge[case] = 1
             if bridge[case] > len(BRIDGES):
                 going[case], branch.outcome[case] = 0, ENDED
+            if branch.done[case] > done:
+                short[case] = 0
+            elif abs(branch.last_value[case] - begun) < SHORT * unit:
+                short[case] += 1
+            if short[case] > MOST_SHORT:
+                going[case], branch.outcome[case] = 0, ROUGH
             if branch.done[case] == path.counts[case]:
                 going[case] = 0
 

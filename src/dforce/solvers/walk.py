@@ -15,7 +15,7 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.observables.finish import finish, multipliers
 from dforce.observables.window import weights
-from dforce.solvers.block import ENDED, Block, States
+from dforce.solvers.block import ENDED, ROUGH, Block, States
 from dforce.solvers.lot import Indices
 from dforce.solvers.points import Jump, Points, amplitude_of
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
@@ -217,6 +217,12 @@ class Walk:
         if len(ended):
             targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
             self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
+        for i in np.flatnonzero((found.outcome == ROUGH) & ~halved):
+            case, cycles_now = int(cases[i]), cycles * self.block.common
+            integrator = self.block.integrator(case, float(self.at[case]))
+            _, rows = integrator.observe(self.state.motion(case), cycles_now)
+            self.loose[case] = amplitude_of(self.block, case, float(self.at[case]), rows)
+            self.cycles[case] = 0
 
     def _halve(self, cases: Indices, found: Branch, i: int, values: Array, cycles: int) -> bool:
         """Go over to half the periods where orbits repeat after them, as behind a period doubling gone back; say whether."""
