@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from dforce.kernel.slots import distance, latch_count, memory_size, mode_count, rate_of, switch
+from dforce.kernel.slots import coasted, distance, latch_count, memory_size, mode_count, rate_of, switch
+from dforce.observables.pieces import cubic, turning
 
 TAU = 2.0 * math.pi
 
@@ -66,6 +67,31 @@ def passed(y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> int:
             return which
     which = risen(end, t, latched, p)
     return which + kinks.shape[0] if which >= 0 else -1
+
+
+def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
+    """Say whether a step that begins and ends on one side of a kink may come to its other side on the way.
+
+    Neither the parabola through the step nor the stages of the method reach farther than the tangent at the start does in
+    the middle of the step.
+    """
+    d, middle = distance(y, p), distance(coasted(y, 0.5 * h), p)
+    for kink in kinks:
+        if (d > kink) != (middle > kink):
+            return True
+    return False
+
+
+def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:
+    """Return the share of a step (s) at which the motion turns behind a kink that both ends lie before, or 0."""
+    d0, v0, d1, v1 = distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
+    if v0 * v1 < 0.0:
+        share = turning(dt, d0, v0, d1, v1)
+        farthest = cubic(share, dt, d0, v0, d1, v1)
+        for kink in kinks:
+            if (d0 > kink) == (d1 > kink) and (d0 > kink) != (farthest > kink):
+                return share
+    return 0.0
 
 
 def margin(which: int, y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> float:

@@ -91,7 +91,7 @@ def advance_lanes(
             f = force(distance(y, p), rate_of(y, p), t, None, None, p)
             here[place, j] = f
             put_column(there, j, smooth_step(y, f, u0, u1, u2, h, t, dt, None, None, p))
-        if mark_crossed(here, there, numbers, kinks, crossed):
+        if mark_crossed(here, there, numbers, kinks, h, crossed):
             for j in range(size):
                 if crossed[j]:
                     p = parameters_of(numbers, j)
@@ -110,16 +110,17 @@ def advance_lanes(
     return end_row
 
 
-def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, crossed: Any) -> int:
-    """Mark the lanes that pass a kink between two samples; return whether there is any."""
+def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, crossed: Any) -> int:
+    """Mark the lanes that pass a kink between two samples, or may touch one (see `grazes`); return whether there is any."""
     for j in range(crossed.shape[0]):
         crossed[j] = 0
     for k in range(kinks.shape[0]):
         for j in range(crossed.shape[0]):
             p = parameters_of(numbers, j)
             before = distance(column(here, j), p) > kinks[k, j]
+            middle = distance(coasted(column(here, j), 0.5 * h), p) > kinks[k, j]
             after = distance(column(there, j), p) > kinks[k, j]
-            crossed[j] |= 1 if before != after else 0
+            crossed[j] |= (1 if before != after else 0) | (1 if before != middle else 0)
     found = 0
     for j in range(crossed.shape[0]):
         found |= crossed[j]

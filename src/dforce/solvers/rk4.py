@@ -33,7 +33,20 @@ from dforce.kernel.slots import (
 from dforce.observables.lockin import lock_in_turned, tones_turns
 from dforce.observables.measure import measure
 from dforce.observables.pieces import crossing
-from dforce.solvers._loops import TAU, held, interval, keep_rest, margin, passed, phases, risen, seconds, tabulate
+from dforce.solvers._loops import (
+    TAU,
+    grazes,
+    held,
+    interval,
+    keep_rest,
+    margin,
+    passed,
+    phases,
+    risen,
+    seconds,
+    tabulate,
+    turn_behind,
+)
 
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
@@ -100,9 +113,11 @@ def cut_at_kink(
     the three, to an error below that of the step. What this cannot do, as more than one kink in a step, is left to
     `cut_step`.
     """
-    if memory_size() == 0 and latch_count() == 0:
-        t, dt = seconds(period * TAU + tau, p), seconds(h, p)
-        which = passed(y, end, t, latched, kinks, p)
+    t, dt = seconds(period * TAU + tau, p), seconds(h, p)
+    which = passed(y, end, t + dt, latched, kinks, p)
+    if which < 0:
+        end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+    elif memory_size() == 0 and latch_count() == 0:
         limits = interval(y, kinks, p)
         first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
         first += 0.5 * NEAR * h
@@ -157,6 +172,11 @@ def cut_step(
         if not known:
             end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
         which = passed(y, end, t + seconds(done, p), latched, kinks, p)
+        share = turn_behind(y, end, seconds(done, p), kinks, p) if which < 0 else 0.0
+        if share > 0.0:
+            done *= share
+            end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
+            which = passed(y, end, t + seconds(done, p), latched, kinks, p)
         if which >= 0:
             done, end = first_event(
                 y, end, which, start, done, period, memory, latched, tones, bases, kinks, stage, work, p
@@ -253,7 +273,7 @@ def advance(
         keep_rest(block, i, memory, latched, f)
         u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         end = step(y, f, u0, u1, u2, h, t, memory, latched, None, stage, work, p)
-        if passed(y, end, t + dt, latched, kinks, p) >= 0:
+        if passed(y, end, t + dt, latched, kinks, p) >= 0 or grazes(y, h, kinks, p):
             end = cut_at_kink(
                 y, end, f, u0, u1, u2, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p
             )
