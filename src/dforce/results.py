@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce import quantities, units
-from dforce.errors import ResultError, checked, shorten
+from dforce.errors import ParameterError, ResultError, checked, shorten
 from dforce.files import check_target, reason, write_whole
 
 if TYPE_CHECKING:
@@ -64,6 +64,18 @@ class Status(enum.IntEnum):
     def meaning(self) -> str:
         """Return the word for it in a Dataset's `flag_meanings`."""
         return self.name.lower()
+
+
+def check_computed(result: xr.Dataset) -> None:
+    """Refuse the result of a run that was stopped before its first point.
+
+    Raises
+    ------
+    ParameterError
+        When no point of the result was computed.
+    """
+    if "status" in result and bool((result["status"].values == Status.NOT_COMPUTED).all()):
+        raise ParameterError("the run was stopped before its first point, so its result holds no number yet: go on with it")
 
 
 def describe(dataset: xr.Dataset) -> xr.Dataset:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.errors import ParameterError, checked, nearest, shorten
-from dforce.results import COLUMN_DIMS
+from dforce.results import COLUMN_DIMS, check_computed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,6 +108,7 @@ def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
 
 def _variable(dataset: xr.Dataset, name: str) -> xr.Variable:
     if name not in dataset.variables:
+        check_computed(dataset)
         raise ParameterError(f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables))}")
     return dataset.variables[name]
 

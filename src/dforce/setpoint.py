@@ -10,7 +10,7 @@ import numpy as np
 
 from dforce.errors import ParameterError, checked, nearest
 from dforce.jumps import jumps_of_all
-from dforce.results import Status
+from dforce.results import Status, check_computed
 from dforce.series import by_case, drawable, goes_along, row_of, swept
 
 if TYPE_CHECKING:
@@ -50,10 +50,11 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     Raises
     ------
     ParameterError
-        When the result is no curve with an amplitude ratio, lacks a quantity, or the set point is not above 0.
+        When the result holds no point yet, is no curve with an amplitude ratio, lacks a quantity, or the set point is not above 0.
     """
     import xarray as xr
 
+    check_computed(result)
     along = goes_along(result)
     over = swept(result, along)
     first = result.isel(dict.fromkeys(over, 0))

@@ -110,3 +110,15 @@ def test_a_ctrl_c_that_is_sent_twice_at_once_is_one():
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
         os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_a_result_without_a_point_says_so_wherever_it_is_read():
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    empty = df.approach(df.example("hysteresis"), progress=stop)
+    assert df.count_status(empty) == {df.Status.NOT_COMPUTED: empty.status.size}
+    assert "0 of 281" in str(df.summary(empty))
+    for reader in (df.at_set_point, df.plot.overview, df.plot.amplitude_phase, lambda it: df.plot.curve(it, "amplitude")):
+        with pytest.raises(df.ParameterError, match="stopped before its first point"):
+            reader(empty)

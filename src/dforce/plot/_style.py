@@ -19,7 +19,7 @@ from dforce import units
 from dforce.errors import ParameterError, UnitError, checked, nearest
 from dforce.files import check_target, write_whole
 from dforce.kinds import told
-from dforce.results import COLUMN_DIMS, reader_unit
+from dforce.results import COLUMN_DIMS, check_computed, reader_unit
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -86,6 +86,7 @@ def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
         For a name that the result lacks, and for more dimensions, such as those of a sweep.
     """
     if name not in dataset.variables:
+        check_computed(dataset)
         known = [str(variable) for variable in dataset.data_vars]
         raise ParameterError(f"this result has no '{name}'{nearest(name, known)}")
     more = [str(dim) for dim in dataset[name].dims if dim not in {*dims, *COLUMN_DIMS}]

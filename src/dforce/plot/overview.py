@@ -14,6 +14,7 @@ from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
+from dforce.results import check_computed
 from dforce.series import swept
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
@@ -59,6 +60,7 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
         return branches_overview(dataset, figure)
     if "frequency" in dataset.dims and "amplitude" in dataset:
         return resonance(dataset, figure=figure)
+    check_computed(dataset)
     raise ParameterError("this dataset is the result of no experiment, nor a force curve; there is no overview of it")
 
 

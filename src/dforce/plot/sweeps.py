@@ -12,7 +12,7 @@ from matplotlib.figure import FigureBase
 from dforce.errors import ParameterError
 from dforce.plot._style import COLORS, head
 from dforce.plot.pictures import draw
-from dforce.results import reader_unit
+from dforce.results import check_computed, reader_unit
 from dforce.series import Picture, drawable, goes_along, swept
 
 MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
@@ -38,6 +38,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     known = drawable(next(iter(layers.values())), along) if along else []
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
     if not names:
+        check_computed(dataset)
         raise ParameterError(
             "this sweep keeps no quantity along a distance or a parameter, so there is no overview of it"
         )

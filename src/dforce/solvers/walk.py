@@ -7,7 +7,7 @@ Where the motion does not repeat it settles in time at each value.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,7 @@ STRIDE = 0.02  # of the parameter's unit: step between values at which motions s
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
-CYCLES = (1, 2, 4, 8)  # common periods after which states may repeat
+MOST_CYCLES = 12  # common periods after which states repeat, at most
 CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
@@ -329,7 +329,7 @@ class Walk:
 
     def _doubled(self, case: int, last: States, aside: Array, ended: float, target: float, cycles: int) -> bool:
         """Look for the state of twice the period behind a period doubling; say whether there is one, which then goes on."""
-        if 2 * cycles > CYCLES[-1]:
+        if 2 * cycles > MOST_CYCLES:
             return False
         room = DOUBLED * float(self.block.unit[case])
         at = ended + min(max(target - ended, -room), room)
@@ -381,7 +381,7 @@ class Walk:
         one, at, motion = np.array([case]), np.array([value]), States.of(found.motion)
         self.state.put(one, motion)
         self.at[case], self.cycles[case] = value, 0
-        for cycles in CYCLES if found.motion.is_finite else ():
+        for cycles in self._returns(case, motion, value) if found.motion.is_finite else ():
             orbit = self._polished(one, motion, at, cycles)
             if orbit.done[0] == 1 and apart(orbit.last_x, motion.x)[0] < AT_ONCE:
                 self._note_capture(case, before, value, orbit, cycles)
@@ -396,6 +396,14 @@ class Walk:
             points.put_other(case, place, found)
             self.loose[case] = found.values["amplitude"][0]
             self.done[case] += 1
+
+    def _returns(self, case: int, motion: States, value: float) -> Iterator[int]:
+        """Give the numbers of common periods after which a motion is back, or all but back."""
+        one, at, later = np.array([case]), np.array([value]), motion
+        for cycles in range(1, MOST_CYCLES + 1):
+            later = self.block.advance(one, later, at, 1)
+            if apart(later.x, motion.x)[0] < AT_ONCE:
+                yield cycles
 
     def _note_capture(self, case: int, before: float, value: float, orbit: Branch, cycles: int) -> None:
         """Note a jump from a motion that does not repeat to an orbit that was there at the value before as well."""
