@@ -236,7 +236,7 @@ class Block:
             np.full((cases, steps, periods, self.columns), np.nan), np.full((cases, steps), np.nan),
             np.zeros((cases, steps), np.int64), np.zeros(cases, np.int64), np.zeros(cases, np.int64),
             at.astype(float), starts.x.copy(), starts.memory.copy(), starts.branch.copy(),
-            np.full((cases, size, size), np.nan), np.zeros((cases, size)),
+            np.full((cases, size, size), np.nan), np.zeros((cases, size)), np.full(cases, np.nan),
         )  # fmt: skip
         follow = self._solvers.entry("follow")
         for start in range(0, cases, ABREAST):

@@ -61,6 +61,8 @@ class Branch(NamedTuple):
         FOLLOWED to the end of the path, ENDED before, or given up where the map is too ROUGH.
     last_value, last_x, last_memory, last_branch, last_monodromy, last_slope
         The last orbit: where a path ends, or just before the end of the state. To begin with: the start.
+    fold
+        Value at which the last two orbits foretell a fold; NaN where they foretell none ahead.
     """
 
     x: Any
@@ -78,6 +80,7 @@ class Branch(NamedTuple):
     last_branch: Any
     last_monodromy: Any
     last_slope: Any
+    fold: Any
 
 
 def predict(
@@ -216,9 +219,22 @@ def continues(s: int, slots: Any, orbits: Any, guess: Any, branch: Any, unit: fl
     return bool(chord < CHORD and bent < BENT * abs(step) * steepest)
 
 
+def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:
+    """Return the value at which two slopes, the longest of an orbit each, foretell a fold, or NaN.
+
+    There the state moves like the root of the way that is left: the inverse square of the slope falls to zero like a line.
+    """
+    if not (slope > slope_before > 0.0):
+        return np.nan
+    return value + (value - value_before) * slope_before**2 / (slope**2 - slope_before**2)
+
+
 def take(s: int, at: int, slots: Any, orbits: Any, branch: Any) -> None:
     """Make the orbit of a slot the last one of its problem, and keep it where it lies on the path."""
     case, size = slots.case[s], slots.x.shape[1]
+    branch.fold[case] = fold_ahead(
+        slots.value[s], longest(orbits.slope[s]), branch.last_value[case], longest(branch.last_slope[case])
+    )
     branch.last_value[case] = slots.value[s]
     for k in range(size):
         branch.last_x[case, k], branch.last_slope[case, k] = slots.x[s, k], orbits.slope[s, k]

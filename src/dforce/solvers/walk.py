@@ -28,7 +28,8 @@ CHUNK = (
 AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
-BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind its last orbit a state has ended
+FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a state may end in a fold that this one foretells
+BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
 KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the one before
 DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
@@ -295,14 +296,16 @@ class Walk:
             return
         cases, unit, way, targets, known = cases[rest], unit[rest], way[rest], targets[rest], known[rest]
         last, aside, at_end = last.take(rest), aside[rest], ends.last_value[rest]
-        beyond = np.where(np.abs(targets - at_end) < BEYOND * unit, targets, at_end + way * BEYOND * unit)
+        ahead = way * (ends.fold[rest] - at_end)
+        place = at_end + way * np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
+        beyond = np.where(np.abs(targets - at_end) < way * (place - at_end) + BEYOND * unit, targets, place + way * BEYOND * unit)
         start = last.copy()
         start.x[:] += KICK * aside
         gone = start if self.block.is_smooth else self._gone(cases, start, last, beyond)
         self.state.put(cases, gone)
         self.at[cases], self.cycles[cases] = beyond, 0
         found, good, _ = self._settled(cases, gone, beyond)
-        self._note_jumps(cases, last, at_end, beyond, found, good, known, cycles)
+        self._note_jumps(cases, last, at_end, place, beyond, found, good, known, cycles)
         for i in np.flatnonzero(good):
             self.cycles[cases[i]] = 1
             self.state.put(cases[i], States(found.last_x[i], found.last_memory[i], found.last_branch[i]))
@@ -348,7 +351,8 @@ class Walk:
         return bool(len(doubled))
 
     def _note_jumps(
-        self, cases: Indices, last: States, ended: Array, beyond: Array, found: Branch, good: Any, known: Any, cycles: int
+        self, cases: Indices, last: States, ended: Array, place: Array, beyond: Array, found: Branch, good: Any, known: Any,
+        cycles: int,
     ) -> None:  # fmt: skip
         """Note the changes of state that are sudden."""
         block = self.block
@@ -368,7 +372,7 @@ class Walk:
                 after = float(landed.values["amplitude"][0])
                 sudden = abs(after - first) > SUDDEN * block.lot.length[case]
             if sudden:
-                self.jumps[case].append(Jump(0.5 * (at_end + value), first, after, value > at_end))
+                self.jumps[case].append(Jump(float(place[i]), first, after, value > at_end))
 
     def _in_time(self, case: int) -> None:
         """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""
@@ -410,12 +414,14 @@ class Walk:
         last = float(self.loose[case])
         if value == before or np.isnan(last):
             return
-        after = amplitude_of(self.block, case, value, orbit.rows[0, 0])
-        if abs(after - last) > SUDDEN * self.block.lot.length[case]:
-            one, start = np.array([case]), States(orbit.last_x, orbit.last_memory, orbit.last_branch)
-            back = self.block.follow(one, start, np.array([value]), np.array([[before]]), repeats=cycles)
-            if back.done[0] == 1:
-                self.jumps[case].append(Jump(0.5 * (before + value), last, after, value > before))
+        one, start = np.array([case]), States(orbit.last_x, orbit.last_memory, orbit.last_branch)
+        back = self.block.follow(one, start, np.array([value]), np.array([[before]]), repeats=cycles)
+        if back.done[0] == 0:
+            return
+        there = amplitude_of(self.block, case, before, back.rows[0, 0])
+        if abs(there - last) > SUDDEN * self.block.lot.length[case]:
+            after = amplitude_of(self.block, case, value, orbit.rows[0, 0])
+            self.jumps[case].append(Jump(0.5 * (before + value), last, after, value > before))
 
 
 def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
