@@ -75,7 +75,9 @@ def check_computed(result: xr.Dataset) -> None:
         When no point of the result was computed.
     """
     if "status" in result and bool((result["status"].values == Status.NOT_COMPUTED).all()):
-        raise ParameterError("the run was stopped before its first point, so its result holds no number yet: go on with it")
+        raise ParameterError(
+            "the run was stopped before its first point, so its result holds no number yet: go on with it"
+        )
 
 
 def describe(dataset: xr.Dataset) -> xr.Dataset:

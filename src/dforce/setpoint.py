@@ -50,7 +50,8 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     Raises
     ------
     ParameterError
-        When the result holds no point yet, is no curve with an amplitude ratio, lacks a quantity, or the set point is not above 0.
+        When the result holds no point yet, is no curve with an amplitude ratio, or lacks a quantity, and when the set point
+        is not above 0.
     """
     import xarray as xr
 

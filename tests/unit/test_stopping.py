@@ -119,6 +119,11 @@ def test_a_result_without_a_point_says_so_wherever_it_is_read():
     empty = df.approach(df.example("hysteresis"), progress=stop)
     assert df.count_status(empty) == {df.Status.NOT_COMPUTED: empty.status.size}
     assert "0 of 281" in str(df.summary(empty))
-    for reader in (df.at_set_point, df.plot.overview, df.plot.amplitude_phase, lambda it: df.plot.curve(it, "amplitude")):
+    for reader in (
+        df.at_set_point,
+        df.plot.overview,
+        df.plot.amplitude_phase,
+        lambda it: df.plot.curve(it, "amplitude"),
+    ):
         with pytest.raises(df.ParameterError, match="stopped before its first point"):
             reader(empty)

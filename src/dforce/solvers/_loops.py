@@ -76,10 +76,10 @@ def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
     the middle of the step.
     """
     d, middle = distance(y, p), distance(coasted(y, 0.5 * h), p)
+    found = False
     for kink in kinks:
-        if (d > kink) != (middle > kink):
-            return True
-    return False
+        found |= (d > kink) != (middle > kink)
+    return found
 
 
 def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:

@@ -22,7 +22,7 @@ from dforce.solvers.lanes import padded
 from dforce.solvers.lot import Indices, Lot
 from dforce.solvers.newton import Orbits
 from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
-from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, ROUGH, Branch, Path
+from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch
 
@@ -30,7 +30,7 @@ ABREAST = 64  # problems solved in one call: their samples stay in the cache
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
 
-__all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "ROUGH", "Block", "States"]
+__all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block", "States"]
 
 
 def unwatched() -> None:

@@ -257,13 +257,12 @@ def hasten(memory: Any, before: Any, change: Any, now: bool) -> None:
 
 def repeats(memory: Any, memory_before: Any, scale: Any, branch: Any, branch_before: Any) -> bool:
     """Say whether memory and branches are those of one common period before."""
+    same = True
     for k in range(memory.shape[0]):
-        if not abs(memory[k] - memory_before[k]) < REPEATED * scale[k]:
-            return False
+        same &= abs(memory[k] - memory_before[k]) < REPEATED * scale[k]
     for k in range(branch.shape[0]):
-        if branch[k] != branch_before[k]:
-            return False
-    return True
+        same &= branch[k] == branch_before[k]
+    return same
 
 
 def tabulate_steps(tones: Any, cosine: Any, table: Any) -> None:

@@ -23,13 +23,17 @@ EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far fro
 GROWTH, SHRINK = 3.0, 0.25  # of the next step after one that was taken, and after one that was not
 PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
-BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope
+BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope,
+ASIDE = 2e-3  # of the free amplitude, and this far at most: a jump is no smaller
 BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edge of the map
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 COLUMNS = 32  # motions marched at once where there are few problems: several orbits ahead
-SHORT, MOST_SHORT = 1e-4, 300  # of the parameter's unit: with more steps so short between two values the map is too rough
-FOLLOWED, ENDED, ROUGH = 0, 1, 2
+SHORT, MOST_SHORT = (
+    1e-4,
+    300,
+)  # of the parameter's unit: with more steps so short between two values the map is too rough
+FOLLOWED, ENDED, TOO_ROUGH = 0, 1, 2
 
 
 class Path(NamedTuple):
@@ -58,7 +62,7 @@ class Branch(NamedTuple):
     done
         How many values of the path were reached.
     outcome
-        FOLLOWED to the end of the path, ENDED before, or given up where the map is too ROUGH.
+        FOLLOWED to the end of the path, ENDED before, or given up where the map is TOO_ROUGH.
     last_value, last_x, last_memory, last_branch, last_monodromy, last_slope
         The last orbit: where a path ends, or just before the end of the state. To begin with: the start.
     fold
@@ -194,7 +198,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
             elif abs(branch.last_value[case] - begun) < SHORT * unit:
                 short[case] += 1
             if short[case] > MOST_SHORT:
-                going[case], branch.outcome[case] = 0, ROUGH
+                going[case], branch.outcome[case] = 0, TOO_ROUGH
             if branch.done[case] == path.counts[case]:
                 going[case] = 0
 
@@ -213,10 +217,12 @@ def continues(s: int, slots: Any, orbits: Any, guess: Any, branch: Any, unit: fl
         astray = max(astray, abs(slots.x[s, k] - guess[k]))
         chord = max(chord, abs(moved))
         bent = max(bent, abs(moved - 0.5 * step * (orbits.slope[s, k] + branch.last_slope[case, k])))
-    if astray < PREDICTED or bridge > 0:
-        return bool(bridge == 0 or chord < SAME)
+    if bridge > 0:
+        return chord < SAME
+    if astray < PREDICTED and bent < CHORD:
+        return True
     steepest = max(longest(orbits.slope[s]), longest(branch.last_slope[case]))
-    return bool(chord < CHORD and bent < BENT * abs(step) * steepest)
+    return bool(chord < CHORD and bent < min(ASIDE, BENT * abs(step) * steepest))
 
 
 def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:

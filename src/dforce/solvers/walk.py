@@ -15,7 +15,8 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.observables.finish import finish, multipliers
 from dforce.observables.window import weights
-from dforce.solvers.block import ENDED, ROUGH, Block, States
+from dforce.solvers.block import ENDED, TOO_ROUGH, Block, States
+from dforce.solvers.integrator import Motion
 from dforce.solvers.lot import Indices
 from dforce.solvers.points import Jump, Points, amplitude_of
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
@@ -28,7 +29,9 @@ CHUNK = (
 AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
-FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a state may end in a fold that this one foretells
+FORETOLD = (
+    1e-4  # of the parameter's unit: how far behind its last orbit a state may end in a fold that this one foretells
+)
 BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
 KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the one before
@@ -218,12 +221,11 @@ class Walk:
         if len(ended):
             targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
             self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
-        for i in np.flatnonzero((found.outcome == ROUGH) & ~halved):
-            case, cycles_now = int(cases[i]), cycles * self.block.common
-            integrator = self.block.integrator(case, float(self.at[case]))
-            _, rows = integrator.observe(self.state.motion(case), cycles_now)
-            self.loose[case] = amplitude_of(self.block, case, float(self.at[case]), rows)
-            self.cycles[case] = 0
+        for case in cases[(found.outcome == TOO_ROUGH) & ~halved].tolist():
+            self.loose[case], self.cycles[case] = (
+                self._amplitude(case, self.state.motion(case), self.at[case], cycles),
+                0,
+            )
 
     def _halve(self, cases: Indices, found: Branch, i: int, values: Array, cycles: int) -> bool:
         """Go over to half the periods where orbits repeat after them, as behind a period doubling gone back; say whether."""
@@ -298,7 +300,8 @@ class Walk:
         last, aside, at_end = last.take(rest), aside[rest], ends.last_value[rest]
         ahead = way * (ends.fold[rest] - at_end)
         place = at_end + way * np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
-        beyond = np.where(np.abs(targets - at_end) < way * (place - at_end) + BEYOND * unit, targets, place + way * BEYOND * unit)
+        beyond = place + way * BEYOND * unit
+        beyond = np.where(way * (targets - beyond) < 0.0, targets, beyond)
         start = last.copy()
         start.x[:] += KICK * aside
         gone = start if self.block.is_smooth else self._gone(cases, start, last, beyond)
@@ -361,8 +364,7 @@ class Walk:
                 continue
             value, at_end = float(beyond[i]), float(ended[i])
             # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
-            _, rows = block.integrator(case, at_end).observe(last.motion(i), cycles * block.common)
-            first = amplitude_of(block, case, at_end, rows)
+            first = self._amplitude(case, last.motion(i), at_end, cycles)
             if good[i]:
                 after = amplitude_of(block, case, value, found.rows[i, 0])
                 sudden = bool(apart(found.last_x[i : i + 1], last.x[i : i + 1])[0] > SUDDEN)
@@ -373,6 +375,11 @@ class Walk:
                 sudden = abs(after - first) > SUDDEN * block.lot.length[case]
             if sudden:
                 self.jumps[case].append(Jump(float(place[i]), first, after, value > at_end))
+
+    def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
+        """Return the amplitude (m) of a motion that repeats after so many common periods."""
+        _, rows = self.block.integrator(case, value).observe(motion, cycles * self.block.common)
+        return amplitude_of(self.block, case, value, rows)
 
     def _in_time(self, case: int) -> None:
         """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""

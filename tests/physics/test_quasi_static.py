@@ -1,0 +1,126 @@
+"""The quasi-static protocol: curves do not depend on their grids, and jumps are the ends of states."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, example, given, settings
+from hypothesis import strategies as st
+
+import dforce as df
+from dforce.validation.tip_equation import Region, TipEquation, dmt_with_drag
+
+# one kernel each; a force that jumps at contact, a sudden neck and a memory besides those that are smooth or have a kink
+FAMILIES = {
+    "dmt": [df.forces.DMT(hamaker="1e-19 J")],
+    "viscous": [df.forces.DMT(hamaker="6e-20 J"), df.forces.KelvinVoigt(viscosity="20 Pa s")],
+    "jumping": [df.forces.VanDerWaals(hamaker="1e-19 J", inside="off"), df.forces.Hertz()],
+    "capillary": [df.forces.Hertz(), df.forces.Capillary()],
+    "sagging": [df.forces.VanDerWaals(hamaker="5e-20 J"), df.forces.SLS(elements=6, relaxation_time="3 us")],
+}
+# where samples pass an edge of the force the map has small folds of its own: at 256 samples they shift jumps by 1e-5 of A0
+SAMPLES = {"capillary": 256, "sagging": 256}
+SAME, SAME_PHASE, SAME_JUMP = 1e-8, 1e-6, 1e-6  # of the free amplitude; degrees times A0/A; of the free amplitude
+AT_A_TOUCH = (
+    1e-5  # of the free amplitude: where a touch of a force that jumps ends a state, which the derivatives feel before
+)
+NEUTRAL = 1e-4  # from the unit circle: beside a multiplier so near to it rounding is not forgotten
+
+
+def lever(family, A0=20e-9, f0=70e3, k=2.7, Q=180.0, youngs_modulus=2e9, radius=8e-9, **solver):
+    return df.Case(
+        cantilever=df.Cantilever(f0=f0, k=k, Q=Q), drive=df.Drive(A0=A0), tip=df.Tip(radius=radius),
+        sample=df.Sample(youngs_modulus=youngs_modulus, poisson_ratio=0.3), forces=FAMILIES[family],
+        solver=df.SolverSettings(**solver),
+    )  # fmt: skip
+
+
+def jumps_of(result):
+    if "jump_zc" not in result:
+        return []
+    return sorted(zip(result.jump_direction.values.tolist(), result.jump_zc.values.tolist(), strict=True))
+
+
+def check_same_curve(one, other, a0, same_jump=SAME_JUMP):
+    """Agree at the distances that both hold, where the motion repeats, and in the jumps between motions that do."""
+    if all((curve.repeat_periods == 1).all() for curve in (one, other)):
+        assert [way for way, _ in jumps_of(one)] == [way for way, _ in jumps_of(other)]
+        for (_, first), (_, second) in zip(jumps_of(one), jumps_of(other), strict=True):
+            assert first == pytest.approx(second, abs=same_jump * a0)
+    shared = np.intersect1d(one.zc, other.zc)
+    one, other = one.sel(zc=shared), other.sel(zc=shared)
+    repeats = (one.repeat_periods == 1) & (other.repeat_periods == 1)
+    assert repeats.sum() >= 2
+    firm = repeats & (abs(one.multiplier_modulus - 1.0) > NEUTRAL).all("multiplier")
+    apart = abs(one.amplitude - other.amplitude).isel(tone=0).where(firm, 0.0)
+    turned = (abs(one.phase - other.phase) * one.amplitude / a0).isel(tone=0).where(firm, 0.0)
+    assert float(apart.max()) < SAME * a0
+    assert float(turned.max()) < SAME_PHASE
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@settings(max_examples=6, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@example(A0=20e-9, k=10.0, Q=80.0, modulus=2e9, turn=0.3)
+@given(
+    A0=st.sampled_from([5e-9, 10e-9, 30e-9]), k=st.floats(4.0, 40.0), Q=st.floats(5.0, 100.0),
+    modulus=st.floats(0.2e9, 20e9), turn=st.floats(0.2, 0.9),
+)  # fmt: skip
+def test_a_curve_does_not_depend_on_its_grid(family, A0, k, Q, modulus, turn):
+    case = lever(family, A0=A0, k=k, Q=Q, youngs_modulus=modulus, points_per_period=SAMPLES.get(family, 1024))
+    zc = np.linspace(1.1 * A0 + 3e-9, turn * A0, 46)
+    coarse, fine = (df.approach(case, zc=grid, direction="both") for grid in (zc[::9], zc))
+    check_same_curve(coarse, fine, A0, AT_A_TOUCH if family == "jumping" else SAME_JUMP)
+
+
+@pytest.mark.parametrize("points", [45, 56, 111, 221])
+def test_a_state_that_all_but_touches_a_force_that_jumps_has_no_end(points):
+    """The tip turns 1 to 3 pm before contact, where the attraction would be off; the motion between two samples is longer."""
+    air = df.example("figure-3-air-jump")
+    curve = df.approach(air, zc=np.linspace(12e-9, 1e-9, points), direction="both", protocol="quasi_static")
+    assert jumps_of(curve) == []
+    assert (curve.status == df.Status.OK).all()
+    assert float(curve.min_distance.min()) > 0.165e-9
+
+
+def test_the_stiff_sample_has_one_jump_at_its_fold_whatever_the_step():
+    case = lever("viscous", A0=30e-9)
+    states = df.branches(case, zc={"start": "40 nm", "stop": "14 nm"})
+    folds = states.zc.values[states.special.values == "fold"]
+    for step in (0.2125e-9, 0.2e-9, 0.05e-9):
+        curve = df.approach(case, zc=np.arange(34e-9, 19e-9, -step), direction="approach")
+        (jump,) = curve.jump_zc.values
+        assert jump == pytest.approx(23.102e-9, abs=0.001e-9)
+        assert np.abs(folds - jump).min() < SAME_JUMP * 30e-9
+
+
+def test_escape_falls_like_a_square_root_towards_a_fold():
+    case = df.example("hysteresis")
+    states = df.branches(case, zc={"start": "25 nm", "stop": "8 nm"})
+    folds = states.zc.values[states.special.values == "fold"]
+    curve = df.approach(case)
+    assert len(folds) == 2
+    for way, fold in zip(("approach", "retract"), np.sort(folds), strict=True):
+        ((_, jump),) = (pair for pair in jumps_of(curve) if pair[0] == way)
+        assert jump == pytest.approx(fold, abs=SAME_JUMP * 20e-9)
+        near = (abs(states.zc - fold) < 0.05e-9) & states.stable & (states.escape > 0.0)
+        before = abs(states.zc - fold).values[near.values]
+        escape = states.escape.values[near.values]
+        kept = escape < 2.0 * escape.min() if len(escape) > 3 else escape > 0.0
+        shares = escape[kept] / np.sqrt(before[kept])
+        assert np.ptp(shares) < 0.2 * shares.max()
+
+
+def test_behind_a_fold_the_motion_goes_where_another_integrator_takes_it():
+    """DOP853, from the last motion before the fold and a hair behind it, comes to the state that the curve goes on with."""
+    a0, f0, k, Q, modulus, hamaker = 20e-9, 70e3, 2.7, 40.0, 1e9, 1e-19
+    case = lever("dmt", A0=a0, f0=f0, k=k, Q=Q, youngs_modulus=modulus, points_per_period=1024)
+    (fold,) = df.approach(case, zc=np.linspace(24e-9, 10e-9, 15), direction="approach").jump_zc.values
+    curve = df.approach(case, zc=[24e-9, fold + 1e-5 * a0, fold - 1e-3 * a0], direction="approach")
+    left, reached = curve.isel(zc=1), curve.isel(zc=2)
+    law = dmt_with_drag(8e-9, modulus / 0.91, hamaker, 0.0, 0.165e-9)
+    equation = TipEquation(
+        [(f0, k, Q)], [(f0, [k * a0 / Q], 0.0)], float(reached.zc), law, [Region(0.165e-9, 0.165e-9)], length=a0
+    )
+    z, v = left.motion.values[:1], left.motion.values[1:]
+    z, v, _ = equation.follow(z, v, 300 / f0, rtol=1e-8)
+    there = equation.measure(z, v, 1 / f0, rtol=1e-10)
+    assert there["amplitude"] == pytest.approx(float(reached.amplitude[0]), abs=1e-4 * a0)
+    assert abs(float(left.amplitude[0]) - float(reached.amplitude[0])) > 0.02 * a0
