@@ -23,8 +23,8 @@ EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far fro
 GROWTH, SHRINK = 3.0, 0.25  # of the next step after one that was taken, and after one that was not
 PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
-BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope,
-ASIDE = 2e-3  # of the free amplitude, and this far at most: a jump is no smaller
+BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope
+TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
 BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edge of the map
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
@@ -211,18 +211,18 @@ def continues(s: int, slots: Any, orbits: Any, guess: Any, branch: Any, unit: fl
         return True
     size, case = slots.x.shape[1], slots.case[s]
     step = (slots.value[s] - branch.last_value[case]) / unit
-    astray, chord, bent = 0.0, 0.0, 0.0
+    astray, chord, bent, turned = 0.0, 0.0, 0.0, 0.0
     for k in range(size):
         moved = slots.x[s, k] - branch.last_x[case, k]
         astray = max(astray, abs(slots.x[s, k] - guess[k]))
         chord = max(chord, abs(moved))
+        turned = max(turned, abs(step * (orbits.slope[s, k] - branch.last_slope[case, k])))
         bent = max(bent, abs(moved - 0.5 * step * (orbits.slope[s, k] + branch.last_slope[case, k])))
     if bridge > 0:
         return chord < SAME
-    if astray < PREDICTED and bent < CHORD:
-        return True
     steepest = max(longest(orbits.slope[s]), longest(branch.last_slope[case]))
-    return bool(chord < CHORD and bent < min(ASIDE, BENT * abs(step) * steepest))
+    near = chord < CHORD and bent < BENT * abs(step) * steepest
+    return bool(turned < TURNED and (astray < PREDICTED or near))
 
 
 def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:

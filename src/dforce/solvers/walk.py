@@ -43,6 +43,9 @@ SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
 MOST_CYCLES = 12  # common periods after which states repeat, at most
+NEARER = (
+    0.2  # times the distance of the next multiplier from the unit circle: so near is that of a state close to a fold
+)
 CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
@@ -288,7 +291,7 @@ class Walk:
         known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
         last = States(ends.last_x, ends.last_memory, ends.last_branch)
         way = np.sign(targets - ends.last_value)
-        doubling, aside = _directions(ends, way)
+        doubling, folding, aside = _directions(ends, way)
         left = np.ones(len(cases), dtype=bool)
         for i in np.flatnonzero(known & doubling):
             ended, target = float(ends.last_value[i]), float(targets[i])
@@ -298,7 +301,7 @@ class Walk:
             return
         cases, unit, way, targets, known = cases[rest], unit[rest], way[rest], targets[rest], known[rest]
         last, aside, at_end = last.take(rest), aside[rest], ends.last_value[rest]
-        ahead = way * (ends.fold[rest] - at_end)
+        ahead = np.where(folding[rest], way * (ends.fold[rest] - at_end), np.nan)
         place = at_end + way * np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
         beyond = place + way * BEYOND * unit
         beyond = np.where(way * (targets - beyond) < 0.0, targets, beyond)
@@ -449,24 +452,25 @@ def apart(a: Array, b: Array) -> Array:
     return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
 
 
-def _directions(ends: Branch, way: Array) -> tuple[Any, Array]:
-    """Return which states end in a period doubling, and the unit vectors along which motions leave.
+def _directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
+    """Return which states end in a period doubling, which in a fold, and the unit vectors along which motions leave.
 
     At a fold this is the direction in which the state moves: on its other side lies the unstable one. Where no multiplier is
     near the unit circle, as where the force jumps, the motion starts from the end itself.
     """
     count, size = ends.last_x.shape
-    doubling, aside = np.zeros(count, dtype=bool), np.zeros((count, size))
+    doubling, folding, aside = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool), np.zeros((count, size))
     for i in range(count):
         if not np.isfinite(ends.last_monodromy[i]).all():
             continue
         values, vectors = np.linalg.eig(ends.last_monodromy[i])
-        largest = int(np.argmax(np.abs(values)))
+        *_, second, largest = np.argsort(np.abs(values)).tolist()
         if abs(values[largest]) < 1.0 - CRITICAL:
             continue
         vector = vectors[:, largest].real
         if abs(values[largest].imag) < 1e-9 and values[largest].real > 0.0:
             vector = way[i] * ends.last_slope[i]
+            folding[i] = 1.0 - abs(values[largest]) < NEARER * (1.0 - abs(values[second]))
         doubling[i] = values[largest].real < 0.0 and abs(values[largest].imag) < 1e-9
         aside[i] = vector / max(float(np.abs(vector).max()), 1e-300)
-    return doubling, aside
+    return doubling, folding, aside
