@@ -19,8 +19,9 @@ from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Sample, Tip
-from dforce.parameters import Parameters, Part, Quantity, part, refusal
+from dforce.parameters import Parameters, Part, Quantity, part
 from dforce.problem import Problem
+from dforce.refusals import refusal
 from dforce.solvers import SolverSettings
 
 MOST_BYTES = 1_000_000  # a larger file is not a case

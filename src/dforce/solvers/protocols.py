@@ -12,8 +12,9 @@ from dforce.kernel import Array
 from dforce.solvers.block import Block, States
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Jump, Points
+from dforce.solvers.settling import apart
 from dforce.solvers.transient import Steady, steady
-from dforce.solvers.walk import JUMP, SUDDEN, Walk, apart, as_kept
+from dforce.solvers.walk import JUMP, SUDDEN, Walk, as_kept
 
 QUASI_STATIC, STEPWISE = "quasi_static", "stepwise"
 

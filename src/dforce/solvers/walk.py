@@ -20,32 +20,22 @@ from dforce.solvers.integrator import Motion
 from dforce.solvers.lot import Indices
 from dforce.solvers.points import Jump, Points, amplitude_of
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
-from dforce.solvers.relaxation import ARRIVED
+from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.transient import Steady, steady
 
-CHUNK = (
-    64  # values that are followed in one stretch: at its start only the state is known, so that a run can go on there
-)
+CHUNK = 64  # values that are followed in one stretch: at its start only the state is known, where a run can go on
 AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
-ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
-SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
-FORETOLD = (
-    1e-4  # of the parameter's unit: how far behind its last orbit a state may end in a fold that this one foretells
-)
+FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
 BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
 KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the one before
 DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
-AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
-MOST_GHOSTS = 20  # times that a motion which seemed to have settled goes on
 STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
 MOST_CYCLES = 12  # common periods after which states repeat, at most
-NEARER = (
-    0.2  # times the distance of the next multiplier from the unit circle: so near is that of a state close to a fold
-)
+NEARER = 0.2  # times the distance of the next multiplier from the unit circle: that of a state close to a fold
 CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
@@ -111,7 +101,7 @@ class Walk:
         """Find the states that the starts settle to at the first values."""
         here = self.values[cases, 0]
         start = self.state.take(cases)
-        found = self._polished(cases, start, here)
+        found = polished(self.block, cases, start, here)
         near = (found.done == 1) & (apart(found.last_x, start.x) < AT_ONCE)
         self._keep_first(cases, found, near, np.zeros(len(cases)))
         left = cases[~near]
@@ -128,80 +118,11 @@ class Walk:
         self.points.settling[cases[which], 0] = periods[which]
         self.cycles[cases[which]] = 1
 
-    def _polished(self, cases: Indices, start: States, at: Array, cycles: int = 1) -> Branch:
-        """Return the orbits that Newton's method finds near some states, where they are stable."""
-        return self.block.follow(cases, start, at, at[:, None], repeats=cycles)
-
     def _settled(self, cases: Indices, start: States, at: Array) -> tuple[Branch, Any, Array]:
         """Return the orbits on which motions settle, which of them are sure, and how many periods it took."""
-        if not self.block.is_smooth:
-            return self._settled_in_time(cases, start, at)
-        state, settled, periods = self.block.relax(cases, start, at)
-        found = self._polished(cases, state, at)
-        good = settled & (found.done == 1) & (apart(found.last_x, state.x) < 4.0 * ARRIVED)
-        for _ in range(MOST_GHOSTS):
-            left = np.flatnonzero(settled & ~good)  # slow beside a fold, where an orbit has just ceased to be
-            if not len(left):
-                break
-            spans = self.block.decay(cases[left])
-            later = self._later(cases[left], state.take(left), at[left], spans)
-            later, settled[left], took = self.block.relax(cases[left], later, at[left])
-            state.put(left, later)
-            periods[left] += took + spans * self.block.common
-            near = self._polished(cases[left], later, at[left])
-            for old, new in zip(found, near, strict=True):
-                old[left] = new
-            good[left] = settled[left] & (near.done == 1) & (apart(near.last_x, later.x) < 4.0 * ARRIVED)
+        state, found, good, periods = settled(self.block, cases, start, at)
         self.state.put(cases, state)
         return found, good, periods
-
-    def _settled_in_time(self, cases: Indices, start: States, at: Array) -> tuple[Branch, Any, Array]:
-        """Return the same by integrating through all periods, as forces with memory or hysteresis need."""
-        state, periods = start, np.zeros(len(cases))
-        found = self._polished(cases, start, at)
-        good = np.zeros(len(cases), dtype=bool)
-        for tolerance in (ROUGH, FINE):
-            left = np.flatnonzero(~good)
-            if not len(left):
-                break
-            rough, drift, took = self._settle(cases[left], state.take(left), at[left], tolerance)
-            state.put(left, rough)
-            periods[left] += took
-            near = self._polished(cases[left], rough, at[left])
-            sure = (near.done == 1) & (apart(near.last_x, rough.x) < SAME_STATE * np.maximum(drift, 1e-9))
-            for old, new in zip(found, near, strict=True):
-                old[left] = new
-            good[left] = sure
-        self.state.put(cases, state)
-        return found, good, periods
-
-    def _settle(self, cases: Indices, start: States, at: Array, tolerance: float) -> tuple[States, Array, Array]:
-        """Integrate until motions stop moving; return them, what is still to come, and the periods it took.
-
-        Each is compared over spans of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
-        still to come is taken as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
-        """
-        block, count = self.block, len(cases)
-        state, decay = start.copy(), block.decay(cases)
-        most = block.most_periods(cases)
-        former: Array = np.full(count, np.inf)
-        drift: Array = np.full(count, np.inf)
-        periods = np.zeros(count, np.int64)
-        going = np.arange(count)
-        while len(going):
-            before = state.take(going)
-            after = self._later(cases[going], before, at[going], decay[going])
-            state.put(going, after)
-            periods[going] += decay[going]
-            change = apart(after.x, before.x)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = np.where(former[going] > 0.0, np.minimum(change / former[going], 0.999), 0.0)
-                ahead = change * np.maximum(1.0, ratio / (1.0 - ratio))
-            drift[going] = np.where(np.isfinite(former[going]), ahead, np.inf)
-            over = np.isfinite(former[going]) & (np.minimum(ahead, 100.0 * change) < tolerance)
-            former[going] = change
-            going = going[~over & (periods[going] < most[going]) & np.isfinite(change)]
-        return state, drift, np.asarray(periods * float(block.common), dtype=float)
 
     def _follow(self, cases: Indices, cycles: int) -> None:
         """Follow states to the end of the stretch, or of the state."""
@@ -307,34 +228,14 @@ class Walk:
         beyond = np.where(way * (targets - beyond) < 0.0, targets, beyond)
         start = last.copy()
         start.x[:] += KICK * aside
-        gone = start if self.block.is_smooth else self._gone(cases, start, last, beyond)
-        self.state.put(cases, gone)
+        left_it = start if self.block.is_smooth else gone(self.block, cases, start, last, beyond)
+        self.state.put(cases, left_it)
         self.at[cases], self.cycles[cases] = beyond, 0
-        found, good, _ = self._settled(cases, gone, beyond)
+        found, good, _ = self._settled(cases, left_it, beyond)
         self._note_jumps(cases, last, at_end, place, beyond, found, good, known, cycles)
         for i in np.flatnonzero(good):
             self.cycles[cases[i]] = 1
             self.state.put(cases[i], States(found.last_x[i], found.last_memory[i], found.last_branch[i]))
-
-    def _gone(self, cases: Indices, start: States, last: States, at: Array) -> States:
-        """Return motions once they have left the neighborhood of the states that ended."""
-        state, going = start.copy(), np.arange(len(cases))
-        spans = np.maximum(1, self.block.decay(cases) // 4)
-        for _ in range(4 * MOST_AWAY):
-            after = self._later(cases[going], state.take(going), at[going], spans[going])
-            state.put(going, after)
-            going = going[(apart(after.x, last.x[going]) < AWAY) & np.isfinite(after.x).all(axis=1)]
-            if not len(going):
-                break
-        return state
-
-    def _later(self, cases: Indices, start: States, at: Array, spans: Indices) -> States:
-        """Return states so many common periods later, each by its own number: it must not depend on its neighbors."""
-        state = start.copy()
-        for span in np.unique(spans):
-            alike = np.flatnonzero(spans == span)
-            state.put(alike, self.block.advance(cases[alike], start.take(alike), at[alike], int(span)))
-        return state
 
     def _doubled(self, case: int, last: States, aside: Array, ended: float, target: float, cycles: int) -> bool:
         """Look for the state of twice the period behind a period doubling; say whether there is one, which then goes on."""
@@ -345,7 +246,7 @@ class Walk:
         guesses = last.take(np.zeros(len(KICKS), dtype=int))
         guesses.x[:] += KICKS[:, None] * aside
         same, there = np.full(len(KICKS), case), np.full(len(KICKS), at)
-        found = self._polished(same, guesses, there, 2 * cycles)
+        found = polished(self.block, same, guesses, there, 2 * cycles)
         states = States(found.last_x, found.last_memory, found.last_branch)
         between = self.block.advance(same, states, there, cycles)
         # on both sides of the state that has ended, in turns
@@ -396,7 +297,7 @@ class Walk:
         self.state.put(one, motion)
         self.at[case], self.cycles[case] = value, 0
         for cycles in self._returns(case, motion, value) if found.motion.is_finite else ():
-            orbit = self._polished(one, motion, at, cycles)
+            orbit = polished(self.block, one, motion, at, cycles)
             if orbit.done[0] == 1 and apart(orbit.last_x, motion.x)[0] < AT_ONCE:
                 self._note_capture(case, before, value, orbit, cycles)
                 self.cycles[case], self.loose[case] = cycles, np.nan
@@ -445,11 +346,6 @@ def one_way(at: float, values: Array) -> Array:
     steps = np.sign(np.diff(np.append(at, values)))
     turns = np.flatnonzero(steps * steps[np.flatnonzero(steps)[:1]].sum() < 0.0)
     return values[: int(turns[0])] if turns.size else values
-
-
-def apart(a: Array, b: Array) -> Array:
-    """Return how far states are apart, a row each, relative to the free amplitude; infinite where one is no number."""
-    return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
 
 
 def _directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:

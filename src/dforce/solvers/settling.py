@@ -1,0 +1,122 @@
+"""Where the motions of a block settle while the parameter stays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.solvers.block import Block, States
+from dforce.solvers.lot import Indices
+from dforce.solvers.quasi_static import Branch
+from dforce.solvers.relaxation import ARRIVED
+
+ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
+SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
+AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
+MOST_GHOSTS = 20  # times that a motion which seemed to have settled goes on
+
+
+def polished(block: Block, cases: Indices, start: States, at: Array, cycles: int = 1) -> Branch:
+    """Return the orbits that Newton's method finds near some states, where they are stable."""
+    return block.follow(cases, start, at, at[:, None], repeats=cycles)
+
+
+def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Branch, Any, Array]:
+    """Return where motions come to, the orbits there, which of these are sure, and how many periods it took."""
+    if not block.is_smooth:
+        return _settled_in_time(block, cases, start, at)
+    state, arrived, periods = block.relax(cases, start, at)
+    found = polished(block, cases, state, at)
+    good = arrived & (found.done == 1) & (apart(found.last_x, state.x) < 4.0 * ARRIVED)
+    for _ in range(MOST_GHOSTS):
+        left = np.flatnonzero(arrived & ~good)  # slow beside a fold, where an orbit has just ceased to be
+        if not len(left):
+            break
+        spans = block.decay(cases[left])
+        after = later(block, cases[left], state.take(left), at[left], spans)
+        after, arrived[left], took = block.relax(cases[left], after, at[left])
+        state.put(left, after)
+        periods[left] += took + spans * block.common
+        near = polished(block, cases[left], after, at[left])
+        for old, new in zip(found, near, strict=True):
+            old[left] = new
+        good[left] = arrived[left] & (near.done == 1) & (apart(near.last_x, after.x) < 4.0 * ARRIVED)
+    return state, found, good, periods
+
+
+def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Branch, Any, Array]:
+    """Return the same by integrating through all periods, as forces with memory or hysteresis need."""
+    state, periods = start, np.zeros(len(cases))
+    found = polished(block, cases, start, at)
+    good = np.zeros(len(cases), dtype=bool)
+    for tolerance in (ROUGH, FINE):
+        left = np.flatnonzero(~good)
+        if not len(left):
+            break
+        rough, drift, took = _settle(block, cases[left], state.take(left), at[left], tolerance)
+        state.put(left, rough)
+        periods[left] += took
+        near = polished(block, cases[left], rough, at[left])
+        sure = (near.done == 1) & (apart(near.last_x, rough.x) < SAME_STATE * np.maximum(drift, 1e-9))
+        for old, new in zip(found, near, strict=True):
+            old[left] = new
+        good[left] = sure
+    return state, found, good, periods
+
+
+def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: float) -> tuple[States, Array, Array]:
+    """Integrate until motions stop moving; return them, what is still to come, and the periods it took.
+
+    Each is compared over spans of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
+    still to come is taken as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+    """
+    count = len(cases)
+    state, decay = start.copy(), block.decay(cases)
+    most = block.most_periods(cases)
+    former: Array = np.full(count, np.inf)
+    drift: Array = np.full(count, np.inf)
+    periods = np.zeros(count, np.int64)
+    going = np.arange(count)
+    while len(going):
+        before = state.take(going)
+        after = later(block, cases[going], before, at[going], decay[going])
+        state.put(going, after)
+        periods[going] += decay[going]
+        change = apart(after.x, before.x)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratio = np.where(former[going] > 0.0, np.minimum(change / former[going], 0.999), 0.0)
+            ahead = change * np.maximum(1.0, ratio / (1.0 - ratio))
+        drift[going] = np.where(np.isfinite(former[going]), ahead, np.inf)
+        over = np.isfinite(former[going]) & (np.minimum(ahead, 100.0 * change) < tolerance)
+        former[going] = change
+        going = going[~over & (periods[going] < most[going]) & np.isfinite(change)]
+    return state, drift, np.asarray(periods * float(block.common), dtype=float)
+
+
+def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:
+    """Return motions once they have left the neighborhood of the states that ended."""
+    state, going = start.copy(), np.arange(len(cases))
+    spans = np.maximum(1, block.decay(cases) // 4)
+    for _ in range(4 * MOST_AWAY):
+        after = later(block, cases[going], state.take(going), at[going], spans[going])
+        state.put(going, after)
+        going = going[(apart(after.x, last.x[going]) < AWAY) & np.isfinite(after.x).all(axis=1)]
+        if not len(going):
+            break
+    return state
+
+
+def later(block: Block, cases: Indices, start: States, at: Array, spans: Indices) -> States:
+    """Return states so many common periods later, each by its own number: it must not depend on its neighbors."""
+    state = start.copy()
+    for span in np.unique(spans):
+        alike = np.flatnonzero(spans == span)
+        state.put(alike, block.advance(cases[alike], start.take(alike), at[alike], int(span)))
+    return state
+
+
+def apart(a: Array, b: Array) -> Array:
+    """Return how far states are apart, a row each, relative to the free amplitude; infinite where one is no number."""
+    return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
