@@ -55,6 +55,20 @@ def test_an_approach_keeps_its_own_dimensions_behind():
     np.testing.assert_allclose(result.amplitude.sel(hamaker=5e-20), single.amplitude, rtol=1e-6)
 
 
+def test_the_motion_at_each_point_is_kept_as_a_single_run_keeps_it():
+    approach = df.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
+    result = df.sweep(case(experiment=approach), over={"drive.A0": ["6 nm", "8 nm"]})
+    single = df.run(case(experiment=approach))
+    assert result.motion.dims == ("A0", "zc", "direction", "component")
+    assert result.component.values.tolist() == single.component.values.tolist() == ["z_1", "v_1"]
+    assert result.component_units.values.tolist() == ["m", "m/s"]
+    assert (result.repeat_periods == 1.0).all()
+    size = np.abs(single.motion).max(("zc", "direction"))
+    assert float((np.abs(result.motion.isel(A0=1, drop=True) - single.motion) / size).max()) < 1e-8
+    point = df.motion_at(result.isel(A0=1, zc=0, direction=1))
+    assert float(point.amplitude[0]) == pytest.approx(float(single.amplitude[0, 1, 0]), rel=1e-8)
+
+
 def test_choices_and_solver_settings_are_swept_over_too():
     result = df.sweep(
         case(),

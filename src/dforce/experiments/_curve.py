@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.experiments._experiment import Progress, Start, initial_motion
-from dforce.experiments._motion import COMPONENT, components, rows_of, states_of
+from dforce.experiments._motion import COMPONENT, components, motions, states_of
 from dforce.experiments._table import Table
 from dforce.quantities import MOTION, REPEATS
 from dforce.results import Status
@@ -119,8 +119,8 @@ class Curve:
         table.put_points(self.visits[begun:reached], solver.points, slice(begun, reached), block, values)
         for place in self.visits[reached:]:
             table.status[place] = Status.NOT_COMPUTED
-        motions = self._motions(solver.points, table, begun, reached, values, earlier)
-        data = table.dataset(self._jumps(kept + solver.jumps[0]) | motions, components(block.lot.example))
+        kept_motions = self._motions(solver.points, table, begun, reached, values, earlier)
+        data = table.dataset(self._jumps(kept + solver.jumps[0]) | kept_motions, components(block.lot.example))
         data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.protocol, block)}
         if reached < total:
             period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
@@ -188,10 +188,8 @@ class Curve:
         self, points: Any, table: Table, begun: int, reached: int, values: Array, earlier: xr.Dataset | None
     ) -> dict[str, Any]:
         """Return the variables that hold the motion at the start of a common period at each point."""
-        block = self.block
-        scales = block.scales_of(np.zeros(len(values), dtype=int), values)
-        rows = rows_of(points.states, scales)[0]
-        cycles = np.where(points.cycles[0] > 0, points.cycles[0] * float(block.common), np.nan)
+        found = motions(points, self.block, values[None])
+        rows, cycles = found[MOTION][0], found[REPEATS][0]
         motion = np.full((*table.shape, rows.shape[1]), np.nan)
         repeats = np.full(table.shape, np.nan)
         if earlier is not None and begun:

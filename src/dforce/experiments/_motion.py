@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.quantities import MOTION
+from dforce.quantities import MOTION, REPEATS
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
     from dforce.problem import Problem
-    from dforce.solvers.block import States
+    from dforce.solvers.block import Block, States
     from dforce.solvers.integrator import Motion
+    from dforce.solvers.points import Points
 
 COMPONENT = "component"
 
@@ -51,6 +52,13 @@ def components(problem: Problem) -> dict[str, Any]:
     names = [f"{name}_{number + 1}" for name, (count, _) in counts.items() for number in range(count)]
     units = [unit for count, unit in counts.values() for _ in range(count)]
     return {COMPONENT: (COMPONENT, names), "component_units": (COMPONENT, units)}
+
+
+def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
+    """Return the motions at all points of a block, (problems, values, components), and after how many periods they repeat."""
+    scales = block.scales_of(np.arange(len(values))[:, None], values)
+    cycles = np.where(points.cycles > 0, points.cycles * float(block.common), np.nan)
+    return {MOTION: rows_of(points.states, scales), REPEATS: cycles}
 
 
 def with_motions(

@@ -10,7 +10,8 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.experiments import Approach, Dwell
-from dforce.quantities import OBSERVABLES, jumps_along
+from dforce.experiments._motion import COMPONENT
+from dforce.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
 from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import DISTANCE, Axis
 from dforce.validity import attributes
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from dforce.kernel import Array
 
 JUMPS = jumps_along("zc")
+KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
 QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
 
 
@@ -139,6 +141,10 @@ def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str]
         for name in OBSERVABLES
         if name in names
     }
+    counts = {part.arrays[MOTION].shape[2:] for part in parts if MOTION in part.arrays}
+    for name, behind in ((MOTION, (COMPONENT,)), (REPEATS, ())):
+        if name in names and (name != MOTION or len(counts) == 1):  # forces of another choice may remember more
+            variables[name] = (*dims, *behind), layout.over_all([part.arrays.get(name) for part in parts], np.nan)
     variables["status"] = dims, layout.over_all([part.status for part in parts], np.int8(Status.NOT_COMPUTED))
     for name, table in _tables([part.jumps for part in parts]).items():
         variables[name] = (*layout.dims, "jump"), layout.over_axes(table)
@@ -159,7 +165,7 @@ def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str]
 def split(data: xr.Dataset, layout: Layout) -> list[Found]:
     """Return what an interrupted sweep has of each part."""
     status = layout.by_point(data["status"].values)
-    arrays = {str(name): layout.by_point(data[name].values) for name in data.data_vars if name in OBSERVABLES}
+    arrays = {str(name): layout.by_point(data[name].values) for name in data.data_vars if name in KEPT}
     tables = {str(name): layout.by_case(data[name].values) for name in data.data_vars if name in JUMPS}
     return [
         Found(

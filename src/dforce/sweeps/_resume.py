@@ -9,8 +9,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.errors import ParameterError, nearest
-from dforce.quantities import OBSERVABLES
-from dforce.sweeps._result import JUMPS, QUANTITIES, Layout
+from dforce.sweeps._result import JUMPS, KEPT, QUANTITIES, Layout
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +50,7 @@ def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> fro
     ParameterError
         For a name that is not known, or names other than those of the sweep that goes on.
     """
-    known = frozenset(OBSERVABLES) | frozenset(JUMPS)
+    known = KEPT | frozenset(JUMPS)
     before = known if resume is None else frozenset(resume.attrs[QUANTITIES].split())
     names = frozenset(before if given is None else given)
     for name in sorted(names - known):

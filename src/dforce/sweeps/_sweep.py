@@ -17,6 +17,8 @@ from dforce.case._paths import changed
 from dforce.errors import ParameterError, checked
 from dforce.experiments import Approach, Dwell, InitialMotion
 from dforce.experiments._experiment import Progress, initial_motion
+from dforce.experiments._motion import components, motions
+from dforce.quantities import MOTION
 from dforce.runs import watched
 from dforce.solvers.crew import Crew, Stopped
 from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
@@ -106,10 +108,10 @@ def sweep(
     with watched(progress, case.title) as tell:
         crew = Crew(points, tell, workers)
         crew.add(sum(int(found.whole.sum()) for found in founds) * len(layout.visits))
-        done = all(
-            Part(chosen, layout.numbers, crew, kept, found).run() for chosen, found in zip(cases, founds, strict=True)
-        )
-    return dataset(case, layout, founds, kept, interrupted=not done)
+        parts = [Part(chosen, layout.numbers, crew, kept, found) for chosen, found in zip(cases, founds, strict=True)]
+        done = all(part.run() for part in parts)
+    data = dataset(case, layout, founds, kept, interrupted=not done)
+    return data.assign_coords(components(parts[0].grid.example)) if MOTION in data else data
 
 
 class Part:
@@ -226,7 +228,8 @@ class Part:
         finally:
             for number, jumps in zip(which, solver.jumps, strict=True):
                 self.found.jumps[number] = [to_result(jump) for jump in jumps]
-            for name, values in solver.points.columns(block, zc).items():
+            found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
+            for name, values in found.items():
                 if name in self.kept:
                     self._array(name, values.shape[2:])[which] = values
             self.found.status[which] = statuses(solver.points, block, zc)
