@@ -80,6 +80,20 @@ def test_a_state_that_all_but_touches_a_force_that_jumps_has_no_end(points):
     assert float(curve.min_distance.min()) > 0.165e-9
 
 
+def test_multipliers_are_smooth_where_the_tip_comes_to_touch_a_force_that_bends():
+    """A step that dips into contact is left whole there: a cut would change its error, and so the map, at once."""
+    polymer = df.Case(
+        cantilever=df.Cantilever(f0="75 kHz", k="2.8 N/m", Q=180), drive=df.Drive(A0="25 nm"), tip=df.Tip(radius="10 nm"),
+        sample=df.Sample(youngs_modulus="2 GPa"), forces=[df.forces.DMT(hamaker="4e-20 J")],
+    )  # fmt: skip
+    states = df.branches(polymer, zc={"start": "26 nm", "stop": "22 nm"}, search=1)
+    (touch,) = np.flatnonzero(states.special.values == "grazing")
+    assert 0 < touch < states.sizes["point"] - 1
+    moduli = states.multiplier_modulus.values[touch - 1 : touch + 2]
+    assert np.ptp(moduli) < 1e-4
+    assert states.stable.values[touch]
+
+
 def test_the_stiff_sample_has_one_jump_at_its_fold_whatever_the_step():
     case = lever("viscous", A0=30e-9)
     states = df.branches(case, zc={"start": "40 nm", "stop": "14 nm"})

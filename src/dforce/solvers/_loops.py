@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from dforce.kernel.slots import coasted, distance, latch_count, memory_size, mode_count, rate_of, switch
+from dforce.kernel.slots import coasted, distance, force, latch_count, memory_size, mode_count, rate_of, switch
 from dforce.observables.pieces import cubic, turning
 
 TAU = 2.0 * math.pi
+INSIDE = 1e-12  # of the free amplitude: how far beside a kink a force is taken for that on one side of it
+JUMPS = 1e-3  # of the forces on both sides: a larger difference is a jump
 
 
 def seconds(tau: float, p: Any) -> float:
@@ -82,6 +84,22 @@ def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
     return found
 
 
+def touches_a_jump(y: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any, p: Any) -> bool:
+    """Say whether the force jumps at a kink that a step may touch.
+
+    Where it only bends, a step that dips behind the kink and back is left whole: what it misses vanishes with the depth of
+    the dip, while a cut would change the error of the step at once.
+    """
+    d, middle, rate, found = distance(y, p), distance(coasted(y, 0.5 * h), p), rate_of(y, p), False
+    aside = INSIDE * p[1]
+    for kink in kinks:
+        if (d > kink) != (middle > kink):
+            above = force(kink + aside, rate, t, memory, latched, p)
+            below = force(kink - aside, rate, t, memory, latched, p)
+            found |= abs(above - below) > JUMPS * (abs(above) + abs(below))
+    return found
+
+
 def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:
     """Return the share of a step (s) at which the motion turns behind a kink that both ends lie before, or 0."""
     d0, v0, d1, v1 = distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
@@ -111,7 +129,7 @@ def interval(y: Any, kinks: Any, p: Any) -> Any:
             low = max(low, kink)
         else:
             high = min(high, kink)
-    inside = 1e-12 * p[1]
+    inside = INSIDE * p[1]
     return low + inside, high - inside
 
 

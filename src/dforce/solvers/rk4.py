@@ -45,6 +45,7 @@ from dforce.solvers._loops import (
     risen,
     seconds,
     tabulate,
+    touches_a_jump,
     turn_behind,
 )
 
@@ -116,6 +117,10 @@ def cut_at_kink(
     t, dt = seconds(period * TAU + tau, p), seconds(h, p)
     which = passed(y, end, t + dt, latched, kinks, p)
     if which < 0:
+        if not touches_a_jump(y, h, t, memory, latched, kinks, p):
+            for i in range(memory_size()):
+                memory[i] = stage[i]
+            return end
         end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
     elif memory_size() == 0 and latch_count() == 0:
         limits = interval(y, kinks, p)
