@@ -94,6 +94,20 @@ def test_multipliers_are_smooth_where_the_tip_comes_to_touch_a_force_that_bends(
     assert states.stable.values[touch]
 
 
+def test_a_force_too_rough_to_be_followed_is_settled_in_time():
+    """A ripple of 10 fm on the force leaves the map an edge in every step that is tried: nothing crawls along them."""
+    curves = [
+        df.approach(
+            df.Case(
+                cantilever=df.Cantilever(f0="50 kHz", k="1 N/m", Q=100), drive=df.Drive(A0="8 nm"),
+                forces=[df.forces.Custom(law="-P1*exp(-d/1e-9) + P2*sin(d/1e-14)", P1=1e-9, P2=ripple)],
+            ), zc=[10.1e-9, 10.06e-9],
+        ) for ripple in (0.0, 1e-13)
+    ]  # fmt: skip
+    assert np.abs(curves[0].amplitude - curves[1].amplitude).max() < 1e-4 * 8e-9
+    assert jumps_of(curves[1]) == []
+
+
 def test_the_stiff_sample_has_one_jump_at_its_fold_whatever_the_step():
     case = lever("viscous", A0=30e-9)
     states = df.branches(case, zc={"start": "40 nm", "stop": "14 nm"})

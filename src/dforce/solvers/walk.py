@@ -34,6 +34,7 @@ STRIDE = 0.02  # of the parameter's unit: step between values at which motions s
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
+MOST_ENDS = 3  # of a state in a row that goes on behind each: the map is too rough there
 MOST_CYCLES = 12  # common periods after which states repeat, at most
 NEARER = 0.2  # times the distance of the next multiplier from the unit circle: that of a state close to a fold
 CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
@@ -65,6 +66,7 @@ class Walk:
         self.starts, self.state = starts, starts.copy()
         self.done, self.cycles = np.zeros(cases, np.int64), np.zeros(cases, np.int64)
         self.at = values[:, 0].copy()
+        self.ends = np.zeros(cases, np.int64)  # of states in a row that led neither to a value nor to another state
         self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
 
     def go_on_from(self, done: int, cycles: int, amplitude: float) -> None:
@@ -145,7 +147,8 @@ class Walk:
         if len(ended):
             targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
             self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
-        for case in cases[(found.outcome == TOO_ROUGH) & ~halved].tolist():
+        lost = (found.outcome == TOO_ROUGH) | (self.ends[cases] > MOST_ENDS)
+        for case in cases[lost & (self.cycles[cases] > 0) & ~halved].tolist():
             self.loose[case], self.cycles[case] = (
                 self._amplitude(case, self.state.motion(case), self.at[case], cycles),
                 0,
@@ -185,6 +188,7 @@ class Walk:
                 for k in range(count):
                     points.others[case, int(self.done[case]) + k] = self._repeated(case, found, i, k, cycles)
             self.done[case] += count
+            self.ends[case] = 0 if count else self.ends[case]
             if np.isfinite(found.last_monodromy[i]).all():
                 last = States(found.last_x[i], found.last_memory[i], found.last_branch[i])
                 self.state.put(case, last)
@@ -231,6 +235,7 @@ class Walk:
         left_it = start if self.block.is_smooth else gone(self.block, cases, start, last, beyond)
         self.state.put(cases, left_it)
         self.at[cases], self.cycles[cases] = beyond, 0
+        self.ends[cases] += 1
         found, good, _ = self._settled(cases, left_it, beyond)
         self._note_jumps(cases, last, at_end, place, beyond, found, good, known, cycles)
         for i in np.flatnonzero(good):
@@ -279,6 +284,7 @@ class Walk:
                 sudden = abs(after - first) > SUDDEN * block.lot.length[case]
             if sudden:
                 self.jumps[case].append(Jump(float(place[i]), first, after, value > at_end))
+                self.ends[case] = 0
 
     def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
         """Return the amplitude (m) of a motion that repeats after so many common periods."""
