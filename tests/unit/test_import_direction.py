@@ -27,6 +27,7 @@ LEVELS = (
         "notation",
         "notices",
     ),
+    ("refusals",),
     ("parameters",),
     ("forces", "instrument", "beam"),
     ("problem", "plugins"),

@@ -207,7 +207,7 @@ class Block:
         length, omega = self.lot.length[which], 2.0 * math.pi * self.reference[which]
         if self.parameter == FREQUENCY:
             omega = 2.0 * math.pi * values
-        return np.tile(np.stack([length, length * omega], axis=-1), self.size // 2)
+        return np.tile(np.stack(np.broadcast_arrays(length, length * omega), axis=-1), self.size // 2)
 
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""
