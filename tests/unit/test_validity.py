@@ -152,6 +152,10 @@ SPEAKS = {
         tapping(over(df.forces.SLS(max_indentation="0.3 nm")), max_indentation=0.4e-9),
         tapping(over(df.forces.Tatara(), sample__radius="1 nm"), max_indentation=1e-7),
     ],
+    "elements_in_contact": [
+        tapping(over(df.forces.SLS(elements=16)), max_indentation=0.1e-9),
+        tapping(over(df.forces.SLS()), max_indentation=1e-12),
+    ],
     "counted_twice": [
         over(df.forces.KelvinVoigt(), df.forces.SLS()), over(HERTZ(), df.forces.Custom(law="P1*indentation**1.5", P1=1e4)),
     ],
@@ -232,6 +236,12 @@ SILENT = {
     "indentation_beyond_the_model": [
         tapping(over(df.forces.BottomEffect(**LAYER), sample__thickness="1 nm"), max_indentation=1.9e-9),
         tapping(over(df.forces.SLS()), max_indentation=1e-9),
+    ],
+    "elements_in_contact": [
+        tapping(over(df.forces.SLS()), max_indentation=0.1e-9), tapping(over(df.forces.SLS(elements=24)), max_indentation=1e-9),
+        tapping(over(df.forces.SLS(elements=4, relaxed_modulus="0.99 GPa")), max_indentation=1e-9),
+        over(df.forces.SLS(elements=4)),
+        tapping(over(df.forces.SLS(elements=24, max_indentation="0.5 nm")), max_indentation=0.1e-9),
     ],
     "counted_twice": [
         over(HERTZ(), df.forces.KelvinVoigt()), over(HERTZ(), df.forces.Custom(law="-P1/max(d, a0)**2", P1=1e-29)),

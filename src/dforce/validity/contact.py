@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from dforce.forces import Force
+from dforce.forces._rheology import Viscoelastic
 from dforce.forces.bottom_effect import SERIES_LIMIT, BottomEffect, coefficients, polynomial
 from dforce.forces.tatara import Tatara
 from dforce.validity._advice import Advice, percent, shown
@@ -16,6 +17,7 @@ SAME_ADHESION = 0.01  # relative difference of two adhesions that is rounding of
 STIFF, SOFT = 0.1, 5.0  # Tabor parameters that bound the transition from DMT to JKR
 SMALL_ADHESION = 0.05  # of the load: below, the contact is Hertz' to that accuracy
 DEEP = 0.5  # of the radius: there the force of a sphere is 5 % below that of Hertz' paraboloid
+COARSE = 1e-3  # error of a viscoelastic force: some 1/n^3 of its viscous part with n elements in contact
 THIN = 0.1  # error of the force that is left to a support
 
 MAP = "K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997)"
@@ -227,6 +229,25 @@ def indentation_beyond_the_model(seen: Evidence) -> Advice | None:
     return None
 
 
+def elements_in_contact(seen: Evidence) -> Advice | None:
+    """Count the elements of a viscoelastic sample that the deepest contact presses down; each sees a stretch of it alike."""
+    for force in seen.problem.forces:
+        if not isinstance(force, Viscoelastic) or not seen.deepest:
+            continue
+        pressed = force.elements * (force.radius * seen.deepest / force.reach**2) ** 0.25
+        error = sum(force.shares) / max(pressed, 1.0) ** 3
+        if error > COARSE:
+            wanted = math.ceil(force.elements * (error / COARSE) ** (1.0 / 3.0))
+            return Advice(
+                "elements_in_contact", pressed, pressed * (error / COARSE) ** (1.0 / 3.0),
+                f"Only {pressed:.0f} of the {force.elements} elements of {force.name} are pressed down, so its force and loss "
+                f"are right to some {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower max_indentation.",
+                f"the error falls with the cube of their number (see the page of {force.name})",
+                (seen.path(force, "elements"), seen.path(force, "max_indentation")),
+            )  # fmt: skip
+    return None
+
+
 def counted_twice(seen: Evidence) -> Advice | None:
     """Find a second viscosity, and a law of one's own that repels in contact beside an elastic contact."""
     drag, solid = seen.force("kelvin_voigt"), seen.force(*VISCOELASTIC)
@@ -272,5 +293,6 @@ PIECES = (
     indentation_and_radius,
     indentation_and_thickness,
     indentation_beyond_the_model,
+    elements_in_contact,
     counted_twice,
 )
