@@ -316,7 +316,7 @@ class Walk:
         if value == target:
             points.put_other(case, place, found)
             self.loose[case] = found.values["amplitude"][0]
-            self.done[case] += 1
+            self.done[case], self.ends[case] = self.done[case] + 1, 0  # a run that goes on from here knows of none
 
     def _returns(self, case: int, motion: States, value: float) -> Iterator[int]:
         """Give the numbers of common periods after which a motion is back, or all but back."""
