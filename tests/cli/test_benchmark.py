@@ -64,7 +64,7 @@ def test_what_is_short_is_timed_more_often_by_the_clock_of_the_table():
 
 
 def test_without_what_the_window_needs_the_benchmark_says_so(monkeypatch):
-    monkeypatch.setattr(people, "NEEDED", ("nicegui", "a_package_that_is_not_there"))
+    monkeypatch.setattr(people, "NEEDED", ("numpy", "a_package_that_is_not_there"))
     (measure,) = people.measures(*people.FEW, lambda name: None)
     assert measure.value is None
     assert measure.name == "the window: it needs a_package_that_is_not_there, which is not installed"

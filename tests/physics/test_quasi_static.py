@@ -94,6 +94,21 @@ def test_multipliers_are_smooth_where_the_tip_comes_to_touch_a_force_that_bends(
     assert states.stable.values[touch]
 
 
+@pytest.mark.parametrize("points", [57, 301])
+def test_behind_a_period_doubling_the_doubled_state_goes_on(points):
+    """From 7.898 to 7.735 nm the state that has lost its stability stands between the two taps of another one."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0=70e3, k=0.684013, Q=11.92171), drive=df.Drive(A0=10e-9), tip=df.Tip(radius=31.3039e-9),
+        sample=df.Sample(youngs_modulus=218.124e6, poisson_ratio=0.3),
+        forces=[df.forces.DMT(hamaker=4.24312e-20), df.forces.KelvinVoigt(viscosity=10.0)],
+    )  # fmt: skip
+    curve = df.approach(case, zc=np.linspace(16e-9, 3e-9, points), direction="approach")
+    doubled = (curve.zc < 7.895e-9) & (curve.zc > 7.74e-9)
+    assert doubled.any()
+    assert (curve.repeat_periods.values.ravel()[doubled.values] == 2.0).all()
+    assert [way for way, jump in jumps_of(curve) if jump > 7.735e-9] == []
+
+
 def test_a_force_too_rough_to_be_followed_is_settled_in_time():
     """A ripple of 10 fm on the force leaves the map an edge in every step that is tried: nothing crawls along them."""
     curves = [

@@ -7,6 +7,7 @@ Where the motion does not repeat it settles in time at each value.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -220,7 +221,9 @@ class Walk:
         left = np.ones(len(cases), dtype=bool)
         for i in np.flatnonzero(known & doubling):
             ended, target = float(ends.last_value[i]), float(targets[i])
-            left[i] = not self._doubled(int(cases[i]), last.take([i]), aside[i], ended, target, cycles)
+            left[i] = not self._doubled(
+                int(cases[i]), last.take([i]), aside[i], ends.last_slope[i], ended, target, cycles
+            )
         rest = np.flatnonzero(left)
         if not len(rest):
             return
@@ -242,12 +245,20 @@ class Walk:
             self.cycles[cases[i]] = 1
             self.state.put(cases[i], States(found.last_x[i], found.last_memory[i], found.last_branch[i]))
 
-    def _doubled(self, case: int, last: States, aside: Array, ended: float, target: float, cycles: int) -> bool:
-        """Look for the state of twice the period behind a period doubling; say whether there is one, which then goes on."""
+    def _doubled(
+        self, case: int, last: States, aside: Array, slope: Array, ended: float, target: float, cycles: int
+    ) -> bool:
+        """Look for the state of twice the period behind a period doubling; say whether there is one, which then goes on.
+
+        It stands on both sides of the state that has lost its stability, which goes on along its slope.
+        """
         if 2 * cycles > MOST_CYCLES:
             return False
-        room = DOUBLED * float(self.block.unit[case])
-        at = ended + min(max(target - ended, -room), room)
+        unit = float(self.block.unit[case])
+        at = ended + math.copysign(
+            DOUBLED * unit, target - ended
+        )  # behind the next value, maybe: it is followed back then
+        last = States(last.x + slope * (at - ended) / unit, last.memory, last.branch)
         guesses = last.take(np.zeros(len(KICKS), dtype=int))
         guesses.x[:] += KICKS[:, None] * aside
         same, there = np.full(len(KICKS), case), np.full(len(KICKS), at)
