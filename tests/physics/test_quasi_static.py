@@ -16,11 +16,11 @@ FAMILIES = {
     "capillary": [df.forces.Hertz(), df.forces.Capillary()],
     "sagging": [df.forces.VanDerWaals(hamaker="5e-20 J"), df.forces.SLS(elements=6, relaxation_time="3 us")],
 }
-# where samples pass an edge of the force the map has small folds of its own: at 256 samples they shift jumps by 1e-5 of A0
+# where samples pass an edge of the force the map has small folds of its own: fewer samples shift jumps by more than 1e-6 of A0
 SAMPLES = {"capillary": 256, "sagging": 256}
 SAME, SAME_PHASE, SAME_JUMP = 1e-8, 1e-6, 1e-6  # of the free amplitude; degrees times A0/A; of the free amplitude
 AT_A_TOUCH = (
-    1e-5  # of the free amplitude: where a touch of a force that jumps ends a state, which the derivatives feel before
+    1e-5  # of the free amplitude: a touch of a force that jumps, which the derivatives feel before, ends a state
 )
 NEUTRAL = 1e-4  # from the unit circle: beside a multiplier so near to it rounding is not forgotten
 

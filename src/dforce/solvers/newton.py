@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.slots import mode_count
-from dforce.solvers.period_map import FD_STEP, march
+from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, march
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted
 RESIDUAL = 1e-11  # of the free amplitude: residual that is rounding, whatever the Newton step
@@ -22,7 +22,7 @@ ROUGH_RESIDUAL = 1e-9  # the same where forces that jump leave the map so rough
 NEAR = 1e-5  # of the free amplitude: a monodromy matrix taken so near to the orbit is its own
 CONTRACTS = 0.5  # each Newton step has to be shorter than the one before by this
 LARGEST = 0.3  # of the free amplitude: longer Newton steps are shortened
-MOST_STEPS, MOST_PASSES, MOST_MEMORY_PASSES = 10, 4, 200
+MOST_STEPS, MOST_PASSES = 10, 4
 PENDING, NEARBY, CONVERGED, FAILED = 0, 1, 2, 3  # what became of a slot
 
 
@@ -126,7 +126,7 @@ def solve_orbits(slots: Any, count: int, harmonics: int, model: Any, drive: Any,
             if step < NEAR:
                 orbits.outcome[s] = NEARBY
                 before[s] = np.inf
-    passes = MOST_MEMORY_PASSES if model.memory_scale.shape[0] > 0 else MOST_PASSES
+    passes = MEMORY_PASSES if model.memory_scale.shape[0] > 0 else MOST_PASSES
     for attempt in range(passes):
         going = 0
         for s in range(count):

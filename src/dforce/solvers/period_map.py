@@ -20,7 +20,7 @@ from dforce.solvers.rk4 import advance
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
 REPEATED = 1e-11  # of its scale: change of a memory that repeats
 SLOWEST = 0.99  # ratio of the changes of a memory over two periods: beyond, nothing is foretold
-MOST_PASSES = 200  # periods that a memory gets to repeat
+MEMORY_PASSES = 200  # periods that a memory gets to repeat
 DISTANCE, FREQUENCY = 0, 1  # the parameter that is varied
 
 
@@ -225,7 +225,7 @@ def march_columns(
         branch = slots.branch[s].copy() if first else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, numbers[ZC, j])
         y, change = start, np.zeros(states)
-        for attempt in range(MOST_PASSES if each > 1 else 1):
+        for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.cosine[period], table)
