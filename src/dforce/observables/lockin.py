@@ -8,7 +8,7 @@ rounding for periodic motion that is resolved.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,40 @@ from dforce.kernel.slots import mode_count
 TAU = 2.0 * math.pi
 
 
+class Turns(NamedTuple):
+    """Tones, and harmonics of the first one, at the samples of one of its periods, from phase 0 on.
+
+    Attributes
+    ----------
+    cosine, sine
+        Of each tone, (tones, points + 1).
+    harmonic_cosine, harmonic_sine
+        Of each harmonic from the first on, over the first half of the period, (harmonics, points // 2 + 1).
+    """
+
+    cosine: Any
+    sine: Any
+    harmonic_cosine: Any
+    harmonic_sine: Any
+
+
+def turns_of(ratios: Any, points: int, harmonics: int) -> Turns:
+    """Return the turns of tones whose frequencies are these multiples of the first one's, for so many samples a period."""
+    whole, half = np.arange(points + 1), np.arange(points // 2 + 1)
+    angles = TAU * np.outer(ratios, whole) / points
+    orders = TAU * (np.outer(np.arange(1, harmonics + 1), half) % points) / points
+    return Turns(np.cos(angles), np.sin(angles), np.cos(orders), np.sin(orders))
+
+
+@reordered
+def total(a: Any) -> float:
+    """Return the sum of an array."""
+    result = 0.0
+    for i in range(a.shape[0]):
+        result += a[i]
+    return result
+
+
 @reordered
 def dot(a: Any, b: Any) -> float:
     """Return the sum of the products of two arrays."""
@@ -25,37 +59,6 @@ def dot(a: Any, b: Any) -> float:
     for i in range(a.shape[0]):
         result += a[i] * b[i]
     return result
-
-
-def turns(start: float, step: float, cosine: Any, sine: Any) -> None:
-    """Write cosine and sine of start, start + step, ...: what is there is turned as a whole, so that few roundings add up."""
-    cosine[0], sine[0] = math.cos(start), math.sin(start)
-    done = 1
-    while done < cosine.shape[0]:
-        c, s = math.cos(done * step), math.sin(done * step)
-        for i in range(min(done, cosine.shape[0] - done)):
-            cosine[done + i] = cosine[i] * c - sine[i] * s
-            sine[done + i] = sine[i] * c + cosine[i] * s
-        done *= 2
-
-
-@reordered
-def turned_sums(even: Any, odd: Any, first_c: Any, first_s: Any, c: Any, s: Any) -> Any:
-    """Turn the phasors (c, s) by (first_c, first_s); return the sums of their products with `even` and `odd`."""
-    real, imaginary = 0.0, 0.0
-    for i in range(c.shape[0]):
-        turned_c = c[i] * first_c[i] - s[i] * first_s[i]
-        turned_s = s[i] * first_c[i] + c[i] * first_s[i]
-        c[i], s[i] = turned_c, turned_s
-        real += even[i] * turned_c
-        imaginary += odd[i] * turned_s
-    return real, imaginary
-
-
-def tones_turns(tones: Any, points: int, cosine: Any, sine: Any) -> None:
-    """Write cosine and sine of each tone over a period of the first one that begins at phase 0, (tones, points + 1)."""
-    for j in range(tones.shape[0]):
-        turns(0.0, tones[j, 0] * TAU / points, cosine[j], sine[j])
 
 
 def lock_in_at(x: Any, cosine: Any, sine: Any, base: float, out: Any, place: int) -> None:
@@ -72,7 +75,7 @@ def add_lock_in(real: float, imaginary: float, c: float, s: float, points: int, 
     out[place + 1] -= 2.0 * (imaginary * c + real * s) / points
 
 
-def lock_in_turned(block: Any, bases: Any, cosine: Any, sine: Any, z: Any, out: Any) -> None:
+def lock_in_turned(block: Any, turns: Any, bases: Any, z: Any, out: Any) -> None:
     """Write the real and imaginary part of c for the total deflection at each tone; `z` is scratch, (points + 1,)."""
     last = z.shape[0] - 1
     for i in range(last + 1):
@@ -81,14 +84,12 @@ def lock_in_turned(block: Any, bases: Any, cosine: Any, sine: Any, z: Any, out: 
             z[i] += block[i, 2 * n]
     z[0], z[last] = 0.5 * z[0], 0.5 * z[last]
     for j in range(bases.shape[0]):
-        lock_in_at(z, cosine[j], sine[j], bases[j], out, 2 * j)
+        lock_in_at(z, turns.cosine[j], turns.sine[j], bases[j], out, 2 * j)
 
 
-def lock_in(block: Any, points: int, tones: Any, bases: Any, out: Any) -> None:
+def lock_in(block: Any, turns: Any, bases: Any, out: Any) -> None:
     """Write the real and imaginary part of c for the total deflection at each tone, tone after tone."""
-    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
-    tones_turns(tones, points, cosine, sine)
-    lock_in_turned(block, bases, cosine, sine, np.empty(points + 1), out)
+    lock_in_turned(block, turns, bases, np.empty(turns.cosine.shape[1]), out)
 
 
 def turned(c: float, s: float, x: float) -> Any:

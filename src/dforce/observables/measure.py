@@ -48,7 +48,7 @@ from dforce.observables.cuts import (
     force_at,
     refine,
 )
-from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, tones_turns, turned_sums
+from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, total
 from dforce.observables.pieces import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate
 
 # columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
@@ -61,24 +61,19 @@ ROOM = 10  # rows of scratch, one number a sample
 FLAT, STEEP, CUTS, BESIDE, BROKEN = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
-def measure(
-    block: Any, period: int, points: int, tones: Any, bases: Any, p: Any, kinks: Any, harmonics: int, out: Any
-) -> None:
+def measure(block: Any, period: int, turns: Any, tones: Any, bases: Any, p: Any, kinks: Any, out: Any) -> None:
     """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
     for k in range(out.shape[0]):
         out[k] = 0.0
-    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
-    tones_turns(tones, points, cosine, sine)
+    points = turns.cosine.shape[1] - 1
     room = np.empty((ROOM, points + 1))  # taken once: fresh memory costs more than what is done with it
-    forces = measure_motion(block, points, bases, cosine, sine, harmonics, room, out)
-    measure_force(block, period, points, tones, bases, cosine, sine, p, kinks, room, forces, out)
+    forces = measure_motion(block, turns, bases, room, out)
+    measure_force(block, period, points, tones, bases, turns.cosine, turns.sine, p, kinks, room, forces, out)
 
 
-def measure_motion(
-    block: Any, points: int, bases: Any, cosine: Any, sine: Any, harmonics: int, room: Any, out: Any
-) -> int:
+def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> int:
     """Measure the deflection at the samples; return the first column of the force's lock-ins."""
-    modes, tones = mode_count(), cosine.shape[0]
+    modes, tones, points = mode_count(), turns.cosine.shape[0], turns.cosine.shape[1] - 1
     x, z = room[0], room[1]
     for i in range(points + 1):
         z[i] = 0.0
@@ -90,20 +85,20 @@ def measure_motion(
             for i in range(points + 1):
                 z[i] += x[i]
         for j in range(tones):
-            lock_in_at(x if n < modes else z, cosine[j], sine[j], bases[j], out, FIRST + 2 * (j * (modes + 1) + n))
+            signal, place = x if n < modes else z, FIRST + 2 * (j * (modes + 1) + n)
+            lock_in_at(signal, turns.cosine[j], turns.sine[j], bases[j], out, place)
     # samples i and points - i go together: their sum with the cosine, difference with the sine
     half = points // 2 + 1
-    even, odd, c, s = room[2, :half], room[3, :half], room[4, :half], room[5, :half]
+    even, odd = room[2, :half], room[3, :half]
     for i in range(half):
         even[i], odd[i] = z[i] + z[points - i], z[i] - z[points - i]
-        c[i], s[i] = 1.0, 0.0
     if points % 2 == 0:
         even[half - 1] *= 0.5
-    out[Z] = dot(even, c) / points
+    out[Z] = total(even) / points
     place = FIRST + 2 * tones * (modes + 1)
-    for k in range(1, harmonics + 1):
-        real, imaginary = turned_sums(even, odd, cosine[0], sine[0], c, s)
-        turn_c, turn_s = math.cos(k * bases[0]), math.sin(k * bases[0])
+    for k in range(turns.harmonic_cosine.shape[0]):
+        real, imaginary = dot(even, turns.harmonic_cosine[k]), dot(odd, turns.harmonic_sine[k])
+        turn_c, turn_s = math.cos((k + 1) * bases[0]), math.sin((k + 1) * bases[0])
         out[place] = 2.0 * (real * turn_c - imaginary * turn_s) / points
         out[place + 1] = -2.0 * (imaginary * turn_c + real * turn_s) / points
         place += 2
@@ -133,7 +128,7 @@ def measure_force(
             evolve(d[i], v[i], start + i * h, memory, memory, rates[i], p)
     d_middle, v_middle, middle, kind, a, b0, b1 = room[3], room[4], room[5], room[6], room[7], room[8], room[9]
     sort_steps(block, h, start, d, v, f, kinks, rates, stage, p, d_middle, v_middle, middle, kind)
-    accelerations(block, h, d, v, f, kind, tones, bases, cosine, sine, p, a, b0, b1)
+    accelerations(block, h, d, v, f, tones, bases, cosine, sine, p, a, b0, b1)
     sums = np.empty(SUMS)
     out[V_MAX] = extremes(h, d, v, f, sums)
     sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(d, v, f, d_middle, v_middle, middle, kind, p[0])
@@ -198,28 +193,22 @@ def highest(
 
 
 def accelerations(
-    block: Any, h: float, d: Any, v: Any, f: Any, kind: Any, tones: Any, bases: Any, cosine: Any, sine: Any, p: Any, a: Any,
-    b0: Any, b1: Any,
+    block: Any, h: float, d: Any, v: Any, f: Any, tones: Any, bases: Any, cosine: Any, sine: Any, p: Any, a: Any, b0: Any,
+    b1: Any,
 ) -> None:  # fmt: skip
-    """Write the tip's acceleration (m/s^2) at the ends of all steps that are not flat, and what it adds to their cubics."""
+    """Write the tip's acceleration (m/s^2) at all samples, and what it adds to the cubics of the steps."""
     nothing = row(np.zeros((1, mode_count())), 0)
-    push = np.zeros((2, tones.shape[0]))
+    for i in range(d.shape[0]):
+        a[i] = rate_of(motion(nothing, f[i], motion_of(block, i), p), p) * p[3]
     for j in range(tones.shape[0]):
+        push = 0.0
         for n in range(mode_count()):
-            push[0, j] += tones[j, 2 + n] * p[2] * p[3]
-        push[0, j], push[1, j] = push[0, j] * math.cos(bases[j]), push[0, j] * math.sin(bases[j])
-    last, known = d.shape[0] - 1, False
-    for i in range(last):  # sums over other steps take these times nothing, and fresh memory may hold what is no number
-        b0[i], b1[i] = 0.0, 0.0
-    for i in range(last + 1):
-        wanted = i < last and kind[i] != FLAT
-        if wanted or known:
-            a[i] = rate_of(motion(nothing, f[i], motion_of(block, i), p), p) * p[3]
-            for j in range(tones.shape[0]):
-                a[i] += cosine[j, i] * push[0, j] - sine[j, i] * push[1, j]
-            if known:
-                b0[i - 1], b1[i - 1] = bends(h, d[i - 1], v[i - 1], a[i - 1], d[i], v[i], a[i])
-        known = wanted
+            push += tones[j, 2 + n] * p[2] * p[3]
+        with_cosine, with_sine = push * math.cos(bases[j]), push * math.sin(bases[j])
+        for i in range(d.shape[0]):
+            a[i] += cosine[j, i] * with_cosine - sine[j, i] * with_sine
+    for i in range(d.shape[0] - 1):
+        b0[i], b1[i] = bends(h, d[i], v[i], a[i], d[i + 1], v[i + 1], a[i + 1])
 
 
 def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> float:

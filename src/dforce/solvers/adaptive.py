@@ -24,7 +24,7 @@ from dforce.kernel.slots import (
     motion,
     rate_of,
 )
-from dforce.observables.lockin import lock_in_turned, tones_turns
+from dforce.observables.lockin import lock_in_turned
 from dforce.observables.measure import measure
 from dforce.solvers._loops import TAU, held, interval, keep_rest, passed, phases, seconds
 
@@ -199,20 +199,17 @@ def advance(
 
 def march(
     y: Any, memory: Any, latched: Any, first: int, periods: int, points: int, tones: Any, p: Any, kinks: Any,
-    work: Any, block: Any, tolerance: float, sizes: Any, harmonics: int, every: bool, out: Any,
+    work: Any, block: Any, tolerance: float, sizes: Any, turns: Any, every: bool, out: Any,
 ) -> Any:  # fmt: skip
     """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
-    finest = points * max(1, (MEASURED + points - 1) // points) if every else points
+    finest = turns.cosine.shape[1] - 1
     samples = np.empty((finest + 1, block.shape[1])) if finest > points else block
-    bases = np.empty(tones.shape[0])
-    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
-    z = np.empty(points + 1)
-    tones_turns(tones, points, cosine, sine)
+    bases, z = np.empty(tones.shape[0]), np.empty(points + 1)
     for i in range(periods):
         phases(tones, first + i, bases)
         y = advance(y, memory, latched, first + i, finest, tones, bases, kinks, tolerance, sizes, work, samples, p)
         if every:
-            measure(samples, first + i, finest, tones, bases, p, kinks, harmonics, out[i])
+            measure(samples, first + i, turns, tones, bases, p, kinks, out[i])
         else:
-            lock_in_turned(block, bases, cosine, sine, z, out[i])
+            lock_in_turned(block, turns, bases, z, out[i])
     return y

@@ -14,6 +14,7 @@ from dforce import kernel
 from dforce.kernel import Array
 from dforce.kernel.compose import FIRST_MODE, OMEGA, PER_MODE, SPEED
 from dforce.observables import measure
+from dforce.observables.lockin import turns_of
 from dforce.observables.window import common_period
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
@@ -183,7 +184,8 @@ class Block:
         turns = np.arange(periods)[:, None] * tones[:, 0]
         phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
         angles = math.pi / self.points * np.arange(2 * self.points + 1) * tones[:, :1]
-        return Drive(phases, np.cos(phases[:, :, None] + angles), self.points, periods)
+        turns = turns_of(tones[:, 0], self.points, self.harmonics)
+        return Drive(phases, np.cos(phases[:, :, None] + angles), turns, self.points, periods)
 
     def periods(self, values: Array) -> Array:
         """Return the period of the first tone (s) of each problem at its values of the parameter, (problems, values)."""
@@ -248,7 +250,7 @@ class Block:
                 np.empty((most, size, size)), np.empty((most, size)), np.empty(most), np.empty(most, np.int64),
                 np.empty(most, np.int64),
             )  # fmt: skip
-            path = Path(np.ascontiguousarray(values[part]), counts[part], self.harmonics)
+            path = Path(np.ascontiguousarray(values[part]), counts[part])
             follow(
                 path, Branch(*(array[part] for array in found)), slots, orbits, self._room(most, size + 2),
                 self.model(which[part]), self.drive(repeats),

@@ -127,6 +127,13 @@ class Integrator(ABC):
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
         self._tip = kernel.Tip(self.kernel, len(problem.modes), CALLED)
+        self._turns: dict[int, lockin.Turns] = {}
+
+    def turns(self, points: int) -> lockin.Turns:
+        """Return the tones' turns over so many samples a period."""
+        if points not in self._turns:
+            self._turns[points] = lockin.turns_of(self.tones[:, 0], points, self.harmonics)
+        return self._turns[points]
 
     def place(self, zc: float) -> None:
         """Go to an average distance (m)."""
@@ -185,7 +192,7 @@ class RK4(Integrator):
         tip = self.tip("advance", *(["measure_force"] if every else []))
         y = self.solvers.entry("march_rk4")(
             motion.y, memory, latched, motion.period, periods, self.points, self.tones, tip, self.kinks, self.work,
-            self.block, table, self.harmonics, every, out,
+            self.block, table, self.turns(self.points), every, out,
         )  # fmt: skip
         return Motion(y, memory, latched, motion.period + periods)
 
@@ -199,9 +206,10 @@ class Adaptive(Integrator):
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         memory, latched = motion.memory.copy(), motion.latched.copy()
+        finest = self.points * max(1, -(-adaptive.MEASURED // self.points)) if every else self.points
         y = self.kernel.entry("march_adaptive")(
             motion.y, memory, latched, motion.period, periods, self.points, self.tones, self.p, self.kinks, self.work,
-            self.block, self.settings.relative_tolerance, self.sizes, self.harmonics, every, out,
+            self.block, self.settings.relative_tolerance, self.sizes, self.turns(finest), every, out,
         )  # fmt: skip
         return Motion(y, memory, latched, motion.period + periods)
 
@@ -240,7 +248,7 @@ class LSODA(Integrator):
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         phases, reading = self.kernel.entry("phases"), self.kernel.entry("measure" if every else "lock_in")
-        flow, bases = self._flow_from(motion), np.empty(len(self.tones))
+        flow, bases, turns = self._flow_from(motion), np.empty(len(self.tones)), self.turns(self.points)
         out.fill(np.nan)
         for row in range(periods):
             period = motion.period + row
@@ -253,11 +261,9 @@ class LSODA(Integrator):
                 break
             phases(self.tones, period, bases)
             if every:
-                reading(
-                    self.block, period, self.points, self.tones, bases, self.p, self.kinks, self.harmonics, out[row],
-                )  # fmt: skip
+                reading(self.block, period, turns, self.tones, bases, self.p, self.kinks, out[row])
             else:
-                reading(self.block, self.points, self.tones, bases, out[row])
+                reading(self.block, turns, bases, out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

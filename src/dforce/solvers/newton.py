@@ -87,7 +87,7 @@ def longest(vector: Any) -> float:
     return most
 
 
-def solve_orbits(slots: Any, count: int, harmonics: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
+def solve_orbits(slots: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Find the orbits near the states of the first `count` slots, and measure them; `slots` holds them in the end."""
     size = 2 * mode_count()
     which, before = np.empty(count, np.int64), np.full(count, np.inf)
@@ -102,7 +102,7 @@ def solve_orbits(slots: Any, count: int, harmonics: int, model: Any, drive: Any,
                 going += 1
         if going == 0:
             break
-        march(slots, which, going, size + 2, harmonics, model, drive, room)
+        march(slots, which, going, size + 2, False, model, drive, room)
         for g in range(going):
             s = which[g]
             unit = FD_STEP
@@ -135,7 +135,7 @@ def solve_orbits(slots: Any, count: int, harmonics: int, model: Any, drive: Any,
                 going += 1
         if going == 0:
             break
-        march(slots, which, going, 1, harmonics, model, drive, room)
+        march(slots, which, going, 1, True, model, drive, room)
         for g in range(going):
             s = which[g]
             polish(slots, s, orbits, before, attempt == passes - 1, model, first, second, matrix)
@@ -153,7 +153,7 @@ def solve_orbits(slots: Any, count: int, harmonics: int, model: Any, drive: Any,
 def balance(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Average monodromy matrices, taken to one side, with those to the other: the error falls from first to second order."""
     size = 2 * mode_count()
-    march(slots, which, count, size + 1, 0, model, drive, room, -1.0)
+    march(slots, which, count, size, False, model, drive, room)
     for g in range(count):
         s = which[g]
         for k in range(size):

@@ -67,12 +67,15 @@ class Drive(NamedTuple):
         Phase of each tone at the start of each period of a common period, (periods, tones).
     cosine
         Its cosine at the ends and middles of all steps, (periods, tones, 2 points + 1).
+    turns
+        What deflection and force are measured with.
     points, periods
         Steps of a period of the first tone; its periods in a common period.
     """
 
     phases: Any
     cosine: Any
+    turns: Any
     points: int
     periods: int
 
@@ -131,32 +134,30 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
             drive[k * mode_count() + n, j] = tones[j, k, 2 + n]
 
 
-def march(
-    slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, room: Any, side: float = 1.0
-) -> None:
-    """Advance slots by one common period: each state alone, which is then measured, or with all its neighbors.
+def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, room: Any) -> None:
+    """Advance slots by one common period: each state alone, with its neighbors, or its neighbors on the other side alone.
 
     Parameters
     ----------
     which, count
         Numbers of the slots that are advanced, and how many.
     each
-        1, or 2 + size: the state, its neighbors by each number of the motion, and that by the parameter.
-    harmonics
-        Harmonics that are measured where each state is advanced alone; 0: nothing is measured.
+        Columns a slot: 1, the state; 1 + size, with its neighbors by each number of the motion; 2 + size, with that by the
+        parameter; size, the neighbors on the other side.
+    measured
+        Whether states that are advanced alone are measured.
     room
         Scratch for the samples, at least (points + 1) (size + 1) lanes long.
-    side
-        1 or -1: to which side the neighbors lie.
     """
     size, total = 2 * mode_count(), count * each
+    side = -1.0 if each == size else 1.0
     smooth = model.memory_scale.shape[0] == 0 and model.hysteresis == 0
     lanes = padded(total) if smooth else total
     numbers, kinks = np.empty((model.numbers.shape[0], lanes)), np.empty((model.kinks.shape[0], lanes))
     tones = np.empty((lanes, model.tones.shape[1], model.tones.shape[2]))
     forcing, starts = np.empty((model.tones.shape[1] * mode_count(), lanes)), np.empty((size, lanes))
     for j in range(lanes):
-        s, e = (which[j // each], j % each) if j < total else (which[0], 0)
+        s, e = (which[j // each], lead(each) + j % each) if j < total else (which[0], 0)
         case, value = slots.case[s], slots.value[s]
         if e == size + 1:
             value += FD_STEP * model.unit[case]
@@ -166,18 +167,23 @@ def march(
         if j >= total:
             numbers[ZC, j] += FAR * numbers[LENGTH, j]
     if smooth:
-        march_lanes(slots, which, count, each, harmonics, model, drive, numbers, kinks, tones, forcing, starts, room)
+        march_lanes(slots, which, count, each, measured, model, drive, numbers, kinks, tones, forcing, starts, room)
     else:
-        march_columns(slots, which, count, each, harmonics, model, drive, numbers, kinks, tones, starts)
+        march_columns(slots, which, count, each, measured, model, drive, numbers, kinks, tones, starts)
+
+
+def lead(each: int) -> int:
+    """Return what the first of so many columns of a slot is: 0, the state itself, or 1, its first neighbor."""
+    return 1 if each == 2 * mode_count() else 0
 
 
 def march_lanes(
-    slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any,
+    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, numbers: Any, kinks: Any,
     tones: Any, forcing: Any, starts: Any, room: Any,
 ) -> None:  # fmt: skip
     """Advance columns side by side, see `march`."""
     size, lanes = starts.shape
-    kept = harmonics > 0 and each == 1
+    kept = measured and each == 1
     rows = drive.points + 1 if kept else 2
     block = room[: rows * (size + 1) * lanes].reshape((rows, size + 1, lanes))
     record = np.empty((rows, size + 1))
@@ -196,18 +202,18 @@ def march_lanes(
                 for i in range(drive.points + 1):
                     for k in range(size + 1):
                         record[i, k] = block[i, k, j]
-                take_measure(slots, which[j], period, harmonics, model, drive, numbers, kinks, tones, record, j)
+                take_measure(slots, which[j], period, model, drive, numbers, kinks, tones, record, j)
         if end > 0:
             for k in range(size):
                 for j in range(lanes):
                     block[0, k, j] = block[end, k, j]
     for j in range(count * each):
         for k in range(size):
-            slots.ends[which[j // each], j % each, k] = block[0, k, j]
+            slots.ends[which[j // each], lead(each) + j % each, k] = block[0, k, j]
 
 
 def march_columns(
-    slots: Any, which: Any, count: int, each: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any,
+    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, numbers: Any, kinks: Any,
     tones: Any, starts: Any,
 ) -> None:  # fmt: skip
     """Advance columns one after the other, see `march`.
@@ -220,9 +226,9 @@ def march_columns(
     record, work = np.empty((drive.points + 1, size + states + branches + 1)), np.empty((9, max(states, 1)))
     for j in range(count * each):
         s = which[j // each]
-        start, first = from_vector(starts[:, j].copy()), j % each == 0
-        memory = slots.memory[s].copy() if first else slots.memory_after[s].copy()
-        branch = slots.branch[s].copy() if first else slots.branch_after[s].copy()
+        start, e = from_vector(starts[:, j].copy()), lead(each) + j % each
+        memory = slots.memory[s].copy() if e == 0 else slots.memory_after[s].copy()
+        branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, numbers[ZC, j])
         y, change = start, np.zeros(states)
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
@@ -233,15 +239,15 @@ def march_columns(
                     y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
                     work[0], work, record, p,
                 )  # fmt: skip
-                if harmonics > 0 and each == 1:
-                    take_measure(slots, s, period, harmonics, model, drive, numbers, kinks, tones, record, j)
+                if measured and each == 1:
+                    take_measure(slots, s, period, model, drive, numbers, kinks, tones, record, j)
             if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
                 break
             if each > 1:
                 hasten(memory, memory_before, change, attempt % 3 == 2)
         for k in range(size):
-            slots.ends[s, j % each, k] = y[k]
-        if first:
+            slots.ends[s, e, k] = y[k]
+        if e == 0:
             slots.memory_after[s], slots.branch_after[s] = memory, branch
 
 
@@ -275,15 +281,11 @@ def tabulate_steps(tones: Any, cosine: Any, table: Any) -> None:
 
 
 def take_measure(
-    slots: Any, s: int, period: int, harmonics: int, model: Any, drive: Any, numbers: Any, kinks: Any, tones: Any,
-    record: Any, j: int,
+    slots: Any, s: int, period: int, model: Any, drive: Any, numbers: Any, kinks: Any, tones: Any, record: Any, j: int
 ) -> None:  # fmt: skip
     """Measure a period of slot s from its samples."""
     p = of_case(model.tip, numbers, j, numbers[ZC, j])
-    measure(
-        record, period, drive.points, tones[j], drive.phases[period], p, kinks[:, j].copy(), harmonics,
-        slots.rows[s, period],
-    )  # fmt: skip
+    measure(record, period, drive.turns, tones[j], drive.phases[period], p, kinks[:, j].copy(), slots.rows[s, period])
 
 
 def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:
@@ -293,7 +295,7 @@ def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -
     for s in range(count):
         which[s] = s
     for _ in range(periods):
-        march(slots, which, count, 1, 0, model, drive, room)
+        march(slots, which, count, 1, False, model, drive, room)
         for s in range(count):
             for k in range(slots.x.shape[1]):
                 slots.x[s, k] = slots.ends[s, 0, k]

@@ -43,13 +43,10 @@ class Path(NamedTuple):
     ----------
     values, counts
         (problems, values) and (problems,).
-    harmonics
-        Number of harmonics that are measured.
     """
 
     values: Any
     counts: Any
-    harmonics: int
 
 
 class Branch(NamedTuple):
@@ -157,7 +154,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 slots.memory[s, k] = branch.last_memory[case, k]
             for k in range(branches):
                 slots.branch[s, k] = branch.last_branch[case, k]
-        solve_orbits(slots, count, path.harmonics, model, drive, orbits, room)
+        solve_orbits(slots, count, model, drive, orbits, room)
         s = 0
         while s < count:
             case, begun, done = slots.case[s], branch.last_value[slots.case[s]], branch.done[slots.case[s]]

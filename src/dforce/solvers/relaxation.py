@@ -110,7 +110,7 @@ def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any)
                 going += 1
         if going == 0 or look == looks:
             break
-        march(slots, which, going, size + 1, 0, model, drive, room)
+        march(slots, which, going, size + 1, False, model, drive, room)
         for g in range(going):
             s = which[g]
             for k in range(size):

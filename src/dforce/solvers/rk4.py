@@ -30,7 +30,7 @@ from dforce.kernel.slots import (
     row,
     yielding,
 )
-from dforce.observables.lockin import lock_in_turned, tones_turns
+from dforce.observables.lockin import lock_in_turned
 from dforce.observables.measure import measure
 from dforce.observables.pieces import crossing
 from dforce.solvers._loops import (
@@ -307,14 +307,10 @@ def over_common_period(
 
 def march(
     y: Any, memory: Any, latched: Any, first: int, periods: int, points: int, tones: Any, p: Any, kinks: Any,
-    work: Any, block: Any, table: Any, harmonics: int, every: bool, out: Any,
+    work: Any, block: Any, table: Any, turns: Any, every: bool, out: Any,
 ) -> Any:  # fmt: skip
     """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
-    bases = np.empty(tones.shape[0])
-    cosine, sine = np.empty((tones.shape[0], points + 1)), np.empty((tones.shape[0], points + 1))
-    z = np.empty(points + 1)
-    tones_turns(tones, points, cosine, sine)
-    stage = work[0]
+    bases, z, stage = np.empty(tones.shape[0]), np.empty(points + 1), work[0]
     phases(tones, first, bases)
     tabulate(tones, bases, points, table)
     for i in range(periods):
@@ -323,7 +319,7 @@ def march(
             tabulate(tones, bases, points, table)
         y = advance(y, memory, latched, first + i, points, tones, bases, table, kinks, stage, work, block, p)
         if every:
-            measure(block, first + i, points, tones, bases, p, kinks, harmonics, out[i])
+            measure(block, first + i, turns, tones, bases, p, kinks, out[i])
         else:
-            lock_in_turned(block, bases, cosine, sine, z, out[i])
+            lock_in_turned(block, turns, bases, z, out[i])
     return y
