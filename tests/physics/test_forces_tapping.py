@@ -108,7 +108,8 @@ def test_what_the_drive_gives_is_what_cantilever_and_sample_take(name):
     assert end == pytest.approx(ready.block[0, :2], abs=1e-8)  # periodic: nothing is left over at the end of a period
     row = np.empty(ready.columns)
     text = compose(1, 1, problem.forces, entries)
-    plain(text)["measure"](ready.block, PERIODS - 1, points, ready.tones, bases, ready.p, ready.kinks, harmonics, row)
+    turns = ready.turns(points)
+    plain(text)["measure"](ready.block, PERIODS - 1, turns, ready.tones, bases, ready.p, ready.kinks, row)
     mode, tone, length = problem.modes[0], problem.tones[0], ready.scales.length
     total = length * complex(*row[FIRST + 2 : FIRST + 4])
     given = -math.pi * tone.force * total.imag
