@@ -7,9 +7,10 @@ import sys
 import threading
 import time
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Protocol, Self, TextIO, cast
 
 from dforce.errors import shorten
+from dforce.notices import Heedless
 
 WAIT = 1.0  # s; what is quicker needs no bar
 LONGEST = 40  # characters of a title
@@ -102,9 +103,11 @@ class _TerminalBar:
 
 
 def _terminal_bar(title: str) -> _TerminalBar | None:
+    if sys.stderr is None:
+        return None
     from rich.console import Console
 
-    console = Console(file=sys.stderr, highlight=False, markup=False, emoji=False)
+    console = Console(file=cast(TextIO, Heedless(sys.stderr)), highlight=False, markup=False, emoji=False)
     return _TerminalBar(title, console) if console.is_terminal else None
 
 

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
+from typing import Any, TextIO
 
 from dforce.errors import checked
 
@@ -31,16 +32,38 @@ class Listening:
             self.listener(text)
 
 
+class Heedless:
+    """A stream of text that drops what cannot be written: a full disk and a closed stream are no reason to end a run."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        """Be the stream in all the rest."""
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write text, if that can be done; return its length."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Bring to the disk what was written, if that can be done."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.flush()
+
+
 _listening: ContextVar[Listening | None] = ContextVar("listening", default=None)
 
 
 def announce(text: str) -> None:
     """Print a sentence on the error stream, or hand it to who listens (:func:`listening`)."""
     one = _listening.get()
-    if one is None:
-        print(text, file=sys.stderr, flush=True)
-    else:
+    if one is not None:
         one.hear(text)
+    elif sys.stderr is not None:
+        print(text, file=Heedless(sys.stderr), flush=True)
 
 
 @checked

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli import app
-from dforce.cli._terminal import plain
+from dforce.cli._streams import plain
 from dforce.validity import attributes
 
 CASE = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'

@@ -3,12 +3,13 @@
 All blocks of a page run in one folder of their own, in order, as a reader would type them. With the option `file` a block
 is not run but written to that file, as a reader would save it. With `hidden` it is run and not shown: it asserts what the
 text says. `exit` is the exit code that a command has to end with. `picture` with `caption` shows a picture that the blocks
-have written. A block that fails ends the build.
+have written. A block that fails, or warns, ends the build.
 """
 
 from __future__ import annotations
 
 import shutil
+import warnings
 from pathlib import Path
 from typing import ClassVar
 
@@ -43,7 +44,8 @@ class Ran(SphinxDirective):
         language, code = self.arguments[0], "\n".join(self.content)
         page = PAGES.setdefault(self.env.docname, Page())
         try:
-            output = page.run(language, code, self.options)
+            with warnings.catch_warnings(action="error"):
+                output = page.run(language, code, self.options)
         except Exception as error:
             raise ExtensionError(f"{self.get_location()}: {type(error).__name__}: {error}") from error
         if "hidden" in self.options:

@@ -7,7 +7,21 @@ from typing import Annotated
 import typer
 
 import dforce as df
-from dforce.cli import _help, _terminal, benchmark, cache, check, curve, examples, gui, models, run, schema, validate
+from dforce.cli import (
+    _help,
+    _streams,
+    _terminal,
+    benchmark,
+    cache,
+    check,
+    curve,
+    examples,
+    gui,
+    models,
+    run,
+    schema,
+    validate,
+)
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -55,6 +69,5 @@ for _command in COMMANDS:
 
 def main() -> None:
     """Run the program; the entry point of the console script."""
-    _terminal.never_fail_to_print()
-    with df.sigterm_as_ctrl_c():
+    with _streams.careful(), df.sigterm_as_ctrl_c():
         app()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import functools
 import json
 import math
@@ -10,7 +9,6 @@ import os
 import sys
 import textwrap
 import traceback
-import unicodedata
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
@@ -34,37 +32,6 @@ Settings = Annotated[
         help='Change a value of the case, such as sample.youngs_modulus="2 GPa"; may be repeated.',
     ),
 ]  # fmt: skip
-
-PLAIN = {
-    "°": " deg", "µ": "u", "μ": "u", "–": "-", "—": "-", "−": "-", "×": "x", "·": " ", "√": "sqrt ",
-    "←": "<-", "→": "->", "²": "^2", "³": "^3", "≤": "<=", "≥": ">=", "≈": "~", "∞": "infinity",
-    "\N{COMBINING DOT ABOVE}": "'", "\N{COMBINING MACRON}": "_bar",
-}  # fmt: skip
-
-
-def plain(error: UnicodeError) -> tuple[str, int]:
-    """Spell out what a terminal's character set lacks: µ as u, δ as delta."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    spelled = []
-    for character in error.object[error.start : error.end]:
-        name = unicodedata.name(character, "")
-        if character in PLAIN:
-            spelled.append(PLAIN[character])
-        elif name.startswith("GREEK"):
-            spelled.append(name.split()[3].lower())
-        else:
-            decomposed = unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
-            spelled.append(decomposed or "?")
-    return "".join(spelled), error.end
-
-
-def never_fail_to_print() -> None:
-    """Make both output streams spell out characters that they cannot encode."""
-    codecs.register_error("dforce-plain", plain)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="dforce-plain")
 
 
 def console() -> Console:

@@ -13,12 +13,19 @@ from dforce.problem import Problem
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 
+def angle(c: Complex) -> Array:
+    """Return the angle (degrees) of complex numbers, in (-180°, 180°], the same wherever they lie in memory."""
+    # NumPy 1.26 rounds otherwise where the result happens to lie within a stride behind numbers that are strided: the parts
+    # of complex ones always are, copies of them are not
+    return np.degrees(np.arctan2(np.array(c.imag, order="C"), np.array(c.real, order="C")))
+
+
 def phase_lag(c: Complex) -> Array:
     """Return the phase lag (degrees) of complex amplitudes, in (-90°, 270°].
 
     Never folded, and without a jump near 0° (far below resonance) and 180° (strong attraction).
     """
-    return np.asarray(270.0 - (270.0 + np.degrees(np.angle(c))) % 360.0)
+    return np.asarray(270.0 - (270.0 + angle(c)) % 360.0)
 
 
 def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Any]:
@@ -129,4 +136,4 @@ def multipliers(tangents: Array) -> tuple[Array, Array]:
         known = np.isfinite(tangents).all(axis=(1, 2))
         found[known] = np.linalg.eigvals(tangents[known])
     found = np.take_along_axis(found, np.argsort(-np.abs(found), axis=1, kind="stable"), 1)
-    return np.abs(found), np.degrees(np.angle(found))
+    return np.abs(found), angle(found)

@@ -1,0 +1,98 @@
+"""The streams that commands print to: of any character set, on a full disk, or closed."""
+
+from __future__ import annotations
+
+import codecs
+import contextlib
+import io
+import os
+import sys
+import unicodedata
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, TextIO, cast
+
+import dforce as df
+
+PLAIN = {
+    "°": " deg", "µ": "u", "μ": "u", "–": "-", "—": "-", "−": "-", "×": "x", "·": " ", "√": "sqrt ",
+    "←": "<-", "→": "->", "²": "^2", "³": "^3", "≤": "<=", "≥": ">=", "≈": "~", "∞": "infinity",
+    "\N{COMBINING DOT ABOVE}": "'", "\N{COMBINING MACRON}": "_bar",
+}  # fmt: skip
+
+
+def plain(error: UnicodeError) -> tuple[str, int]:
+    """Spell out what a terminal's character set lacks: µ as u, δ as delta."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    spelled = []
+    for character in error.object[error.start : error.end]:
+        name = unicodedata.name(character, "")
+        if character in PLAIN:
+            spelled.append(PLAIN[character])
+        elif name.startswith("GREEK"):
+            spelled.append(name.split()[3].lower())
+        else:
+            decomposed = unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
+            spelled.append(decomposed or "?")
+    return "".join(spelled), error.end
+
+
+class Outlet:
+    """A stream of text whose disk may be full.
+
+    Parameters
+    ----------
+    stream
+        What is written to.
+    needed
+        Whether a text that cannot be written is an error; otherwise it is dropped.
+    """
+
+    def __init__(self, stream: TextIO, needed: bool) -> None:
+        self._stream, self.needed = stream, needed
+
+    def __getattr__(self, name: str) -> Any:
+        """Be the stream in all the rest."""
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write text; return its length."""
+        try:
+            return self._stream.write(text)
+        except OSError as error:
+            self._lose(error)
+        return len(text)
+
+    def flush(self) -> None:
+        """Bring to the disk what was written."""
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._lose(error)
+
+    def _lose(self, error: OSError) -> None:
+        if not self.needed:
+            return
+        if isinstance(error, BrokenPipeError):  # its reader has seen enough
+            raise error
+        raise df.ResultError(f"what is printed could not be written: {str(error.strerror).lower()}") from error
+
+
+@contextlib.contextmanager
+def careful() -> Iterator[None]:
+    """Let both output streams, while the context lasts, spell out what they cannot encode, and lose no work when they are full.
+
+    A text for stdout that cannot be written is an error. One for stderr is dropped, and so is what is left at the end.
+    """
+    codecs.register_error("dforce-plain", plain)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="dforce-plain")
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:  # in the place of a stream that is closed
+        out, err = Outlet(sys.stdout or nowhere, needed=True), Outlet(sys.stderr or nowhere, needed=False)
+        sys.stdout, sys.stderr = cast(TextIO, out), cast(TextIO, err)
+        try:
+            yield
+        finally:
+            out.needed = False

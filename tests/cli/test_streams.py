@@ -1,0 +1,69 @@
+"""What a command prints may have nowhere to go: a full disk, a stream that is closed, a reader that has gone."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import dforce as df
+
+FULL = Path("/dev/full")
+CODE = "import sys; from dforce.cli import main; sys.argv[0] = 'dforce'; main()"
+NO_ROOM = "dforce: what is printed could not be written: no space left on device\n"
+PRINTING = [
+    ["--help"],
+    ["--version"],
+    ["run", "--help"],
+    ["models"],
+    ["check", "hysteresis"],
+    ["schema"],
+    ["cache", "--json"],
+]
+
+pytestmark = pytest.mark.skipif(not FULL.exists(), reason="Linux alone has a file that is always full")
+
+
+def ran(*words, redirected="", cwd=None, **new):
+    """Run a command by a shell that redirects its streams, with new variables in its environment."""
+    command = f'exec "$0" -c "$1" "${{@:2}}" {redirected}'
+    return subprocess.run(
+        ["bash", "-c", command, sys.executable, CODE, *words],
+        capture_output=True, text=True, cwd=cwd, env=os.environ | new,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("words", PRINTING, ids=" ".join)
+def test_a_full_disk_behind_the_output_is_told_in_a_sentence(words):
+    done = ran(*words, redirected=">/dev/full")
+    assert (done.returncode, done.stderr) == (2, NO_ROOM)
+
+
+@pytest.mark.parametrize("words", PRINTING, ids=" ".join)
+def test_a_command_whose_output_is_closed_does_its_work(words):
+    done = ran(*words, redirected=">&-")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("streams", [">/dev/full", "2>/dev/full", ">/dev/full 2>&1", ">&-", "2>&-", ">&- 2>&-"])
+def test_a_result_is_kept_wherever_the_words_about_it_go(streams, tmp_path):
+    # with an empty cache there is more to tell while it runs, that it compiles
+    new = {"DFORCE_CACHE_DIR": str(tmp_path / "cache")} if streams == "2>/dev/full" else {}
+    settings = ["--set", "experiment.zc.points=3", "--set", "solver.periods=20", "--set", "solver.settle=fixed"]
+    done = ran("run", "figure-3-air", *settings, "-o", "curve.nc", redirected=streams, cwd=tmp_path, **new)
+    assert df.read(tmp_path / "curve.nc").sizes["zc"] == 3
+    assert done.returncode == (2 if ">/dev/full" in streams.split() else 0)
+    assert "Traceback" not in done.stderr and "report" not in done.stderr
+
+
+def test_a_mistake_keeps_its_exit_code_where_it_cannot_be_told():
+    for streams in ("2>/dev/full", "2>&-"):
+        assert ran("check", "nowhere.toml", redirected=streams).returncode == 2
+
+
+def test_a_reader_that_has_seen_enough_ends_a_command_in_silence():
+    done = ran("schema", redirected="| head -1")
+    assert (done.stdout, done.stderr) == ("{\n", "")
