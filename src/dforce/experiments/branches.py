@@ -213,9 +213,7 @@ class Branches(Experiment):
             return start, stop, quantity, lambda value: problem.at_frequency(value, tone)
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
-    def _dataset(
-        self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array
-    ) -> xr.Dataset:  # fmt: skip
+    def _dataset(self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array) -> xr.Dataset:
         from dforce.experiments._motion import rows_of, with_motions
         from dforce.experiments._table import Table
         from dforce.results import describe

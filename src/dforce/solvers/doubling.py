@@ -18,12 +18,8 @@ from dforce.solvers.continuation import Curve, alternation
 from dforce.solvers.orbit import MOST_REPEATS, PERIOD_DOUBLING, Orbit, ParameterRange
 from dforce.solvers.transient import Watch
 
-OFFSETS = (
-    0.1,
-    0.03,
-    0.01,
-    0.003,
-)  # of the largest step along a curve: how far from the point a doubled motion is sought
+# of the largest step along a curve: how far from the point a doubled motion is sought
+OFFSETS = (0.1, 0.03, 0.01, 0.003)
 DISTANCES = (0.003, 0.01, 0.03, 0.1, 0.2, 0.3)  # of the free amplitude, between a doubled motion and the single one
 APART = 1e-4  # of the free amplitude: motions nearer to each other are one
 

@@ -6,10 +6,11 @@ orbits. With the monodromy matrix M = dP/dx the Newton step (dx, dv) solves
 
     (I - M) dx - dP/dv dv = P(x) - x,    normal (dx, dv) = 0.
 
-Memory and branches of the forces follow the motion: they are carried on from period to period until they repeat with it. So
-M holds how the motion answers once the memory has answered, too. Its eigenvalues pass +1 where those of motion and memory
-together do, as det(1 - M) is theirs but for a factor that is not zero while the memory relaxes. The multipliers of the memory
-itself are not among them; they matter only close to the unit circle, for a memory that outlasts many periods.
+Memory and branches of the forces follow the motion: they are carried on from period to period until they repeat with it.
+So M holds how the motion answers once the memory has answered, too. Where the memory relaxes det(1 - M) is that of motion and
+memory together but for a positive factor: folds and the signs of indices are the same. Other multipliers are not, where the
+memory lasts about as long as a period, and those of the memory itself are missing. Where they count the memory belongs to
+the vector x; see ``orbit``.
 
 The map is asked for by `choose` and answered by `take_steps`, so that any integrator may march.
 
