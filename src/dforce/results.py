@@ -30,7 +30,7 @@ SEAL = b"\ndForce sha256 "  # before the hash at the end of a file
 SEAL_LENGTH = len(SEAL) + 64
 ELECTRONVOLT = 1.602176634e-19  # J; exact in the SI since 2019
 COLUMN_DIMS = ("tone", "mode", "harmonic", "multiplier", "model")  # columns of a table; others are its rows
-TO_GO_ON = ("restart", "motion", "component", "component_units")  # variables from which a stopped run goes on
+TO_GO_ON = ("motion", "component", "component_units")  # variables from which a stopped run goes on
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
 # Where a spreadsheet would see a formula: at the start of a cell, whatever it takes for a separator; the number with a
 # unit that a list in a case may go on with is none.

@@ -147,28 +147,28 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
 def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady | None:
     """Return the periodic orbit that Newton's method finds from a motion, None where it is none of the point's state."""
     from dforce.observables.window import common_period
+    from dforce.solvers.block import States
     from dforce.solvers.doubling import doubled_beside
-    from dforce.solvers.fixed_point import PeriodMap, as_steady, orbit_from
+    from dforce.solvers.orbit import ParameterRange
 
     problem = integrator.problem
     zc, A0 = float(point["zc"]), problem.tones[0].A0
     if common_period([tone.frequency for tone in problem.tones]) is None:
         return None
-    period_map = PeriodMap(integrator, integrator.place, zc - A0, zc + A0)
-    repeats = _repeats(point, period_map.common)
-    if MOTION in point.variables:
-        period_map = period_map.repeated(repeats)
-    found = orbit_from(period_map, start, zc / period_map.span)
-    if found is not None and repeats > period_map.repeats:
-        doubled = doubled_beside(period_map, found, repeats)
+    settings, points = integrator.settings, integrator.points
+    among = ParameterRange(lambda _: problem, zc - A0, zc + A0, settings, integrator.harmonics, points=points)
+    repeats, state = _repeats(point, among.common), States.of(start)
+    guess = np.append(among.vectors(state), zc / among.span)
+    found = among.find(guess, state.branch, repeats=repeats if MOTION in point.variables else 1)
+    if found is not None and repeats > found.repeats:
+        doubled = [among.steady(one) for one in doubled_beside(among, found, repeats)]
         deepest = float(point["min_distance"])
-        found = min(doubled, key=lambda orbit: abs(orbit.values["min_distance"] - deepest), default=None)
-        if found is not None and abs(found.values["min_distance"] - deepest) > SAME * A0:
-            found = None
-    integrator.place(zc)  # derivatives were taken beside it
-    if found is None or _apart(found.values, point) > SAME * A0:
-        return None
-    return as_steady(period_map, found)
+        steady = min(doubled, key=lambda one: abs(one.values["min_distance"] - deepest), default=None)
+        if steady is not None and abs(steady.values["min_distance"] - deepest) > SAME * A0:
+            steady = None
+    else:
+        steady = None if found is None else among.steady(found)
+    return steady if steady is not None and _apart(steady.values, point) <= SAME * A0 else None
 
 
 def _repeats(point: xr.Dataset, common: int) -> int:

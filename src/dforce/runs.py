@@ -59,7 +59,7 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
         raise ParameterError("this result is a sweep; df.sweep(case, over=..., resume=...) continues it")
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
-    usable = resume if resume is not None and ("restart" in resume or MOTION in resume) else None
+    usable = resume if resume is not None and MOTION in resume else None
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
         data = case.experiment.run(case.problem, case.solver, tell, usable, case)
         data.attrs = provenance(text, case.title) | data.attrs

@@ -12,9 +12,8 @@ from scipy.signal import argrelmin
 
 import dforce as df
 from dforce import runs
-from dforce.solvers.continuation import Curve
-from dforce.solvers.fixed_point import PeriodMap
-from dforce.solvers.integrator import RK4
+from dforce.solvers.block import States
+from dforce.solvers.orbit import ParameterRange
 from dforce.solvers.search import Known, search, why_unproven
 
 NM = 1e-9
@@ -131,6 +130,7 @@ def test_the_result_says_where_states_are_missing(adhesive, monkeypatch):
     from dforce.solvers import search
 
     monkeypatch.setattr(search, "MOST_STARTS", 0)
+    monkeypatch.setattr(search, "LAGS", (60.0,))
     few = df.branches(adhesive, zc=NARROW, search=2, largest_step=0.1)
     assert (few["index_sum"].values != 1).all()
     assert few.attrs["completeness"].startswith("states are missing")
@@ -173,17 +173,19 @@ class Map:
             cantilever=df.Cantilever(f0="50 kHz", k=k, Q=Q), drive=df.Drive(A0=A0, frequency="49 kHz"), forces=[bond]
         )
         zc = length + height * A0
-        integrator = RK4(self.case.problem, df.SolverSettings(), 1)
-        self.period_map = PeriodMap(integrator, integrator.place, zc - A0, zc + A0)
-        self.value = zc / self.period_map.span
-        self.period_map.put(self.value)
+        self.among = ParameterRange(lambda _: self.case.problem, zc - A0, zc + A0, df.SolverSettings(), 1)
+        self.value = zc / self.among.span
 
     def states(self):
         curves = []
-        known = Known(self.period_map, curves, self.value)
-        for orbit in search(known, lambda: None):
-            curves.append(Curve(orbit))
+        known = Known(self.among, curves, self.value)
+        for curve in search(known, lambda: None):
+            curves.append(curve)
         return known
+
+    def after(self, motions):
+        none = np.zeros((len(motions), 0))
+        return self.among.later(States(motions, none, none), self.value, 1).x
 
 
 bonds = st.builds(
@@ -199,10 +201,10 @@ bonds = st.builds(
 @given(bonds)
 def test_the_indices_of_random_smooth_forces_add_up_to_one_along_a_large_circle(drawn):
     # the turns of P(x) - x along a circle are the sum of the indices inside; no bond reaches fifty free amplitudes
-    period_map, angles = drawn.period_map, np.linspace(0.0, TAU, 721)
+    angles = np.linspace(0.0, TAU, 721)
     for _ in range(6):
         circle = 50.0 * np.column_stack([np.cos(angles), np.sin(angles)])
-        moves = np.array([period_map.end(x, np.zeros(0)) - x for x in circle])
+        moves = drawn.after(circle) - circle
         turned = np.diff(np.unwrap(np.arctan2(moves[:, 1], moves[:, 0])))
         coarse = np.abs(turned) >= 1.0
         angles = np.sort(np.append(angles, 0.5 * (angles[1:] + angles[:-1])[coarse]))
@@ -216,12 +218,11 @@ def test_the_indices_of_random_smooth_forces_add_up_to_one_along_a_large_circle(
 @given(bonds)
 def test_the_states_found_over_random_smooth_forces_are_complete_and_each_is_one(drawn):
     known = drawn.states()
-    orbits = [orbit for orbit in known.orbits() if orbit.repeats == 1]
+    orbits = known.single()
     for a, b in itertools.combinations(orbits, 2):
         assert np.abs(a.u - b.u).max() > 1e-5
     for orbit in orbits:
-        drawn.period_map.put(drawn.value)
-        assert np.abs(drawn.period_map.end(orbit.u[:-1], orbit.latched) - orbit.u[:-1]).max() < 1e-8
+        assert np.abs(drawn.after(orbit.x[None]) - orbit.x).max() < 1e-8
         assert orbit.index == np.sign(np.prod(1.0 - orbit.multipliers).real)
     assert known.index_sum == 1
 

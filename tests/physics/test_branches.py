@@ -157,7 +157,7 @@ def test_the_drive_frequency_is_varied_at_constant_force(case):
 
 def test_a_curve_that_closes_ends_where_it_began(case):
     # with fewer samples the instants at which the neck forms and breaks fold the curve a few times more
-    fine = case.replace("solver.points_per_period", 1024)
+    fine = case.replace("solver.points_per_period", 4096)
     sticky = fine.replace("forces", [df.forces.JKR(surface_energy="30 mJ/m^2")])
     loop = df.branches(sticky, zc=("12 nm", "1 nm"), search=3)
     closed = of_curve(loop, 2)
@@ -240,8 +240,8 @@ MOMENTS = {
     "within the first curve": lambda done, curve, look: look == 12,
     "in a search that finds nothing": lambda done, curve, look: done == 1,
     "as the second curve is found": lambda done, curve, look: curve == "curve 2",
-    "within the second curve": lambda done, curve, look: curve == "curve 2" and look == 50,
-    "far along the second curve": lambda done, curve, look: curve == "curve 2" and look == 100,
+    "within the second curve": lambda done, curve, look: curve == "curve 2" and look == 30,
+    "far along the second curve": lambda done, curve, look: curve == "curve 2" and look == 70,
     "in the last search": lambda done, curve, look: done == 3,
     "when all is done": lambda done, curve, look: done == 5,
 }
@@ -305,19 +305,12 @@ def test_branches_have_a_picture_and_a_summary(states):
 
 
 def test_a_curve_that_closes_from_the_other_side_alone_holds_each_orbit_once(monkeypatch):
-    class Orbit(str):
-        def reversed(self):
-            return self
+    def trace(among, points, way, *others):
+        points += ["ahead"] if way > 0 else ["behind", "ahead", "start"]
+        return way < 0
 
-    def trace(period_map, points, *others):
-        forth = not traced
-        traced.append(points)
-        points += [Orbit("ahead")] if forth else [Orbit("behind"), Orbit("ahead"), Orbit("start")]
-        return not forth
-
-    traced: list[list[Orbit]] = []
     monkeypatch.setattr(continuation, "trace", trace)
-    curve = continuation.Curve(Orbit("start"))
+    curve = continuation.Curve("start")
     curve.grow(None, 1.0, 100, lambda: None)
     assert curve.points == ["start", "ahead", "behind", "start"]
 
@@ -327,12 +320,9 @@ def test_a_curve_that_closed_behind_its_start_is_whole_when_it_is_restored(monke
         def __init__(self, *u):
             self.u = np.array(u)
 
-        def reversed(self):
-            return self
-
     around = [Orbit(0.0, 0.0), Orbit(-1.0, 1.0), Orbit(-2.0, 0.0), Orbit(-1.0, -1.0), Orbit(0.0, 0.0)]
-    curve = continuation.Curve.of_places({-place: orbit for place, orbit in enumerate(around)})
+    curve = continuation.Curve.of_points(around[::-1], len(around))
     monkeypatch.setattr(continuation, "trace", None)  # would lead around once more
     curve.grow(None, 1.0, 100, lambda: None)
     assert curve.points == around[::-1]
-    assert curve.places == [-4, -3, -2, -1, 0]
+    assert curve.begun == 5

@@ -34,14 +34,21 @@ def rows_of(states: States, scales: Array) -> Array:
     return np.concatenate([x[..., ::2], x[..., 1::2], states.memory, states.branch], axis=-1)
 
 
-def states_of(rows: Array, problem: Problem, scales: Array) -> States:
-    """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
+def split_rows(rows: Array, problem: Problem) -> States:
+    """Return rows in SI as states of a problem whose motions are in SI, too; the inverse of :func:`rows_of` of scale 1."""
     from dforce.solvers.block import States
 
     modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
     z, v, kept, branch = np.split(rows, [modes, 2 * modes, 2 * modes + memory], axis=-1)
-    x = np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes)
-    return States(x / scales, kept, branch)
+    return States(np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes), kept, branch)
+
+
+def states_of(rows: Array, problem: Problem, scales: Array) -> States:
+    """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
+    from dforce.solvers.block import States
+
+    states = split_rows(rows, problem)
+    return States(states.x / scales, states.memory, states.branch)
 
 
 def components(problem: Problem) -> dict[str, Any]:
@@ -61,18 +68,12 @@ def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
     return {MOTION: rows_of(points.states, scales), REPEATS: cycles}
 
 
-def with_motions(
-    data: xr.Dataset, dims: Sequence[str], motions: Sequence[Motion], problems: Sequence[Problem]
-) -> xr.Dataset:
-    """Return a result with the motions of some problems, one for each point."""
+def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:
+    """Return a result with motions of a problem as `rows_of` gives them."""
     from dforce.results import describe
-    from dforce.solvers.block import States
 
-    rows = [rows_of(States.of(one), scales_of(problem))[0] for one, problem in zip(motions, problems, strict=True)]
-    if not rows:
-        return data
-    data = data.assign_coords(components(problems[0]))
-    data[MOTION] = (*dims, COMPONENT), np.array(rows) if dims else rows[0]
+    data = data.assign_coords(components(problem))
+    data[MOTION] = (*dims, COMPONENT), rows
     return describe(data)
 
 

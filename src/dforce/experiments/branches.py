@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -12,6 +13,7 @@ from dforce import units
 from dforce.errors import ParameterError, UnitError
 from dforce.experiments._experiment import CaseLike, Experiment, Progress, whole_range
 from dforce.parameters import Number, Parameters, Part, Quantity, param
+from dforce.quantities import MOTION, REPEATS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -22,9 +24,10 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.continuation import Curve
-    from dforce.solvers.fixed_point import Orbit, PeriodMap
-    from dforce.solvers.integrator import Integrator
+    from dforce.solvers.orbit import ParameterRange
 
+UNDER_WAY = "under_way"  # of a stopped run: the number of the search, 0 before the first one, and the curves before it
+BEGUN = "begun"  # of a stopped run: where each curve was found, see `Curve`
 FREQUENCY = re.compile(r"drive(?:\.tones\.(\d+))?\.frequency")
 
 
@@ -95,11 +98,9 @@ class Branches(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return the points of all curves, one curve after the other; see :class:`Experiment`."""
-        from dforce.experiments._restart import restore_curves, stop_curves
         from dforce.solvers.continuation import Curve
         from dforce.solvers.doubling import doublings
-        from dforce.solvers.fixed_point import PeriodMap, free_orbit
-        from dforce.solvers.integrator import INTEGRATORS, sample_count
+        from dforce.solvers.orbit import ParameterRange
         from dforce.solvers.search import Known, search
 
         start, stop, quantity, anywhere = self._range(problem, case)
@@ -108,19 +109,15 @@ class Branches(Experiment):
         def at(value: float) -> Problem:
             return anywhere(min(max(value, low), high))  # beyond the range, by a rounding, it may not be allowed
 
-        among = [at(value) for value in (start, 0.5 * (start + stop), stop)]
-        finest = max(among, key=lambda one: sample_count(one, settings))
-        integrator = INTEGRATORS[settings.integrator](finest, settings, self.harmonics)
-        place = integrator.place if isinstance(self.zc, Span) else _placing(integrator, at, self.zc)
-        period_map = PeriodMap(integrator, place, low, high)
-        _refuse_changing_period(among)
+        zc = None if isinstance(self.zc, Span) else self.zc
+        among = ParameterRange(at, start, stop, settings, self.harmonics, zc)
         searched = np.linspace(start, stop, self.search)
         curves: list[Curve] = []
         kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
         # which search, and how many curves there were before it; after the last one doubled motions are followed
         under_way, total = (0, 0), 2 + self.search
         if earlier is not None:
-            kept, under_way = restore_curves(earlier, period_map)
+            kept, under_way = self._restored(earlier, among), tuple(earlier.attrs[UNDER_WAY].tolist())
             curves, kept = kept[: under_way[1]], kept[under_way[1] :]
 
         def watch() -> None:
@@ -128,41 +125,59 @@ class Branches(Experiment):
             if not curves:
                 return progress(done, total, "")
             last = max((curves[-1].forth, curves[-1].back), key=len)[-1]
-            here = units.show(float(last.u[-1]) * period_map.span, quantity.unit, 4)
+            here = units.show(last.value, quantity.unit, 4)
             return progress(done, total, f"curve {len(curves)}, {self._name()} = {here}")
 
-        def grow(orbit: Orbit) -> bool:
+        def grow(curve: Curve) -> bool:
             left = self.max_points - sum(len(curve.points) for curve in curves)
             if left > 1:
                 # a search that is done again finds the same orbits in the same order
-                curves.append(kept.pop(0) if kept else Curve(orbit))
-                curves[-1].grow(period_map.repeated(curves[-1].repeats), self.largest_step, left, watch)
+                curves.append(kept.pop(0) if kept else curve)
+                curves[-1].grow(among, self.largest_step, left, watch)
             return left > 1
 
-        def found() -> Iterator[Orbit]:
+        def found() -> Iterator[Curve]:
             number, _ = under_way
             if number <= self.search:
-                return search(Known(period_map, curves, searched[number - 1] / period_map.span), watch)
-            return doublings(period_map, curves, self.largest_step, watch)
+                return search(Known(among, curves, searched[number - 1] / among.span), watch)
+            return doublings(among, curves, self.largest_step, watch)
 
         try:
-            first = free_orbit(period_map, start / period_map.span) if under_way[0] == 0 else None
+            first = among.free_orbit(start / among.span) if under_way[0] == 0 else None
             if first is not None:
-                grow(first if start < stop else first.reversed())
+                grow(Curve.rising(first, stop - start))
             for number in range(max(1, under_way[0]), total):
                 under_way = number, len(curves)
-                for orbit in found():
-                    if not grow(orbit):
+                for curve in found():
+                    if not grow(curve):
                         break
-                while kept:  # a search on another machine may miss what the first one has found
-                    grow(kept[0].forth[0])
+                while kept and grow(kept[0]):  # a search on another machine may miss what the first one has found
+                    pass
             progress(total, total, "")
         except KeyboardInterrupt:
-            data = self._dataset(period_map, curves + kept, quantity, searched, at)
+            data = self._dataset(among, curves + kept, quantity, searched)
+            begun = np.array([curve.begun for curve in curves + kept], dtype=int)
+            data.attrs |= {"interrupted": 1, UNDER_WAY: np.array(under_way), BEGUN: begun}
             data.attrs["completeness"] = "not checked: the run was stopped"
-            stop_curves(data, curves + kept, under_way)
             return data
-        return self._dataset(period_map, curves, quantity, searched, at)
+        return self._dataset(among, curves, quantity, searched)
+
+    def _restored(self, earlier: xr.Dataset, among: ParameterRange) -> list[Curve]:
+        """Return the curves of an interrupted result: their motions tell all else."""
+        from dforce.experiments._motion import split_rows
+        from dforce.solvers.continuation import Curve
+
+        states, values = split_rows(earlier[MOTION].values, among.problem), earlier[self._name()].values.tolist()
+        steps, repeats = earlier["corrections"].values.tolist(), (earlier[REPEATS].values // among.common).tolist()
+        orbits = [
+            replace(among.orbit(value, states.take([i]), steps[i], repeats[i]), special=str(special))
+            for i, (value, special) in enumerate(zip(values, earlier["special"].values, strict=True))
+        ]
+        places = [np.flatnonzero(earlier["branch"].values == n + 1) for n in range(np.size(earlier.attrs[BEGUN]))]
+        return [
+            Curve.of_points([orbits[i] for i in some], int(begun))
+            for some, begun in zip(places, np.atleast_1d(earlier.attrs[BEGUN]), strict=True)
+        ]
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at the value of the parameter of a point; see :class:`Experiment`."""
@@ -198,38 +213,33 @@ class Branches(Experiment):
             return start, stop, quantity, lambda value: problem.at_frequency(value, tone)
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
-    def _dataset(
-        self, period_map: PeriodMap, curves: list[Curve], quantity: Quantity, searched: Array,
-        at: Callable[[float], Problem],
-    ) -> xr.Dataset:  # fmt: skip
-        from dforce.experiments._motion import with_motions
+    def _dataset(self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array) -> xr.Dataset:
+        from dforce.experiments._motion import rows_of, with_motions
         from dforce.experiments._table import Table
         from dforce.results import describe
         from dforce.solvers.escape import UnstableStates, escape
-        from dforce.solvers.fixed_point import as_steady
         from dforce.solvers.search import index_sum, why_unproven
 
         orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
-        table = Table(
-            ("point",), {"point": np.arange(1, len(orbits) + 1)}, period_map.integrator.problem, self.harmonics
-        )
-        problems = [at(float(orbit.u[-1]) * period_map.span) for _, orbit in orbits]
-        steady = [as_steady(period_map, orbit) for _, orbit in orbits]
-        for i, problem in enumerate(problems):
-            table.put((i,), steady[i], problem)
+        table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, among.problem, self.harmonics)
+        problems = [among.problem_at(orbit.value) for _, orbit in orbits]
+        for i, ((_, orbit), problem) in enumerate(zip(orbits, problems, strict=True)):
+            table.put((i,), among.steady(orbit), problem)
         data = table.dataset()
-        data = with_motions(data, ("point",), [one.motion for one in steady], problems)
-        unstable = UnstableStates(curves, period_map)
+        if orbits:
+            rows = np.concatenate([rows_of(orbit.kept, np.ones(1)) for _, orbit in orbits])
+            data = with_motions(data, ("point",), rows, among.problem)
+        unstable = UnstableStates(curves, among)
         escapes = [escape(orbit, unstable, problem) for (_, orbit), problem in zip(orbits, problems, strict=True)]
         data["escape"] = ("point", np.array(escapes, dtype=float))
         name = self._name()
-        data.coords[name] = ("point", np.array([orbit.u[-1] for _, orbit in orbits], dtype=float) * period_map.span)
+        data.coords[name] = ("point", np.array([orbit.value for _, orbit in orbits], dtype=float))
         data.coords["branch"] = ("point", np.array([number for number, _ in orbits], dtype=int))
         data["stable"] = ("point", np.array([orbit.is_stable for _, orbit in orbits], dtype=bool))
         data["special"] = ("point", np.array([orbit.special for _, orbit in orbits], dtype=np.str_))
-        repeats = [orbit.repeats * period_map.common for _, orbit in orbits]
-        data["repeat_periods"] = ("point", np.array(repeats, dtype=int))
-        sums = [index_sum(curves, value / period_map.span) for value in searched]
+        repeats = [orbit.repeats * among.common for _, orbit in orbits]
+        data[REPEATS] = ("point", np.array(repeats, dtype=int))
+        sums = [index_sum(curves, value / among.span) for value in searched]
         if sums:
             data.coords["searched"] = ("search", searched)
             data["searched"].attrs["units"] = quantity.unit
@@ -238,9 +248,9 @@ class Branches(Experiment):
             data.coords["zc"] = self.zc
             words = {"units": quantity.unit, "long_name": quantity.doc, "symbol": quantity.symbol}
             data[name].attrs.update({key: word for key, word in words.items() if word})
-        unproven, is_full = why_unproven(period_map.integrator.problem), len(orbits) >= self.max_points - 1
+        unproven, is_full = why_unproven(among.problem), len(orbits) >= self.max_points - 1
         data.attrs |= {
-            "along": name, "samples_per_period": period_map.integrator.points,
+            "along": name, "samples_per_period": among.points,
             "completeness": _completeness(sums, unproven, is_full),
         }  # fmt: skip
         return describe(data)
@@ -266,22 +276,3 @@ def _parsed(key: str, given: Any, unit: str) -> float:
         return units.parse(given, unit)
     except UnitError as error:
         raise UnitError(f"experiment.{key} {error}") from None
-
-
-def _placing(integrator: Integrator, at: Callable[[float], Problem], zc: float) -> Callable[[float], None]:
-    def place(value: float) -> None:
-        integrator.take(at(value))
-        integrator.place(zc)
-
-    return place
-
-
-def _refuse_changing_period(problems: list[Problem]) -> None:
-    from dforce.observables.window import common_period
-
-    periods = {common_period([tone.frequency for tone in problem.tones]) for problem in problems}
-    if len(periods) > 1:
-        raise ParameterError(
-            "the ratio of the tones' frequencies changes with the parameter, so that there are no periodic orbits to "
-            "follow; give the frequency of every tone, or drive with one tone"
-        )

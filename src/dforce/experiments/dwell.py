@@ -49,10 +49,10 @@ class Dwell(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
-        from dforce.experiments._motion import with_motions
+        from dforce.experiments._motion import rows_of, scales_of, with_motions
         from dforce.experiments._table import Table
         from dforce.results import Status
-        from dforce.solvers.block import Block
+        from dforce.solvers.block import Block, States
         from dforce.solvers.protocols import settle_at
         from dforce.solvers.refine import sample_counts
 
@@ -88,7 +88,7 @@ class Dwell(Experiment):
                     'lower experiment.recorded_periods, or record = "settled"'
                 )
             motion = record_traces(data, integrator, motion, count)
-            data = with_motions(data, (), [found.motion], [problem])
+            data = with_motions(data, (), rows_of(States.of(found.motion), scales_of(problem))[0], problem)
             record_spectrum(data, integrator, motion, self.recorded_periods)
         progress(1, 1, "")
         return data

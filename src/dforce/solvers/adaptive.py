@@ -77,61 +77,20 @@ def attempt(
         work[1:9] = 0.0
     k1 = slope(y, tau, t0, memory, latched, tones, bases, limits, work[1], p)
     remember(h, A2, memory, work, 0)
-    k2 = slope(
-        blend(y, h, A2, k1, k1, k1, k1, k1, k1, k1),
-        tau + C2 * h,
-        t0,
-        work[0],
-        latched,
-        tones,
-        bases,
-        limits,
-        work[2],
-        p,
-    )
+    y2 = blend(y, h, A2, k1, k1, k1, k1, k1, k1, k1)
+    k2 = slope(y2, tau + C2 * h, t0, work[0], latched, tones, bases, limits, work[2], p)
     remember(h, A3, memory, work, 0)
-    k3 = slope(
-        blend(y, h, A3, k1, k2, k1, k1, k1, k1, k1),
-        tau + C3 * h,
-        t0,
-        work[0],
-        latched,
-        tones,
-        bases,
-        limits,
-        work[3],
-        p,
-    )
+    y3 = blend(y, h, A3, k1, k2, k1, k1, k1, k1, k1)
+    k3 = slope(y3, tau + C3 * h, t0, work[0], latched, tones, bases, limits, work[3], p)
     remember(h, A4, memory, work, 0)
-    k4 = slope(
-        blend(y, h, A4, k1, k2, k3, k1, k1, k1, k1),
-        tau + C4 * h,
-        t0,
-        work[0],
-        latched,
-        tones,
-        bases,
-        limits,
-        work[4],
-        p,
-    )
+    y4 = blend(y, h, A4, k1, k2, k3, k1, k1, k1, k1)
+    k4 = slope(y4, tau + C4 * h, t0, work[0], latched, tones, bases, limits, work[4], p)
     remember(h, A5, memory, work, 0)
-    k5 = slope(
-        blend(y, h, A5, k1, k2, k3, k4, k1, k1, k1),
-        tau + C5 * h,
-        t0,
-        work[0],
-        latched,
-        tones,
-        bases,
-        limits,
-        work[5],
-        p,
-    )
+    y5 = blend(y, h, A5, k1, k2, k3, k4, k1, k1, k1)
+    k5 = slope(y5, tau + C5 * h, t0, work[0], latched, tones, bases, limits, work[5], p)
     remember(h, A6, memory, work, 0)
-    k6 = slope(
-        blend(y, h, A6, k1, k2, k3, k4, k5, k1, k1), tau + h, t0, work[0], latched, tones, bases, limits, work[6], p
-    )
+    y6 = blend(y, h, A6, k1, k2, k3, k4, k5, k1, k1)
+    k6 = slope(y6, tau + h, t0, work[0], latched, tones, bases, limits, work[6], p)
     end = blend(y, h, B5, k1, k2, k3, k4, k5, k6, k1)
     remember(h, B5, memory, work, 0)
     k7 = slope(end, tau + h, t0, work[0], latched, tones, bases, limits, work[7], p)

@@ -21,7 +21,7 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, Motion, load_kernels, sample_count
 from dforce.solvers.lanes import padded
 from dforce.solvers.lot import Indices, Lot
-from dforce.solvers.newton import Orbits
+from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
@@ -121,10 +121,13 @@ class Block:
         harmonics: int,
         watch: Watch = unwatched,
         points: int | None = None,
+        unit: float | None = None,
     ) -> Block:
-        """Return the block of one problem, along the distance."""
+        """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
         samples = points or sample_count(problem, settings)
-        return cls(Lot.of([problem]), lambda _, zc: (problem, zc), settings, harmonics, samples, watch, whole=True)
+        block = cls(Lot.of([problem]), lambda _, zc: (problem, zc), settings, harmonics, samples, watch, whole=True)
+        block.unit = block.unit if unit is None else np.array([unit])
+        return block
 
     @classmethod
     def along_frequency(
@@ -246,10 +249,7 @@ class Block:
             some = len(counts[part])
             most = some * self._ahead
             slots = self._slots(most, periods)
-            orbits = Orbits(
-                np.empty((most, size, size)), np.empty((most, size)), np.empty(most), np.empty(most, np.int64),
-                np.empty(most, np.int64),
-            )  # fmt: skip
+            orbits = empty_orbits(most, size)
             path = Path(np.ascontiguousarray(values[part]), counts[part])
             follow(
                 path, Branch(*(array[part] for array in found)), slots, orbits, self._room(most, size + 2),
@@ -261,18 +261,50 @@ class Block:
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
         """Return states so many common periods later."""
         out = states.copy()
+        if self.settings.integrator != "rk4":
+            for i, case in enumerate(which.tolist()):
+                motion, _ = self.integrator(case, at[i]).lock_in(out.motion(i), periods * self.common)
+                out.put([i], States.of(motion))
+            return out
         advance = self._solvers.entry("advance_block")
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
-            slots = self._slots(len(which[part]), 1)
-            slots.case[:], slots.value[:] = np.arange(len(slots.case)), at[part]
-            slots.x[:], slots.memory[:], slots.branch[:] = out.x[part], out.memory[part], out.branch[part]
+            slots = self.slots(out.take(part), at[part])
             model, drive, room = self.model(which[part]), self.drive(1), self._room(len(slots.case), 1)
             for done in range(0, periods, LONGEST):
                 advance(slots, min(LONGEST, periods - done), model, drive, room)
                 self.watch()
             out.x[part], out.memory[part], out.branch[part] = slots.x, slots.memory, slots.branch
         return out
+
+    def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
+        """Advance motions of the first problem by so many common periods, and measure them if asked for."""
+        count = len(slots.case)
+        if self.settings.integrator != "rk4":
+            states, periods = States(slots.x, slots.memory, slots.branch), self.common * repeats
+            for s in range(count):
+                integrator = self.integrator(0, slots.value[s])
+                if measured:
+                    end, slots.rows[s] = integrator.observe(states.motion(s), periods)
+                else:
+                    end, _ = integrator.lock_in(states.motion(s), periods)
+                slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
+            return
+        march, drive = self._solvers.entry("march"), self.drive(repeats)
+        march(slots, np.arange(count), count, 1, measured, self._first, drive, self._room(count, 1))
+
+    def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
+        """Find the orbits of the first problem near motions by Newton's method."""
+        count, find = len(slots.case), self._solvers.entry("find_orbits")
+        find(slots, count, False, self._first, self.drive(repeats), orbits, self._room(count, self.size + 2))
+
+    def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
+        """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""
+        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
+
+    @functools.cached_property
+    def _first(self) -> Model:
+        return self.model(np.zeros(1, np.int64))
 
     def relax(self, which: Indices, states: States, at: Array) -> tuple[States, Any, Array]:
         """Return where motions come to, which of them are near a stable orbit there, and the periods that it took them.
@@ -313,6 +345,13 @@ class Block:
             self._alone.take(problem)
         self._alone.place(zc)
         return self._alone
+
+    def slots(self, states: States, at: Array, repeats: int = 1) -> Slots:
+        """Return slots that hold copies of states, one of each problem, at values of the parameter."""
+        slots = self._slots(len(states), self.common * repeats)
+        slots.case[:], slots.value[:] = np.arange(len(states)), at
+        slots.x[:], slots.memory[:], slots.branch[:] = states.x, states.memory, states.branch
+        return slots
 
     def _slots(self, count: int, periods: int) -> Slots:
         size, states, branches = self.size, len(self.memory_scale), self.hysteresis

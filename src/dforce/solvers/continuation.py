@@ -1,7 +1,7 @@
 """Curves of periodic orbits along a parameter, stable or not, through folds: pseudo-arclength continuation.
 
 An orbit is predicted along the curve's tangent and corrected by Newton's method in the plane across it, so that a fold
-is a point like any other. Lengths along a curve are scaled as in ``fixed_point``.
+is a point like any other. Lengths along a curve are scaled as in ``orbit``. How a curve goes on depends on its orbits alone.
 
 Sources: H. B. Keller, in Applications of Bifurcation Theory, Academic Press (1977), p. 359; R. Seydel, Practical
 Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
@@ -10,26 +10,17 @@ Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.solvers.fixed_point import (
-    END,
-    FOLD,
-    GRAZING,
-    PERIOD_DOUBLING,
-    TORUS,
-    Orbit,
-    PeriodMap,
-    along_parameter,
-    correct,
-)
+from dforce.solvers.orbit import END, FOLD, GRAZING, PERIOD_DOUBLING, TORUS, Orbit, ParameterRange
 from dforce.solvers.transient import Watch
 
-EASY, HARD = 3, 6  # corrections up to which the step grows, and from which on it shrinks
+FIRST = 0.1  # of the largest step: the first one
+EASY = 0.1  # of a step: where the orbit is so near to its prediction the next step grows
 GROWTH = 1.5
 SMALLEST = 1e-6  # step at which a curve is given up
 LOOP = 4  # points before a curve may close
@@ -40,19 +31,31 @@ MERGES = 4.0  # times the step: motions of both periods nearer to each other hav
 
 
 class Curve:
-    """A connected curve of orbits, grown in two directions from the orbit where it was found."""
+    """A connected curve of orbits, grown in two directions from the orbit where it was found.
 
-    def __init__(self, start: Orbit) -> None:
-        self.forth = [start]
-        self.back = [start.reversed()]
+    Parameters
+    ----------
+    start
+        That orbit.
+    way
+        1 or -1: whether it is traced along the tangent first, or against it.
+    """
+
+    def __init__(self, start: Orbit, way: int = 1) -> None:
+        self.way, self.forth, self.back = way, [start], [start]
 
     @classmethod
-    def of_places(cls, orbits: Mapping[int, Orbit]) -> Curve:
-        """Return the curve that has these orbits at these places."""
-        curve = cls(orbits[0])
-        curve.forth += [orbits[place] for place in sorted(orbits) if place > 0]
-        curve.back += [orbits[place] for place in sorted(orbits, reverse=True) if place < 0]
+    def of_points(cls, points: list[Orbit], begun: int) -> Curve:
+        """Return the curve that has these orbits in order, and the value of `begun`."""
+        start = abs(begun) - 1
+        curve = cls(points[start], 1 if begun > 0 else -1)
+        curve.forth, curve.back = points[start:], points[start::-1]
         return curve
+
+    @classmethod
+    def rising(cls, start: Orbit, sense: float = 1.0) -> Curve:
+        """Return the curve that is traced first to where the parameter rises, or falls where `sense` is negative."""
+        return cls(start, 1 if sense * start.tangent[-1] > 0.0 else -1)
 
     @property
     def repeats(self) -> int:
@@ -65,60 +68,56 @@ class Curve:
         return [*reversed(self.back[1:]), *self.forth]
 
     @property
-    def places(self) -> list[int]:
-        """The places of these orbits, counted from the one where the curve was found; those behind it are negative."""
-        return [*range(1 - len(self.back), 0), *range(len(self.forth))]
+    def begun(self) -> int:
+        """At which of its points, counted from 1, it was found; negative where it was traced against the tangent first."""
+        return self.way * len(self.back)
 
-    def grow(self, period_map: PeriodMap, largest: float, most: int, watch: Watch) -> None:
+    def grow(self, among: ParameterRange, largest: float, most: int, watch: Watch) -> None:
         """Trace it both ways in steps of at most `largest` (scaled), up to so many points in all, on from what there is."""
         if _is_closed(self.back):
             return
-        closed = trace(period_map, self.forth, largest, most, watch)
-        if not closed and trace(period_map, self.back, largest, most - len(self.forth) + 1, watch):
+        closed = trace(among, self.forth, self.way, largest, most, watch)
+        if not closed and trace(among, self.back, -self.way, largest, most - len(self.forth) + 1, watch):
             del self.forth[1:]  # the other way led all around: what was traced before lies on it
 
 
-def trace(period_map: PeriodMap, points: list[Orbit], largest: float, most: int, watch: Watch) -> bool:
+def trace(among: ParameterRange, points: list[Orbit], way: int, largest: float, most: int, watch: Watch) -> bool:
     """Extend a curve beyond its last point until it leaves the parameter's range; return whether it closed.
 
-    A curve of doubled motions ends where they repeat after half the periods, at a period doubling. Any curve ends, with its
-    last point marked ``end``, where no step however short leads on, and after `most` points. All that the next point
-    depends on is kept in the first and the last one, so that a curve may be traced in parts.
+    `way` is 1 along the tangent and -1 against it. A curve of doubled motions ends where they repeat after half the periods,
+    at a period doubling. Any curve ends, with its last point marked ``end``, where no step however short leads on, and after
+    `most` points. What comes next depends on the points alone, so that a curve may be traced in parts.
     """
     start, last = points[0], points[-1]
     if _is_closed(points) or (len(points) > 1 and last.special):
         return _is_closed(points)
-    step = last.step or 0.1 * largest
-    across = along_parameter(period_map.size)
+    step = _next_step(points, largest)
     while len(points) < most:
         watch()
-        ahead = float(last.tangent[-1])
-        bound = period_map.high if ahead > 0.0 else period_map.low
+        ahead = way * float(last.tangent[-1])
+        bound = among.high if ahead > 0.0 else among.low
         reach = (bound - last.u[-1]) / ahead if ahead else math.inf
         if reach < SMALLEST:
             return False
-        lands = reach <= step
-        guess = last.u + min(step, reach) * last.tangent
-        if lands:
+        step = min(step, reach)
+        guess = last.u + way * step * last.tangent
+        if step == reach:
             guess[-1] = bound
-        normal = math.copysign(1.0, ahead) * across if lands else last.tangent
-        found = correct(period_map, guess, normal, last.latched, (last.jacobian, last.slope))
-        if found is not None:
-            found = replace(found, step=min(largest, step * _growth(found)))
-            if _halves(period_map, last, found, min(step, reach)):
-                return False
-        if found is None or not _is_next(period_map, last, found, guess, min(step, reach)):
-            step = 0.5 * min(step, reach)
+        found = among.find(guess, last.kept.branch, None if step == reach else last.tangent, last.repeats)
+        if found is not None and _halves(among, last, found, step):
+            return False
+        if found is None or not _is_next(among, last, found, guess):
+            step = 0.5 * step
             if step < SMALLEST:
-                points[-1] = replace(last, special=last.special or _ending(period_map, last))
+                points[-1] = replace(last, special=last.special or _ending(among, last))
                 return False
             continue
-        between = specials(period_map, last, found)
-        closed = len(points) + len(between) >= LOOP and _passes(last, found, start)
-        points += [*between, replace(start, tangent=found.tangent) if closed else found]
-        if closed or lands:
+        between = specials(among, last, found)
+        closed = len(points) + len(between) >= LOOP and _passes(last, found, start, way)
+        points += [*between, start if closed else found]
+        if closed or step == reach:
             return closed
-        last, step = found, found.step
+        last, step = found, _next_step(points, largest)
     points[-1] = replace(last, special=last.special or END)
     return False
 
@@ -128,72 +127,77 @@ def _is_closed(points: list[Orbit]) -> bool:
     return len(points) > LOOP and np.array_equal(points[-1].u, points[0].u)
 
 
-def _growth(found: Orbit) -> float:
-    """Return by how much the next step is longer than the one that led to an orbit."""
-    corrections = found.values["corrections"]
-    return GROWTH if corrections <= EASY else 1.0 / GROWTH if corrections >= HARD else 1.0
+def _next_step(points: list[Orbit], largest: float) -> float:
+    """Return the step to be tried from the last point: as the last one, longer where that was predicted well."""
+    last = points[-1]
+    before = next((point for point in reversed(points[:-1]) if not point.special), None)
+    if before is None:
+        return FIRST * largest
+    chord = last.u - before.u
+    step = abs(float(chord @ before.tangent))
+    astray = math.sqrt(max(0.0, float(chord @ chord) - step * step))
+    return min(largest, step * (GROWTH if astray < EASY * step else 1.0))
 
 
-def _is_next(period_map: PeriodMap, last: Orbit, found: Orbit, guess: Array, step: float) -> bool:
+def _is_next(among: ParameterRange, last: Orbit, found: Orbit, guess: Array) -> bool:
     """Say whether an orbit is the curve's next one, and not one of a neighboring curve or outside the range."""
-    room = 1e-12 * (1.0 + abs(period_map.high))
-    inside = period_map.low - room <= found.u[-1] <= period_map.high + room
+    room = 1e-12 * (1.0 + abs(among.high))
+    inside = among.low - room <= found.u[-1] <= among.high + room
     straight = float(found.tangent @ last.tangent) > STRAIGHT
-    near = float(np.linalg.norm(found.u - guess)) < ASTRAY * step
-    return inside and straight and near and found.orientation == last.orientation
+    astray, step = float(np.linalg.norm(found.u - guess)), float(np.linalg.norm(guess - last.u))
+    return inside and straight and astray < ASTRAY * step
 
 
-def _halves(period_map: PeriodMap, last: Orbit, found: Orbit, step: float) -> bool:
+def _halves(among: ParameterRange, last: Orbit, found: Orbit, step: float) -> bool:
     """Say whether doubled motions have become motions of half the period in a step: the two taps change places there."""
-    if period_map.repeats % 2:
+    if last.repeats % 2:
         return False
-    before, after = (alternation(period_map, orbit) for orbit in (last, found))
+    before, after = (alternation(among, orbit) for orbit in (last, found))
     return float(np.linalg.norm(before)) < MERGES * step and float(before @ after) <= SHARP * float(before @ before)
 
 
-def alternation(period_map: PeriodMap, orbit: Orbit) -> Array:
-    """Return by how much a state on an orbit differs from that half the periods later, scaled."""
-    period_map.put(orbit.u[-1])
-    return period_map.repeated(period_map.repeats // 2).end(orbit.u[:-1], orbit.latched) - orbit.u[:-1]
+def alternation(among: ParameterRange, orbit: Orbit) -> Array:
+    """Return by how much the motion on an orbit differs from that half the periods later, scaled."""
+    difference: Array = among.vectors(among.later(orbit.state, orbit.u[-1], orbit.repeats // 2))[0] - orbit.x
+    return difference
 
 
-def _ending(period_map: PeriodMap, last: Orbit) -> str:
+def _ending(among: ParameterRange, last: Orbit) -> str:
     """Say where a curve ends: where the tip grazes a kink, by less than steps in time can resolve, or anywhere else."""
-    integrator = period_map.integrator
-    dip = 0.5 * (math.pi / integrator.points) ** 2 * integrator.scales.length
+    dip = 0.5 * (math.pi / among.points) ** 2 * among.problem_at(last.value).tones[0].A0
     return GRAZING if (np.abs(last.gaps) < dip).any() else END
 
 
-def _passes(last: Orbit, found: Orbit, start: Orbit) -> bool:
+def _passes(last: Orbit, found: Orbit, start: Orbit, way: int) -> bool:
     """Say whether the step from one orbit to the next passes the point where the curve started."""
     chord, there = found.u - last.u, start.u - last.u
     share = float(there @ chord) / float(chord @ chord)
     aside = float(np.linalg.norm(there - share * chord))
-    along = float(start.tangent @ chord) > 0.0
+    along = way * float(start.tangent @ chord) > 0.0
     return along and 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
 
 
-def specials(period_map: PeriodMap, a: Orbit, b: Orbit) -> list[Orbit]:
+def specials(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
     """Return the special points between two neighboring orbits, in order."""
     found = []
     for name, test in _tests(a, b):
         if test(a) * test(b) < 0.0:
-            found.append(replace(_located(period_map, a, b, test), special=name))
+            found.append(replace(_located(among, a, b, test), special=name))
     if not found and a.is_stable != b.is_stable:
-        point = _located(period_map, a, b, lambda orbit: abs(orbit.multipliers[0]) - 1.0)
+        point = _located(among, a, b, lambda orbit: abs(orbit.multipliers[0]) - 1.0)
         found.append(replace(point, special=TORUS))
     return sorted(found, key=lambda point: float((point.u - a.u) @ (b.u - a.u)))
 
 
 def _tests(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]:
-    """Give the functions that pass zero at a special point; all but the tangent's are independent of the direction."""
+    """Give the functions that pass zero at a special point; none depends on the direction."""
     yield FOLD, lambda orbit: float(orbit.tangent[-1])
-    yield PERIOD_DOUBLING, lambda orbit: float(np.linalg.det(orbit.jacobian + np.eye(len(orbit.slope))))
+    yield PERIOD_DOUBLING, lambda orbit: float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.x))))
     for which in range(len(a.gaps)):
         yield GRAZING, lambda orbit, which=which: float(orbit.gaps[which])  # type: ignore[misc]
 
 
-def _located(period_map: PeriodMap, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
+def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
     """Return the orbit between two neighbors at which a function passes zero, or the one found nearest to that."""
     from scipy.optimize import brentq
 
@@ -204,7 +208,7 @@ def _located(period_map: PeriodMap, a: Orbit, b: Orbit, test: Callable[[Orbit], 
     def at(share: float) -> float:
         if share not in found:
             near = a if share < 0.5 else b
-            orbit = correct(period_map, a.u + share * chord, normal, near.latched, (near.jacobian, near.slope))
+            orbit = among.find(a.u + share * chord, near.kept.branch, normal, near.repeats)
             if orbit is None:
                 raise ArithmeticError
             found[share] = orbit

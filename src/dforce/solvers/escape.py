@@ -14,23 +14,21 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
-from dforce.solvers.fixed_point import FOLD, PERIOD_DOUBLING, TORUS, Orbit, PeriodMap
+from dforce.solvers.orbit import FOLD, PERIOD_DOUBLING, TORUS, Orbit, ParameterRange
 
 
 class UnstableStates:
     """The unstable states between the orbits of curves, at any value of the parameter."""
 
-    def __init__(self, curves: list[Curve], period_map: PeriodMap) -> None:
-        self._parts = [part for curve in curves for part in _unstable_parts(curve, period_map)]
+    def __init__(self, curves: list[Curve], among: ParameterRange) -> None:
+        self._parts = [part for curve in curves for part in _unstable_parts(curve, among)]
         ends = [(one[-1], other[-1]) for one, other, _, _ in self._parts]
         self._ranges = np.sort(np.array(ends).reshape(-1, 2), axis=1)
-        self._size = period_map.motion_size
 
     def at(self, value: float) -> Array:
         """Return the scaled motions of all unstable states at a scaled value of the parameter, (states, 2 modes)."""
         here = np.flatnonzero((self._ranges[:, 0] <= value) & (value <= self._ranges[:, 1]))
-        found = [state for i in here for state in _meet(*self._parts[i], value)]
-        return np.array(found).reshape(-1, len(self._parts[0][0]) if self._parts else 1)[:, : self._size]
+        return np.array([u[:-1] for i in here for u in _meet(*self._parts[i], value)])
 
 
 def escape(orbit: Orbit, unstable: UnstableStates, problem: Problem) -> float:
@@ -44,11 +42,11 @@ def escape(orbit: Orbit, unstable: UnstableStates, problem: Problem) -> float:
         return float("nan")
     tone = problem.tones[0]
     ratios = np.array([[1.0, tone.frequency / mode.f0] for mode in problem.modes]).ravel()
-    apart = np.abs((others - orbit.u[: len(ratios)]) * ratios)
+    apart = np.abs((others - orbit.x)[:, : len(ratios)] * ratios)
     return float(apart.max(axis=1).min() * tone.A0)
 
 
-def _unstable_parts(curve: Curve, period_map: PeriodMap) -> Iterator[tuple[Array, Array, Array, Array]]:
+def _unstable_parts(curve: Curve, among: ParameterRange) -> Iterator[tuple[Array, Array, Array, Array]]:
     """Give both ends, and the curve's direction times the distance there, of the parts of a curve that are unstable."""
     points = curve.points
     for one, other in itertools.pairwise(points):
@@ -59,18 +57,13 @@ def _unstable_parts(curve: Curve, period_map: PeriodMap) -> Iterator[tuple[Array
         first, last = (length * np.copysign(1.0, end.tangent @ chord) * end.tangent for end in (one, other))
         yield one.u, other.u, first, last
         for turn in range(1, curve.repeats):  # the same motion begun one common period later
-            here, there = (_later(end, period_map, turn) for end in (one, other))
+            here, there = (_later(end, among, turn) for end in (one, other))
             yield here, there, there - here, there - here
 
 
-def _later(orbit: Orbit, period_map: PeriodMap, turns: int) -> Array:
-    """Return an orbit's state and parameter so many common periods later."""
-    once = period_map.repeated(1)
-    once.put(orbit.u[-1])
-    x = orbit.u[:-1]
-    for _ in range(turns):
-        x = once.end(x, orbit.latched)
-    return np.append(x, orbit.u[-1])
+def _later(orbit: Orbit, among: ParameterRange, turns: int) -> Array:
+    """Return an orbit's motion and parameter so many common periods later."""
+    return np.append(among.vectors(among.later(orbit.state, orbit.u[-1], turns))[0], orbit.u[-1])
 
 
 def _meet(one: Array, other: Array, first: Array, last: Array, value: float) -> Iterator[Array]:

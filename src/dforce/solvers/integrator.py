@@ -16,7 +16,7 @@ from dforce.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
-from dforce.solvers import _loops, adaptive, lanes, lsoda, period_map, quasi_static, relaxation, rk4
+from dforce.solvers import _loops, adaptive, lanes, lsoda, newton, period_map, quasi_static, relaxation, rk4
 from dforce.solvers._settings import SolverSettings
 
 # what the solvers call by its address: compiled for each combination of forces
@@ -30,6 +30,9 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "march_rk4": rk4.march,
     "follow": quasi_static.follow,
     "advance_block": period_map.advance_block,
+    "march": period_map.march,
+    "find_orbits": newton.find_orbits,
+    "take_steps": newton.take_steps,
     "relax": relaxation.relax,
 }
 ENTRIES: dict[str, Callable[..., Any]] = CALLED | {

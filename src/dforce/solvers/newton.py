@@ -1,10 +1,20 @@
 """Newton's method for the periodic orbits of a block of problems.
 
-An orbit is a fixed point of the map P over one common period, P(x) = x. The Newton step is (I - M)^-1 (P(x) - x) with the
-monodromy matrix M = dP/dx, and the orbit's slope along the parameter is (I - M)^-1 dP/dvalue. Memory and branches of the
-forces follow the motion: they are carried on from period to period until they repeat with it.
+An orbit is a fixed point of the map P over one common period or several, P(x, value) = x. One row borders these equations: it
+says in which plane, across `normal`, the orbit is sought: at its value of the parameter, or across the tangent of a curve of
+orbits. With the monodromy matrix M = dP/dx the Newton step (dx, dv) solves
 
-Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapter 7.
+    (I - M) dx - dP/dv dv = P(x) - x,    normal (dx, dv) = 0.
+
+Memory and branches of the forces follow the motion: they are carried on from period to period until they repeat with it.
+So M holds how the motion answers once the memory has answered, too. Where the memory relaxes det(1 - M) is that of motion and
+memory together but for a positive factor: folds and the signs of indices are the same. Other multipliers are not, where the
+memory lasts about as long as a period, and those of the memory itself are missing. Where they count the memory belongs to
+the vector x; see ``orbit``.
+
+The map is asked for by `choose` and answered by `take_steps`, so that any integrator may march.
+
+Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 """
 
 from __future__ import annotations
@@ -31,27 +41,64 @@ class Orbits(NamedTuple):
 
     Attributes
     ----------
-    monodromy, slope
-        Derivatives of the map by the motion and of the orbit by the parameter (per unit), (slots, size, size), (slots, size).
+    normal
+        The row that borders the equations, (slots, size + 1): normal to the plane, in which the parameter counts in its unit.
+    unit
+        Unit of the parameter, (slots,).
+    monodromy, by_parameter
+        Derivatives of the map by the motion and by the parameter (per unit), (slots, size, size), (slots, size).
+    slope
+        Derivative of the orbit along the parameter (per unit), where that is what the row holds, (slots, size).
     residual, steps
         How far from its start the orbit ends, relative to the free amplitude; Newton steps taken.
     outcome
         PENDING, NEARBY, CONVERGED or FAILED.
+    passes, before
+        Marches of the state alone; length of the last Newton step.
     """
 
+    normal: Any
+    unit: Any
     monodromy: Any
+    by_parameter: Any
     slope: Any
     residual: Any
     steps: Any
     outcome: Any
+    passes: Any
+    before: Any
 
 
-def solve_both(monodromy: Any, first: Any, second: Any, matrix: Any) -> bool:
-    """Solve (I - M) x = b for two right sides in place, by elimination with pivots; return whether there is a solution."""
-    size = 2 * mode_count()
-    for i in range(size):
-        for j in range(size):
+def empty_orbits(slots: int, size: int) -> Orbits:
+    """Return room for orbits that are sought at their values of the parameter."""
+    normal = np.zeros((slots, size + 1))
+    normal[:, size] = 1.0
+    return Orbits(
+        normal, np.empty(slots), np.empty((slots, size, size)), np.empty((slots, size)), np.empty((slots, size)),
+        np.empty(slots), np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots),
+    )  # fmt: skip
+
+
+def subtract_from_one(monodromy: Any, matrix: Any) -> None:
+    """Write I - M into the upper left of a matrix."""
+    for i in range(monodromy.shape[0]):
+        for j in range(monodromy.shape[0]):
             matrix[i, j] = (1.0 if i == j else 0.0) - monodromy[i, j]
+
+
+def border(orbits: Any, s: int, matrix: Any) -> None:
+    """Write the equations of the Newton step of a slot into a matrix, (size + 1, size + 1)."""
+    size = orbits.slope.shape[1]
+    subtract_from_one(orbits.monodromy[s], matrix)
+    for k in range(size):
+        matrix[k, size] = -orbits.by_parameter[s, k]
+    for k in range(size + 1):
+        matrix[size, k] = orbits.normal[s, k]
+
+
+def solve_both(matrix: Any, first: Any, second: Any) -> bool:
+    """Solve linear equations for two right sides in place, by elimination with pivots; return whether there is a solution."""
+    size = matrix.shape[0]
     for k in range(size):
         pivot = k
         for i in range(k + 1, size):
@@ -89,65 +136,93 @@ def longest(vector: Any) -> float:
 
 def solve_orbits(slots: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Find the orbits near the states of the first `count` slots, and measure them; `slots` holds them in the end."""
-    size = 2 * mode_count()
-    which, before = np.empty(count, np.int64), np.full(count, np.inf)
-    first, second, matrix = np.empty(size), np.empty(size), np.empty((size, size))
+    find_orbits(slots, count, True, model, drive, orbits, room)
+    which, going = np.empty(count, np.int64), 0
     for s in range(count):
-        orbits.outcome[s], orbits.steps[s], orbits.residual[s] = PENDING, 0, np.inf
-    for _ in range(MOST_STEPS):
-        going = 0
-        for s in range(count):
-            if orbits.outcome[s] == PENDING:
-                which[going] = s
-                going += 1
-        if going == 0:
-            break
-        march(slots, which, going, size + 2, False, model, drive, room)
-        for g in range(going):
-            s = which[g]
-            unit = FD_STEP
-            for k in range(size):
-                first[k] = slots.ends[s, 0, k] - slots.x[s, k]
-                second[k] = (slots.ends[s, size + 1, k] - slots.ends[s, 0, k]) / unit
-                for j in range(size):
-                    orbits.monodromy[s, k, j] = (slots.ends[s, 1 + j, k] - slots.ends[s, 0, k]) / FD_STEP
-            regular = solve_both(orbits.monodromy[s], first, second, matrix)
-            step = longest(first)
-            orbits.steps[s] += 1
-            if not regular or not step < np.inf or (step > CONTRACTS * before[s] and step > NEAR):
-                orbits.outcome[s] = FAILED
-                continue
-            share = min(1.0, LARGEST / step) if step > 0.0 else 1.0
-            for k in range(size):
-                slots.x[s, k] += share * first[k]
-                orbits.slope[s, k] = second[k]
-            slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
-            before[s] = step if share == 1.0 else np.inf
-            if step < NEAR:
-                orbits.outcome[s] = NEARBY
-                before[s] = np.inf
-    passes = MEMORY_PASSES if model.memory_scale.shape[0] > 0 else MOST_PASSES
-    for attempt in range(passes):
-        going = 0
-        for s in range(count):
-            if orbits.outcome[s] == NEARBY:
-                which[going] = s
-                going += 1
-        if going == 0:
-            break
-        march(slots, which, going, 1, True, model, drive, room)
-        for g in range(going):
-            s = which[g]
-            polish(slots, s, orbits, before, attempt == passes - 1, model, first, second, matrix)
-    going = 0
-    for s in range(count):
-        if orbits.outcome[s] != CONVERGED:
-            orbits.outcome[s] = FAILED
-        else:
+        if orbits.outcome[s] == CONVERGED:
             which[going] = s
             going += 1
     if going > 0:
         balance(slots, which, going, model, drive, orbits, room)
+
+
+def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, room: Any) -> None:
+    """Find the orbits as `solve_orbits` does, with derivatives that are those of motions nearby."""
+    which = np.empty(count, np.int64)
+    for s in range(count):
+        orbits.unit[s] = model.unit[slots.case[s]]
+    begin(orbits, count)
+    while True:
+        going, each = choose(slots, count, orbits, which)
+        if going == 0:
+            return
+        march(slots, which, going, each, measured, model, drive, room)
+        take_steps(slots, which, going, each, model.memory_scale, orbits)
+
+
+def begin(orbits: Any, count: int) -> None:
+    """Make the first `count` slots ready for Newton's method."""
+    for s in range(count):
+        orbits.outcome[s], orbits.steps[s], orbits.passes[s] = PENDING, 0, 0
+        orbits.residual[s], orbits.before[s] = np.inf, np.inf
+
+
+def choose(slots: Any, count: int, orbits: Any, which: Any) -> Any:
+    """Write which of the first `count` slots are to be marched next; return how many, and how many columns of each.
+
+    First those that are far from their orbits, with all neighbors; then those nearby, each state alone.
+    """
+    size = slots.x.shape[1]
+    for phase in range(2):
+        going = 0
+        for s in range(count):
+            if orbits.outcome[s] == (PENDING if phase == 0 else NEARBY):
+                which[going] = s
+                going += 1
+        if going > 0:
+            return going, size + 2 if phase == 0 else 1
+    return 0, 1
+
+
+def take_steps(slots: Any, which: Any, count: int, each: int, memory_scale: Any, orbits: Any) -> None:
+    """Take a Newton step from the states of slots that were marched as `choose` has said, or accept them."""
+    size = slots.x.shape[1]
+    first, second, matrix = np.empty(size + 1), np.empty(size + 1), np.empty((size + 1, size + 1))
+    for g in range(count):
+        if each > 1:
+            approach(slots, which[g], orbits, first, second, matrix)
+        else:
+            polish(slots, which[g], orbits, memory_scale, first, second, matrix)
+
+
+def approach(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: Any) -> None:
+    """Take a Newton step from the state of a slot that was marched with its neighbors."""
+    size = slots.x.shape[1]
+    for k in range(size):
+        first[k], second[k] = slots.ends[s, 0, k] - slots.x[s, k], 0.0
+        orbits.by_parameter[s, k] = (slots.ends[s, size + 1, k] - slots.ends[s, 0, k]) / FD_STEP
+        for j in range(size):
+            orbits.monodromy[s, k, j] = (slots.ends[s, 1 + j, k] - slots.ends[s, 0, k]) / FD_STEP
+    first[size], second[size] = 0.0, 1.0
+    border(orbits, s, matrix)
+    regular = solve_both(matrix, first, second)
+    step = longest(first)
+    orbits.steps[s] += 1
+    if not regular or not step < np.inf or (step > CONTRACTS * orbits.before[s] and step > NEAR):
+        orbits.outcome[s] = FAILED
+        return
+    share = min(1.0, LARGEST / step) if step > 0.0 else 1.0
+    for k in range(size):
+        slots.x[s, k] += share * first[k]
+        orbits.slope[s, k] = second[k]
+    slots.value[s] += share * first[size] * orbits.unit[s]
+    slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
+    orbits.before[s] = step if share == 1.0 else np.inf
+    if step < NEAR:
+        orbits.outcome[s] = NEARBY
+        orbits.before[s] = np.inf
+    elif orbits.steps[s] == MOST_STEPS:
+        orbits.outcome[s] = FAILED
 
 
 def balance(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
@@ -162,32 +237,34 @@ def balance(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: 
                 orbits.monodromy[s, k, j] = 0.5 * (orbits.monodromy[s, k, j] + other)
 
 
-def polish(
-    slots: Any, s: int, orbits: Any, before: Any, last: bool, model: Any, first: Any, second: Any, matrix: Any
-) -> None:
+def polish(slots: Any, s: int, orbits: Any, memory_scale: Any, first: Any, second: Any, matrix: Any) -> None:
     """Accept the state of a slot that was marched alone as its orbit, or take a last Newton step."""
-    size, residual, rest = 2 * mode_count(), 0.0, 0.0
+    size, residual, rest = slots.x.shape[1], 0.0, 0.0
     for k in range(size):
-        first[k] = slots.ends[s, 0, k] - slots.x[s, k]
-        second[k] = 0.0
+        first[k], second[k] = slots.ends[s, 0, k] - slots.x[s, k], 0.0
+    first[size], second[size] = 0.0, 0.0
     residual = longest(first)
-    for k in range(model.memory_scale.shape[0]):
-        rest = max(rest, abs(slots.memory_after[s, k] - slots.memory[s, k]) / model.memory_scale[k])
-    for k in range(model.hysteresis):
+    for k in range(memory_scale.shape[0]):
+        rest = max(rest, abs(slots.memory_after[s, k] - slots.memory[s, k]) / memory_scale[k])
+    for k in range(slots.branch.shape[1]):
         rest = np.inf if slots.branch_after[s, k] != slots.branch[s, k] else rest
-    solve_both(orbits.monodromy[s], first, second, matrix)
+    border(orbits, s, matrix)
+    solve_both(matrix, first, second)
     step = longest(first)
     orbits.residual[s] = max(residual, rest)
+    orbits.passes[s] += 1
     if rest < TOLERANCE and (step < TOLERANCE or residual < RESIDUAL):
         orbits.outcome[s] = CONVERGED
         return
-    slow = step > CONTRACTS * before[s] and rest < TOLERANCE
+    slow = step > CONTRACTS * orbits.before[s] and rest < TOLERANCE
+    last = orbits.passes[s] == (MEMORY_PASSES if memory_scale.shape[0] > 0 else MOST_PASSES)
     if not step < NEAR or slow or last:
         orbits.outcome[s] = CONVERGED if residual < ROUGH_RESIDUAL and rest < TOLERANCE else FAILED
         return
-    before[s] = step
+    orbits.before[s] = step
     for k in range(size):
         slots.x[s, k] += first[k]
+    slots.value[s] += first[size] * orbits.unit[s]
     slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.slots import mode_count
-from dforce.solvers.newton import is_stable, longest, solve_both
+from dforce.solvers.newton import is_stable, longest, solve_both, subtract_from_one
 from dforce.solvers.period_map import FD_STEP, march
 
 CORRECTED = 1e-3  # of the free amplitude: correction of a leap
@@ -144,7 +144,8 @@ def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any)
                         leaps.change[s, k] += monodromy[k, j] * predicted[j]
                 for k in range(size):
                     change[k], predicted[k] = leaps.change[s, k], 0.0
-                near = solve_both(monodromy, change, predicted, matrix) and longest(change) < ARRIVED
+                subtract_from_one(monodromy, matrix)
+                near = solve_both(matrix, change, predicted) and longest(change) < ARRIVED
                 if near and is_stable(monodromy):
                     leaps.outcome[s] = SETTLED
                     continue

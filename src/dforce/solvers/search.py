@@ -27,9 +27,11 @@ import numpy as np
 
 from dforce.kernel import Array
 from dforce.problem import Problem
+from dforce.solvers.block import States
 from dforce.solvers.continuation import Curve
-from dforce.solvers.fixed_point import LARGEST, MOST_REPEATS, Orbit, PeriodMap, along_parameter, correct, orbit_from
-from dforce.solvers.integrator import Motion, free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+from dforce.solvers.newton import LARGEST
+from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
 from dforce.solvers.transient import Watch, decay_periods
 
 SAME = 1e-5  # of the free amplitude: orbits nearer to each other are one
@@ -38,9 +40,10 @@ SHARES = (0.3, 0.7, 1.05)  # of the room for the amplitude: with which a transie
 LAGS = (20.0, 60.0, 100.0, 140.0)  # degrees: phase lags with which it starts
 SEARCH_DECAYS, MOST_SEARCH = 6, 1000  # decay times and periods after which Newton's method takes a transient over
 EDGE = 1e-12  # of the free amplitude: how near to the edge between two basins a saddle is sought
+EDGE_STARTS = 7  # motions between two states that are integrated side by side
 EDGE_PERIODS = 300  # common periods for which a motion on the edge is watched
 ALIKE = 0.02  # of the free amplitude: a motion so near to an orbit settles there
-LEAST_STARTS, MOST_STARTS = 24, 240  # of Newton's method with deflation: at any rate, and while states are missing
+STARTS, MOST_STARTS = 24, 240  # of Newton's method with deflation: side by side; in all, while states are missing
 STEPS = 20  # of it, from each start
 CLOSE = 1e-3  # of the free amplitude: shorter Newton steps are left to the corrector
 ROOMY = 1.5  # times the known motions: the box of starts
@@ -62,14 +65,13 @@ def crossings(curve: Curve, value: float) -> list[Crossing]:
     r"""Return where a curve crosses a scaled value of the parameter.
 
     The index follows from the direction of travel, so that it needs no derivative near a fold: the tangent's last component
-    is :math:`\det(M - 1)` over the determinant of the equations bordered by the tangent, whose sign is that of the whole curve.
+    is :math:`\det(M - 1)` over the determinant of the equations bordered by the tangent, which is positive.
     """
     points = curve.points
     values = np.array([point.u[-1] for point in points]) - value
     values[np.abs(values) < ROUNDING * (1.0 + abs(value))] = 0.0
     if len(points) == 1:
         return [Crossing(points[0], points[0].index)] if values[0] == 0.0 else []
-    sense = (-1.0) ** (len(points[0].u) - 1) * curve.forth[0].orientation
     passed = (values[:-1] * values[1:] < 0.0) | (values[:-1] == 0.0)
     passed[-1:] |= values[-1] == 0.0
     found = []
@@ -78,7 +80,7 @@ def crossings(curve: Curve, value: float) -> list[Crossing]:
         u = points[i].u + share * (points[i + 1].u - points[i].u)
         u[-1] = value
         near = points[i] if share < 0.5 else points[i + 1]
-        found.append(Crossing(replace(near, u=u), int(sense * np.sign(values[i + 1] - values[i]))))
+        found.append(Crossing(replace(near, u=u), int(curve.way * np.sign(values[i + 1] - values[i]))))
     return found
 
 
@@ -108,8 +110,8 @@ def why_unproven(problem: Problem) -> str:
 class Known:
     """The orbits known at one scaled value of the parameter, as curves that may become more cross it."""
 
-    def __init__(self, period_map: PeriodMap, curves: list[Curve], value: float) -> None:
-        self.period_map, self.curves, self.value = period_map, curves, value
+    def __init__(self, among: ParameterRange, curves: list[Curve], value: float) -> None:
+        self.among, self.curves, self.value = among, curves, value
         self._exact: list[list[Orbit]] = []
 
     @property
@@ -123,171 +125,162 @@ class Known:
             self._exact.append([self._corrected(crossing.orbit) for crossing in crossings(curve, self.value)])
         return [orbit for exact in self._exact for orbit in exact]
 
+    def single(self) -> list[Orbit]:
+        """Return those that repeat after one common period."""
+        return [orbit for orbit in self.orbits() if orbit.repeats == 1]
+
     def _corrected(self, near: Orbit) -> Orbit:
-        period_map = self.period_map.repeated(near.repeats)
-        across = along_parameter(period_map.size)
-        found = correct(period_map, near.u, across, near.latched, (near.jacobian, near.slope))
+        found = self.among.find(near.u, near.kept.branch, repeats=near.repeats)
         return near if found is None or np.abs(found.u - near.u).max() > ALIKE else found
 
     def hold(self, orbit: Orbit) -> bool:
         """Say whether an orbit is one of them, begun in any of its periods."""
         alike = [known for known in self.orbits() if known.repeats == orbit.repeats]
-        x = orbit.u[:-1]
+        state = orbit.state
         for _ in range(orbit.repeats):
-            if any(self._is(known, x, orbit) for known in alike):
+            if any(self._is(known, self.among.vectors(state)[0], orbit) for known in alike):
                 return True
-            self.period_map.put(self.value)
-            x = self.period_map.end(x, orbit.latched)
+            state = self.among.later(state, self.value, 1)
         return False
 
     def _is(self, known: Orbit, x: Array, orbit: Orbit) -> bool:
         """Say whether a known orbit, that may be interpolated, passes a state of another one."""
-        apart = float(np.abs(known.u[:-1] - x).max())
+        apart = float(np.abs(known.x - x).max())
         if not SAME <= apart < NEAR:
             return apart < SAME
-        period_map = self.period_map.repeated(orbit.repeats)
-        there = correct(
-            period_map, known.u, along_parameter(period_map.size), orbit.latched, (orbit.jacobian, orbit.slope)
-        )
-        return there is not None and float(np.abs(there.u[:-1] - x).max()) < SAME
+        there = self.among.find(known.u, orbit.kept.branch, repeats=orbit.repeats)
+        return there is not None and float(np.abs(there.x - x).max()) < SAME
 
 
-def search(known: Known, watch: Watch) -> Iterator[Orbit]:
-    """Give orbits that are not known, each one curve's first.
+def search(known: Known, watch: Watch) -> Iterator[Curve]:
+    """Give the beginnings of curves through orbits that are not known.
 
-    The curves are to grow by that of each orbit before the next one is asked for.
+    The known curves are to grow by each before the next one is asked for.
     """
     for orbit in _candidates(known, watch):
         if not known.hold(orbit):
-            yield orbit
+            yield Curve.rising(orbit)
 
 
 def _candidates(known: Known, watch: Watch) -> Iterator[Orbit]:
     yield from _of_transients(known, watch)
     yield from _of_edges(known, watch)
-    if not why_unproven(known.period_map.integrator.problem):
+    if not why_unproven(known.among.problem):
         yield from _of_newton(known, watch)
 
 
 def _of_transients(known: Known, watch: Watch) -> Iterator[Orbit]:
     """Give orbits that Newton's method finds from the ends of transients, and stable ones of several periods."""
-    period_map = known.period_map
-    for motion in _transients(period_map, known.value):
+    among, value = known.among, known.value
+    watch()
+    ends = among.later(_of_amplitudes(among, value), value, _periods(among))
+    for i in np.flatnonzero(np.isfinite(ends.x).all(axis=1)).tolist():
         watch()
-        x = period_map.state(motion)
-        if any(np.abs(orbit.u[:-1] - x).max() < ALIKE for orbit in known.orbits()):
+        end = ends.take([i])
+        x = among.vectors(end)
+        if any(np.abs(orbit.x - x).max() < ALIKE for orbit in known.orbits()):
             continue
-        found = orbit_from(period_map, motion, known.value)
+        found = among.find(np.append(x, value), end.branch)
         if found is not None:
             yield found
-        if found is None or np.abs(found.u[:-1] - x).max() > ALIKE:
-            several = _repeating(period_map, motion, known.value)
+        if found is None or np.abs(found.x - x).max() > ALIKE:
+            several = _repeating(among, end, value)
             if several is not None:
                 yield several
 
 
-def _repeating(period_map: PeriodMap, motion: Motion, value: float) -> Orbit | None:
-    """Return the stable orbit of several common periods that a motion is near to; None where there is none of few periods."""
-    period_map.put(value)
-    x = period_map.state(motion)
-    after = period_map.end(x, motion.latched)
+def _repeating(among: ParameterRange, state: States, value: float) -> Orbit | None:
+    """Return the stable orbit of several common periods that a state is near to; None where there is none of few periods."""
+    x, after = among.vectors(state), among.later(state, value, 1)
     for repeats in range(2, MOST_REPEATS + 1):
-        after = period_map.end(after, motion.latched)
-        if np.abs(after - x).max() < ALIKE:
-            found = orbit_from(period_map.repeated(repeats), motion, value)
-            if (
-                found is not None
-                and np.abs(found.u[:-1] - x).max() < ALIKE
-                and repeats == least_repeats(period_map, found)
-            ):
+        after = among.later(after, value, 1)
+        if np.abs(among.vectors(after) - x).max() < ALIKE:
+            found = among.find(np.append(x, value), state.branch, repeats=repeats)
+            near = found is not None and np.abs(found.x - x).max() < ALIKE
+            if found is not None and near and repeats == least_repeats(among, found):
                 return found
     return None
 
 
-def least_repeats(period_map: PeriodMap, orbit: Orbit) -> int:
+def least_repeats(among: ParameterRange, orbit: Orbit) -> int:
     """Return after how many common periods an orbit, found as one of several, repeats in truth."""
-    period_map.put(orbit.u[-1])
-    x = orbit.u[:-1]
+    state = orbit.state
     for repeats in range(1, orbit.repeats):
-        x = period_map.end(x, orbit.latched)
-        if np.abs(x - orbit.u[:-1]).max() < SAME:
+        state = among.later(state, orbit.u[-1], 1)
+        if np.abs(among.vectors(state) - orbit.x).max() < SAME:
             return repeats
     return orbit.repeats
 
 
-def _periods(period_map: PeriodMap) -> int:
-    """Return the periods of a search's transients: whole common periods of the tones."""
-    periods = min(SEARCH_DECAYS * decay_periods(period_map.integrator.problem), MOST_SEARCH)
-    return period_map.common * math.ceil(periods / period_map.common)
+def _periods(among: ParameterRange) -> int:
+    """Return the common periods of a search's transients."""
+    return math.ceil(min(SEARCH_DECAYS * decay_periods(among.problem), MOST_SEARCH) / among.common)
 
 
-def _transients(period_map: PeriodMap, value: float) -> Iterator[Motion]:
-    """Give the ends of transients from several amplitudes and phases of the first tone.
+def _of_amplitudes(among: ParameterRange, value: float) -> States:
+    """Return states with several amplitudes and phases at the first tone.
 
     The amplitudes are shares of the free amplitude, or of the distance where that is less.
     """
-    integrator = period_map.integrator
+    integrator = among.integrator(value)
+    first, zc = integrator.problem.tones[0], integrator.p[0]
+    room = min(first.A0, zc) if zc > 0.0 else first.A0
+    amplitudes = free_amplitudes(integrator)
+    amplitudes[0] = 0.0
+    motions = []
     for share, lag in product(SHARES, LAGS):
-        period_map.put(value)
-        first, zc = integrator.problem.tones[0], integrator.p[0]
-        room = min(first.A0, zc) if zc > 0.0 else first.A0
-        amplitudes = free_amplitudes(integrator)
-        amplitudes[0] = 0.0
         amplitudes[0, first.mode] = share * room * np.exp(1j * (first.phase - math.radians(lag)))
-        motion, _ = integrator.lock_in(with_amplitudes(integrator, amplitudes), _periods(period_map))
-        if motion.is_finite:
-            yield motion
+        motions.append(with_amplitudes(integrator, amplitudes))
+    return States.of(*motions)
 
 
 def _of_edges(known: Known, watch: Watch) -> Iterator[Orbit]:
     """Give unstable orbits between stable ones, as long as a saddle is missing."""
-    stable = [orbit for orbit in known.orbits() if orbit.is_stable and orbit.repeats == 1]
+    stable = [orbit for orbit in known.single() if orbit.is_stable]
     for a, b in combinations(stable, 2):
         if known.index_sum <= 1:
             return
-        found = _on_the_edge(known.period_map, a, b, known.value, watch)
+        found = _on_the_edge(known.among, a, b, known.value, watch)
         if found is not None:
             yield found
 
 
-def _on_the_edge(period_map: PeriodMap, a: Orbit, b: Orbit, value: float, watch: Watch) -> Orbit | None:
-    """Return the saddle on the edge between the basins of two stable orbits, found by halving the way between them."""
-    integrator = period_map.integrator
-    period_map.put(value)
-    ends = a.u[:-1], b.u[:-1]
-    near_a, near_b = ends
+def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch: Watch) -> Orbit | None:
+    """Return the saddle on the edge between the basins of two stable orbits, found by cutting the way between them."""
+    near_a, near_b = a.x, b.x
+    # where motions march one after the other, halving takes the fewest
+    shares = np.arange(1.0, EDGE_STARTS + 1.0)[:, None] / (EDGE_STARTS + 1.0) if among.is_smooth else np.array([[0.5]])
     while np.abs(near_a - near_b).max() > EDGE:
         watch()
-        middle = 0.5 * (near_a + near_b)
-        motion, _ = integrator.lock_in(period_map.motion(middle, a.latched), _periods(period_map))
-        if not motion.is_finite:
+        way = np.concatenate([near_a[None], near_a + shares * (near_b - near_a), near_b[None]])
+        ends = among.vectors(among.later(among.states(way[1:-1], a.kept.branch), value, _periods(among)))
+        if not np.isfinite(ends).all():
             return None
-        to_a, to_b = (float(np.abs(period_map.state(motion) - end).max()) for end in ends)
-        near_a, near_b = (middle, near_b) if to_a < to_b else (near_a, middle)
+        to_a, to_b = (np.abs(ends - end.x).max(axis=1) for end in (a, b))
+        first = int(np.argmax(np.append(to_a >= to_b, True)))
+        near_a, near_b = way[first], way[first + 1]
     # on the edge the motion comes to the saddle, and leaves it in the end: it is nearest where it moves least
-    x, slowest, least = near_a, near_a, math.inf
+    state, slowest, least = among.states(near_a[None], a.kept.branch), near_a, math.inf
     for _ in range(EDGE_PERIODS):
-        after = period_map.end(x, a.latched)
-        change = float(np.abs(after - x).max())
+        x, state = among.vectors(state), among.later(state, value, 1)
+        change = float(np.abs(among.vectors(state) - x).max())
         if change < least:
-            slowest, least = x, change
-        x = after
-    return correct(period_map, np.append(slowest, value), along_parameter(period_map.size), a.latched)
+            slowest, least = x[0], change
+    return among.find(np.append(slowest, value), a.kept.branch)
 
 
 def _of_newton(known: Known, watch: Watch) -> Iterator[Orbit]:
     """Give orbits that Newton's method finds from many starts, deflated by those known, as long as any must be missing."""
-    period_map, latched = known.period_map, np.zeros(0)
-    for number, start in enumerate(islice(_starts(known), MOST_STARTS)):
-        if number >= LEAST_STARTS and known.index_sum == 1:
-            return
+    among, starts = known.among, _starts(known)
+    for _ in range(0, MOST_STARTS, STARTS):
         watch()
-        period_map.put(known.value)
-        x = _deflated(period_map, start, [orbit.u[:-1] for orbit in known.orbits() if orbit.repeats == 1])
-        if x is not None:
-            found = correct(period_map, np.append(x, known.value), along_parameter(period_map.size), latched)
+        x = _deflated(among, known.value, np.array(list(islice(starts, STARTS))), [one.x for one in known.single()])
+        for one in x:
+            found = among.find(np.append(one, known.value), np.zeros((1, 0)))
             if found is not None:
                 yield found
+        if known.index_sum == 1:
+            return
 
 
 def _starts(known: Known) -> Iterator[Array]:
@@ -296,10 +289,10 @@ def _starts(known: Known) -> Iterator[Array]:
     The points are frac(i sqrt(p)), with a prime p for each number of the state: H. Niederreiter, Random Number Generation and
     Quasi-Monte Carlo Methods, SIAM (1992), chapter 3.
     """
-    period_map = known.period_map
-    orbits = [orbit.u[:-1] for orbit in known.orbits() if orbit.repeats == 1]
+    among = known.among
+    orbits = [orbit.x for orbit in known.single()]
     yield from (0.5 * (a + b) for a, b in combinations(orbits, 2))
-    integrator, n = period_map.integrator, period_map.size
+    integrator, n = among.integrator(known.value), among.size
     first = integrator.problem.tones[0].frequency
     speeds = np.array([mode.f0 / first for mode in integrator.problem.modes])
     free = np.abs(free_amplitudes(integrator)).sum(0) / integrator.scales.length
@@ -327,32 +320,32 @@ def _primes(count: int) -> list[int]:
     return found
 
 
-def _deflated(period_map: PeriodMap, start: Array, known: list[Array]) -> Array | None:
-    r"""Return a state near a fixed point of the map that is none of those known; None where Newton's method finds none.
+def _deflated(among: ParameterRange, value: float, starts: Array, known: list[Array]) -> Array:
+    r"""Return motions near fixed points of the map that are none of those known, of those starts that lead to any.
 
-    It solves :math:`m(x) (P(x) - x) = 0` with :math:`m = \prod_i (1 + |x - x_i|^{-2})`, whose Newton step is that of
+    Newton's method solves :math:`m(x) (P(x) - x) = 0` with :math:`m = \prod_i (1 + |x - x_i|^{-2})`. Its step is that of
     :math:`P(x) - x`, called s, over :math:`1 - s \cdot \nabla \ln m`.
     """
-    x, latched, one = start, np.zeros(0), np.eye(period_map.size)
+    x, going = starts.copy(), np.arange(len(starts))
+    close: list[int] = []
     for _ in range(STEPS):
-        after = period_map.end(x, latched)
-        if not np.isfinite(after).all():
-            return None
-        try:
-            step = np.linalg.solve(period_map.monodromy(x, latched, after) - one, x - after)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.isfinite(step).all():
-            return None
-        pull = 0.0
-        for other in known:
-            square = float((x - other) @ (x - other))
-            if square == 0.0:
-                return None
-            pull -= 2.0 * float(step @ (x - other)) / (square * (1.0 + square))
-        if float(np.abs(step).max()) < CLOSE and abs(pull) < 1.0:
-            return np.asarray(x + step, dtype=float)
-        step = step / (1.0 - pull) if pull != 1.0 else step
-        longest = float(np.abs(step).max())
-        x = x + step * min(1.0, LARGEST / longest)
-    return None
+        after, monodromy = among.with_neighbors(x[going], value)
+        matrix = monodromy - np.eye(among.size)
+        with np.errstate(invalid="ignore"):
+            good = np.isfinite(after).all(axis=1) & (np.abs(np.linalg.det(matrix)) > 0.0)
+        here, going = x[going[good]], going[good]
+        step = np.linalg.solve(matrix[good], (here - after[good])[:, :, None])[:, :, 0]
+        away = here[:, None] - np.array(known).reshape(1, -1, among.size)
+        square = (away**2).sum(axis=2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            pull = -2.0 * ((step[:, None] * away).sum(axis=2) / (square * (1.0 + square))).sum(axis=1)
+        arrived = (np.abs(step).max(axis=1) < CLOSE) & (np.abs(pull) < 1.0)
+        x[going[arrived]] = here[arrived] + step[arrived]
+        close += going[arrived].tolist()
+        left = ~arrived & np.isfinite(step).all(axis=1) & np.isfinite(pull)
+        going, step = going[left], step[left] / np.where(pull[left] != 1.0, 1.0 - pull[left], 1.0)[:, None]
+        if not len(going):
+            break
+        longest = np.maximum(np.abs(step).max(axis=1), 1e-300)
+        x[going] = here[left] + step * np.minimum(1.0, LARGEST / longest)[:, None]
+    return x[sorted(close)]

@@ -13,7 +13,7 @@ from dforce.forces.jkr import JKR
 from dforce.forces.kelvin_voigt import KelvinVoigt
 from dforce.forces.van_der_waals import VanDerWaals
 from dforce.problem import Problem
-from dforce.solvers.fixed_point import Orbit
+from dforce.solvers.orbit import Orbit
 from dforce.validation.tip_equation import Array, Region, TipEquation, attraction_that_stops, dmt_with_drag, jkr
 
 ROUNDS = 2  # corrections: the first leaves the square of what the orbit was off
@@ -55,15 +55,15 @@ def measured(problem: Problem, zc: float, orbit: Orbit, common: int) -> dict[str
     The orbit is corrected by the map's derivatives at the one found, until the hand-written equation repeats.
     """
     ready = equation(problem, zc)
-    if ready is None or np.any(orbit.latched):
+    if ready is None or np.any(orbit.kept.branch):
         return None
     modes, seconds = len(problem.modes), common / problem.tones[0].frequency
     size = np.tile([ready.length, 2.0 * math.pi * problem.tones[0].frequency * ready.length], modes)
-    x: Array = orbit.u[: 2 * modes].copy()
+    x: Array = orbit.x[: 2 * modes].copy()
     for _ in range(ROUNDS):
         state = x * size
         z, v, _memory = ready.follow(state[::2], state[1::2], seconds)
         miss = np.column_stack([z, v]).ravel() / size - x
-        x = x + np.linalg.solve(np.eye(2 * modes) - orbit.jacobian[: 2 * modes, : 2 * modes], miss)
+        x = x + np.linalg.solve(np.eye(2 * modes) - orbit.monodromy[: 2 * modes, : 2 * modes], miss)
     state = x * size
     return ready.measure(state[::2], state[1::2], seconds)

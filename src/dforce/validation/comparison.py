@@ -18,9 +18,9 @@ from dforce.kernel import Array
 from dforce.observables.window import weights, window_length
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.block import Block
-from dforce.solvers.fixed_point import Orbit, PeriodMap, orbit_from
-from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
+from dforce.solvers.block import Block, States
+from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.orbit import Orbit, ParameterRange
 from dforce.solvers.protocols import settle_at
 
 HARMONICS = 10
@@ -88,13 +88,22 @@ def find(case: Case, zc: float, points: int, start: Start | Motion = "free") -> 
     return Found(found.values, motion, by_newton, integrator)
 
 
-def reference(problem: Problem, zc: float, near: Motion) -> Orbit | None:
+@dataclass(frozen=True)
+class Reference:
+    """A periodic orbit and its observables in SI units by name."""
+
+    orbit: Orbit
+    values: Mapping[str, Any]
+
+
+def reference(problem: Problem, zc: float, near: Motion) -> Reference | None:
     """Return the adaptive integrator's periodic orbit next to a motion; None where Newton's method finds none."""
     settings = SolverSettings(
         method="transient", integrator="adaptive", relative_tolerance=TOLERANCE, points_per_period=REFERENCE_POINTS
     )
-    integrator = INTEGRATORS["adaptive"](problem, settings, HARMONICS)
-    return orbit_from(PeriodMap(integrator, integrator.place, 0.0, zc), near, 1.0)
+    among, state = ParameterRange(lambda _: problem, 0.0, zc, settings, HARMONICS), States.of(near)
+    orbit = among.find(np.append(among.vectors(state), among.high), state.branch)
+    return None if orbit is None else Reference(orbit, among.steady(orbit).values)
 
 
 SIZES = {

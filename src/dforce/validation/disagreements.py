@@ -97,7 +97,7 @@ class Tally:
                 "of these, of a tip that is stuck (A below 0.01 A0): without balances, for want of a scale"
             ] += 1
         common = window_length([tone.frequency for tone in problem.tones])
-        by_hand = measured(problem, case.zc, exact, common)
+        by_hand = measured(problem, case.zc, exact.orbit, common)
         if by_hand is not None:
             self.note("by_hand", disagreement(problem, exact.values, by_hand), case)
 

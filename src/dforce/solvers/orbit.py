@@ -1,0 +1,307 @@
+r"""Single periodic orbits, stable or not, along any parameter.
+
+An orbit is sought in a plane of the space of :math:`u = (x, \lambda)`, the state at the start of a common period and the
+parameter, scaled: lengths by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory
+counts to the state: where it lasts about as long as a period or longer, the multipliers of motion and memory together are other
+than those of the motion alone. What is known of an orbit follows from its state as a result keeps it, to the last bit.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.errors import ParameterError
+from dforce.kernel import Array
+from dforce.observables import measure
+from dforce.observables.finish import angle, finish
+from dforce.observables.window import common_period, weights
+from dforce.problem import Problem
+from dforce.solvers import SolverSettings
+from dforce.solvers.block import Block, States
+from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
+from dforce.solvers.newton import CONVERGED, Orbits, begin, choose, empty_orbits
+from dforce.solvers.period_map import FD_STEP, Slots
+from dforce.solvers.transient import Steady
+
+ROUNDING = 1e-12  # of the range: values nearer to its ends are these
+MOST_REPEATS = 4  # common periods: motions that repeat only after more are not sought
+
+END, FOLD, PERIOD_DOUBLING, TORUS, GRAZING = "end", "fold", "period_doubling", "torus", "grazing"
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic orbit on a curve.
+
+    Attributes
+    ----------
+    u
+        Scaled motion and memory at the start of a common period, then the scaled parameter, shape (size + 1,).
+    state
+        The same motion, with memory and branches in SI.
+    value, kept
+        The parameter, and the state with its motion in m and m/s: as a result keeps them.
+    monodromy, by_parameter
+        Derivative of the map by motion and memory, (size, size), and by the scaled parameter, (size,).
+    rows
+        What was measured over each period, see ``observables``.
+    gaps
+        Least distance minus each distance at which a force is not smooth (m).
+    residual, steps
+        How far from its start it ends, relative to the free amplitude; Newton steps that led to it.
+    special
+        What is special about it: ``""``, ``fold``, ``period_doubling``, ``torus``, ``grazing`` or ``end``.
+    repeats
+        After how many common periods the motion repeats.
+    """
+
+    u: Array
+    state: States
+    value: float
+    kept: States
+    monodromy: Array
+    by_parameter: Array
+    rows: Array
+    gaps: Array
+    residual: float
+    steps: float
+    special: str = ""
+    repeats: int = 1
+
+    @property
+    def x(self) -> Array:
+        """The scaled motion and memory."""
+        return self.u[:-1]
+
+    @functools.cached_property
+    def multipliers(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        """Floquet multipliers over the period after which the motion repeats, the largest first."""
+        found = np.linalg.eigvals(self.monodromy).astype(complex)
+        return found[np.argsort(-np.abs(found), kind="stable")]
+
+    @functools.cached_property
+    def tangent(self) -> Array:
+        """Unit tangent of the curve, (size + 1,), so that the equations bordered by it have a positive determinant.
+
+        So it points the same way all along a curve.
+        """
+        equations = np.column_stack([self.monodromy - np.eye(len(self.x)), self.by_parameter])
+        tangent = np.linalg.svd(equations)[2][-1]
+        return np.asarray(tangent * np.linalg.slogdet(np.vstack([equations, tangent]))[0])
+
+    @property
+    def index(self) -> int:
+        """Sign of det(1 - M), its index as a fixed point of the map; see ``search``."""
+        return int(np.sign(np.linalg.det(np.eye(len(self.x)) - self.monodromy)))
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether small disturbances die out; where stability is just lost, they do not."""
+        return bool(abs(self.multipliers[0]) < 1.0) and self.special not in (FOLD, PERIOD_DOUBLING, TORUS)
+
+
+class ParameterRange:
+    """A range of a parameter in which periodic orbits are sought.
+
+    Parameters
+    ----------
+    problem_at
+        Gives the problem at a value (SI) of the parameter.
+    start, stop
+        Ends of the range (SI).
+    zc
+        The average distance (m); left out: it is the parameter.
+    points
+        Samples per period; left out: as many as the range needs.
+
+    Raises
+    ------
+    ParameterError
+        When the tones have no common period, or not the same one at all values.
+    """
+
+    def __init__(
+        self, problem_at: Callable[[float], Problem], start: float, stop: float, settings: SolverSettings, harmonics: int,
+        zc: float | None = None, points: int | None = None,
+    ) -> None:  # fmt: skip
+        among = [problem_at(value) for value in (start, 0.5 * (start + stop), stop)]
+        periods = {common_period([tone.frequency for tone in problem.tones]) for problem in among}
+        if len(periods) > 1:
+            raise ParameterError(
+                "the ratio of the tones' frequencies changes with the parameter, so that there are no periodic orbits to "
+                "follow; give the frequency of every tone, or drive with one tone"
+            )
+        if None in periods:
+            raise ParameterError(
+                "the tones' frequencies have no common period of up to 200 periods of the first tone, so that "
+                "there are no periodic orbits to follow; choose a simple ratio, such as 6.2"
+            )
+        self.problem_at, self.settings, self.harmonics, self.zc = problem_at, settings, harmonics, zc
+        self.points = points or max(sample_count(problem, settings) for problem in among)
+        self._ends = min(start, stop), max(start, stop)
+        self.span = self._ends[1] - self._ends[0]
+        self.low, self.high = self._ends[0] / self.span, self._ends[1] / self.span
+        self._block = functools.lru_cache(maxsize=4)(self._new_block)
+        self.problem = among[0]
+        block = self.block(start)
+        self._motion, self._memory_scale, self.is_smooth = block.size, block.memory_scale, block.is_smooth
+        self.size, self.common = block.size + len(block.memory_scale), block.common
+        # the average distance, and motions that march in lanes: then everything is compiled
+        self._is_compiled = zc is None and settings.integrator == "rk4" and self.is_smooth
+
+    def _new_block(self, value: float) -> Block:
+        return Block.of_one(self.problem_at(value), self.settings, self.harmonics, points=self.points, unit=self.span)
+
+    def block(self, value: float) -> Block:
+        """Return the problem at a value (SI), as a block along the distance."""
+        return self._block(self._ends[0] if self.zc is None else value)
+
+    def distance(self, value: float) -> float:
+        """Return the average distance (m) at a value (SI)."""
+        return value if self.zc is None else self.zc
+
+    def integrator(self, scaled: float) -> Integrator:
+        """Return the integrator at a scaled value."""
+        value = self.value_of(scaled)
+        return self.block(value).integrator(0, self.distance(value))
+
+    def value_of(self, scaled: float) -> float:
+        """Return the value (SI) of a scaled one: near an end of the range that end, beyond which it may not be allowed."""
+        there = scaled * self.span
+        return next((end for end in self._ends if abs(end - there) < ROUNDING * self.span), there)
+
+    def states(self, x: Array, branch: Array) -> States:
+        """Return scaled motions and memories, (states, size), with the branches of a state."""
+        memory = x[:, self._motion :] * self._memory_scale
+        return States(x[:, : self._motion], memory, np.repeat(branch, len(x), axis=0))
+
+    def vectors(self, states: States) -> Array:
+        """Return the scaled motions and memories of states, (states, size)."""
+        return np.concatenate([states.x, states.memory / self._memory_scale], axis=1)
+
+    def later(self, states: States, scaled: float, periods: int) -> States:
+        """Return states at a scaled value of the parameter so many common periods later."""
+        value, count = self.value_of(scaled), len(states)
+        at = np.full(count, self.distance(value))
+        return self.block(value).advance(np.zeros(count, np.int64), states, at, periods)
+
+    def with_neighbors(self, x: Array, scaled: float) -> tuple[Array, Array]:
+        """Return where motions end one common period later, (states, size), and the map's derivatives by them."""
+        beside = np.concatenate([np.zeros((1, self.size)), FD_STEP * np.eye(self.size)])
+        starts = (x[:, None] + beside).reshape(-1, self.size)
+        ends, _ = self._march(starts, self.value_of(scaled), np.zeros((1, 0)), 1)
+        ends = ends.reshape(len(x), -1, self.size)
+        return ends[:, 0], (ends[:, 1:] - ends[:, :1]).transpose(0, 2, 1) / FD_STEP
+
+    def find(self, guess: Array, branch: Array, normal: Array | None = None, repeats: int = 1) -> Orbit | None:
+        """Return the orbit of so many common periods that Newton's method finds from a guess; None where it finds none.
+
+        Parameters
+        ----------
+        guess
+            Scaled motion, memory and parameter, (size + 1,).
+        branch
+            First guess of the forces' branches, (1, branches).
+        normal
+            The orbit is sought in the plane through the guess across this vector; left out: at the guessed parameter.
+        """
+        value, orbits = self.value_of(float(guess[-1])), empty_orbits(1, self.size)
+        if normal is not None:
+            orbits.normal[0] = normal
+        try:
+            slots = self._solve(guess[None, :-1], branch, value, orbits, repeats)
+            if orbits.outcome[0] != CONVERGED:
+                return None
+            value, state = float(slots.value[0]), self.states(slots.x, slots.branch)
+            kept = States(state.x * self.scales_of(value), state.memory, state.branch)
+            return self.orbit(value, kept, float(orbits.steps[0]), repeats)
+        except ParameterError:  # the parameter has left what is allowed
+            return None
+
+    def scales_of(self, value: float) -> Array:
+        """Return the units (m, m/s) of the numbers of a motion at a value (SI)."""
+        return self.block(value).scales_of(np.zeros(1, np.int64), np.array([self.distance(value)]))
+
+    def orbit(self, value: float, kept: States, steps: float, repeats: int) -> Orbit:
+        """Return the orbit with a state, its motion in m and m/s, at a value (SI)."""
+        state = States(kept.x / self.scales_of(value), kept.memory, kept.branch)
+        x, block = self.vectors(state), self.block(value)
+        here, slots = self._march(x, value, kept.branch, repeats, True)
+        # of memory there may be much, and its part of the derivative needs no more than one side
+        beside = FD_STEP * np.concatenate([np.eye(self.size), -np.eye(self._motion, self.size)])
+        ends, _ = self._march(x + beside, value, kept.branch, repeats)
+        monodromy = (ends[: self.size] - here).T / FD_STEP
+        monodromy[:, : self._motion] = 0.5 * (ends[: self._motion] - ends[self.size :]).T / FD_STEP
+        by_parameter = self._by_parameter(x, value, kept.branch, repeats, here[0])
+        gaps = slots.rows[0, :, measure.D_MIN].min() - block.lot.kinks[0]
+        residual = float(np.abs(here - x).max())
+        return Orbit(
+            np.append(x, value / self.span), state, value, kept, monodromy, by_parameter, slots.rows[0], gaps, residual,
+            steps, repeats=repeats,
+        )  # fmt: skip
+
+    def _solve(self, x: Array, branch: Array, value: float, orbits: Orbits, repeats: int) -> Slots:
+        """Return the only slot of the orbit near a state, after Newton's method."""
+        if self._is_compiled:
+            block = self.block(value)
+            slots = block.slots(self.states(x, branch), np.array([value]), repeats)
+            block.find(slots, orbits, repeats)
+            return slots
+        which, nothing, ends = np.zeros(1, np.int64), np.empty((1, 0)), np.empty((1, self.size + 2, self.size))
+        rows = np.empty((1, 0, 0))
+        slots = Slots(which, np.array([value]), x.copy(), nothing, branch.copy(), ends, nothing, branch.copy(), rows)
+        beside = np.concatenate([np.zeros((1, self.size)), FD_STEP * np.eye(self.size)])
+        orbits.unit[:] = self.span
+        begin(orbits, 1)
+        while True:
+            going, each = choose(slots, 1, orbits, which)
+            if going == 0:
+                return slots
+            value = float(slots.value[0])
+            starts = slots.x + beside[:each]
+            ends[0, : len(starts)], marched = self._march(starts, value, slots.branch, repeats)
+            if each > 1:
+                change = self._by_parameter(slots.x, value, slots.branch, repeats, ends[0, 0])
+                ends[0, -1] = ends[0, 0] + FD_STEP * change
+            slots.branch_after[:] = marched.branch_after[:1]
+            self.block(value).take_step(slots, each, orbits)
+
+    def _by_parameter(self, x: Array, value: float, branch: Array, repeats: int, here: Array) -> Array:
+        """Return the derivative of the map by the scaled parameter, where its value is `here`."""
+        step = math.copysign(FD_STEP, sum(self._ends) - 2.0 * value)  # into the range: the parameter may end there
+        ends, _ = self._march(x, value + step * self.span, branch, repeats)
+        return np.asarray((ends[0] - here) / step)
+
+    def _march(
+        self, x: Array, value: float, branch: Array, repeats: int, measured: bool = False
+    ) -> tuple[Array, Slots]:
+        """Return where motions and memories end so many common periods later, (states, size), and all about the way."""
+        block = self.block(value)
+        slots = block.slots(self.states(x, branch), np.full(len(x), self.distance(value)), repeats)
+        slots.case[:] = 0
+        block.march(slots, repeats, measured)
+        return self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after)), slots
+
+    def steady(self, orbit: Orbit) -> Steady:
+        """Return an orbit as what is found at a point, with its largest multipliers, two for each mode."""
+        integrator = self.integrator(orbit.value / self.span)
+        even = weights([tone.frequency for tone in integrator.problem.tones], len(orbit.rows))
+        values = finish(integrator.problem, integrator.scales, self.harmonics, orbit.rows, even)
+        found = orbit.multipliers[: self._motion]
+        values |= {
+            "drift": orbit.residual, "corrections": orbit.steps, "multiplier_modulus": np.abs(found),
+            "multiplier_angle": angle(found),
+        }  # fmt: skip
+        return Steady(values, orbit.state.motion(0), True, orbit.repeats == 1)
+
+    def free_orbit(self, scaled: float) -> Orbit | None:
+        """Return the orbit at a scaled value that Newton's method finds from the motion without forces."""
+        integrator = self.integrator(scaled)
+        start = States.of(with_amplitudes(integrator, free_amplitudes(integrator)))
+        return self.find(np.append(self.vectors(start), scaled), start.branch)
