@@ -318,6 +318,7 @@ def _points(sweep: xr.Dataset, way: str) -> Finding:
             (Status.NOT_SETTLED, "not settled"),
             (Status.FAILED, "failed"),
             (Status.UNRESOLVED, "unresolved"),
+            (Status.INACCURATE, "inaccurate"),
         )
         if status in counted
     ]

@@ -76,6 +76,9 @@ OBSERVABLES = _table(
                "how far from steady the motion is, relative to the free amplitude: what is still to come of the "
                "settling, or by how much a periodic orbit misses its start"),
     Observable("corrections", "N", "1", "1", "Newton corrections", "corrections by which the periodic orbit was found"),
+    Observable("error_estimate", r"\epsilon", "1", "1", "estimated error",
+               "largest estimated error of a quantity by the steps of the integration, as a share of its scale: A0, 1 rad A0/A,"
+               " omega A0, period, largest force, k A0^2 or k A0^2/Q"),
     Observable("multiplier_modulus", r"|\mu|", "1", "1", "Floquet multiplier",
                "factor by which a small disturbance of the orbit grows until the motion repeats: stable below 1",
                ("multiplier",)),

@@ -59,11 +59,20 @@ class Status(enum.IntEnum):
     NOT_COMPUTED = 3, "the run was stopped before this point"
     FAILED = 4, "the motion grew beyond all bounds, so that there is no result here"
     UNRESOLVED = 5, "the force is too steep for the samples, so that there is no result here"
+    INACCURATE = 6, "the motion settled, but its numbers are less accurate than asked for"
 
     @property
     def meaning(self) -> str:
         """Return the word for it in a Dataset's `flag_meanings`."""
         return self.name.lower()
+
+
+REPEATING = (Status.OK, Status.INACCURATE)  # of motions that settled and repeat from period to period
+
+
+def repeats(status: Any) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return at which points the motion settled into one that repeats."""
+    return np.isin(status, REPEATING)
 
 
 def check_computed(result: xr.Dataset) -> None:

@@ -63,7 +63,7 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     ResultError
         When the point has no motion, or it was not found anew.
     """
-    from dforce.results import Status
+    from dforce.results import REPEATING, Status
     from dforce.solvers.integrator import INTEGRATORS
     from dforce.solvers.transient import steady
 
@@ -90,7 +90,7 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
         raise ResultError("this state is unstable, so that no experiment shows it, and its motion was not found anew")
     if found is None:
         found = steady(integrator, start, watch)
-        if status is not Status.OK:
+        if status not in REPEATING:
             note = UNSETTLED
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:
             raise ResultError("the motion that starts from this point settles in another state, so it is not shown")

@@ -10,7 +10,7 @@ import numpy as np
 
 from dforce.errors import ParameterError, checked, nearest
 from dforce.jumps import jumps_of_all
-from dforce.results import Status, check_computed
+from dforce.results import check_computed, repeats
 from dforce.series import by_case, drawable, goes_along, row_of, swept
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ class _Crossings:
         """Find the states at the set point."""
         of_branches = "branch" in result
         above, status = (by_case(result, name, row, over) for name in (RATIO, "status"))
-        above = np.where(status == Status.OK, above - set_point, np.nan)
+        above = np.where(repeats(status), above - set_point, np.nan)
         x = result.variables[along].values
         order = np.arange(len(x)) if of_branches else np.argsort(x, kind="stable")
         sorted_ = above[..., order]

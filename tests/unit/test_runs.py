@@ -151,6 +151,9 @@ def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(
     begun = set()
     for call in np.unique(np.linspace(1, calls - 1, 6).astype(int)):
         part = df.run(case, stop_after(0, call))
+        if points_of(part) == whole.status.size:  # stopped while the accuracy of the last ones was looked at
+            assert_same(part, whole)
+            continue
         assert part.attrs["interrupted"] == 1
         df.write(part, tmp_path / "part.nc")
         rest, told = watched_run(case, df.read(tmp_path / "part.nc"))

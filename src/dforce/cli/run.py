@@ -184,7 +184,7 @@ def _computed(result: xr.Dataset) -> int:
 
 
 def _failed(result: xr.Dataset) -> bool:
-    return bool({df.Status.FAILED, df.Status.UNRESOLVED} & set(df.count_status(result)))
+    return bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE} & set(df.count_status(result)))
 
 
 def _how(written: Path) -> str:

@@ -13,7 +13,7 @@ from dforce.experiments._experiment import Progress, Start, initial_motion
 from dforce.experiments._motion import COMPONENT, components, motions, states_of
 from dforce.experiments._table import Table
 from dforce.quantities import MOTION, REPEATS
-from dforce.results import Status
+from dforce.results import REPEATING, Status
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,18 +76,29 @@ class Curve:
     def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
         """Return the curve; raise TooFewSamples where more of them may help."""
         from dforce.experiments._table import statuses
+        from dforce.solvers.accuracy import assure
+        from dforce.solvers.block import unwatched
         from dforce.solvers.protocols import Stepwise, actual, make_protocol
         from dforce.solvers.refine import TooFewSamples
         from dforce.solvers.walk import CHUNK, Walk
 
         block = self.block
         values = np.array([next(iter(self.coords.values()))[place[0]] for place in self.visits])
-        total, done = len(values), 0
+        total, done, assured = len(values), 0, 0
+
+        def assure_to(end: int) -> slice:
+            nonlocal assured
+            found = slice(assured, end)
+            assure(block, values[None, found], solver.points[found])
+            assured = end
+            return found
 
         def told(points: int) -> None:
             nonlocal done
-            found = slice(done, done + points)
             done += points
+            if done < total and done < assured + CHUNK:
+                return
+            found = assure_to(done)
             if may_refine and (statuses(solver.points[found], block, values[None, found]) == Status.UNRESOLVED).any():
                 raise TooFewSamples
 
@@ -105,7 +116,7 @@ class Curve:
                 taken -= taken % CHUNK
             if taken:
                 kept = self._resume(solver, table, earlier, taken, values)
-                done = taken
+                done = assured = taken
                 if may_refine and (table.status == Status.UNRESOLVED).any():
                     raise TooFewSamples
         begun = done
@@ -115,7 +126,8 @@ class Curve:
             progress(total, total, "")
         except KeyboardInterrupt:
             pass
-        reached = int(solver.done[0])
+        reached, block.watch = int(solver.done[0]), unwatched
+        assure_to(reached)
         table.put_points(self.visits[begun:reached], solver.points, slice(begun, reached), block, values)
         for place in self.visits[reached:]:
             table.status[place] = Status.NOT_COMPUTED
@@ -168,7 +180,7 @@ class Curve:
         from dforce.solvers.protocols import Settled
 
         status, amplitude = earlier["status"].values, earlier["amplitude"].values
-        numbers = [number for number in range(taken) if status[self.visits[number]] == Status.OK]
+        numbers = [number for number in range(taken) if status[self.visits[number]] in REPEATING]
         if not numbers:
             return None
         motion = self._state(earlier, numbers[-1], values).motion(0)

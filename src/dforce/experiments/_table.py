@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from dforce.solvers.transient import Steady
 
 
+WORTHLESS = 1e-2  # of a quantity's scale: with a larger error a point has no numbers
+
+
 def status_of(found: Steady, problem: Problem) -> Status:
     """Return what became of a point of a problem."""
     from dforce.observables.misfit import is_wrong
@@ -35,6 +38,14 @@ def status_of(found: Steady, problem: Problem) -> Status:
     return (Status.OK if found.repeats else Status.NOT_REPEATING) if found.settled else Status.NOT_SETTLED
 
 
+def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.int8]]:
+    """Return what became of points by their estimated errors; with no accuracy promised nothing follows from them."""
+    if accuracy is None:
+        return np.full(error.shape, Status.OK, dtype=np.int8)
+    lost = (error > WORTHLESS) & np.isfinite(error)
+    return np.where(lost, Status.UNRESOLVED, np.where(error > accuracy, Status.INACCURATE, Status.OK)).astype(np.int8)
+
+
 def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.dtype[np.int8]]:
     """Return what became of each point of a block, found at values of its parameter (problems, values)."""
     from dforce.observables.misfit import GROSS, misfit_of_rows
@@ -46,7 +57,7 @@ def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.
         numbers, tones = (table[is_orbit.ravel()] for table in block.tables(values))
         even = weights(block.frequencies, block.common)
         good = misfit_of_rows(block.lot.example, points.rows[is_orbit], even, numbers, tones) <= GROSS
-        became[is_orbit] = np.where(good, Status.OK, Status.UNRESOLVED)
+        became[is_orbit] = np.where(good, graded(points.error[is_orbit], block.settings.accuracy), Status.UNRESOLVED)
     for (case, place), found in points.others.items():
         became[case, place] = status_of(found, block.problem(case, float(values[case, place]))[0])
     return became

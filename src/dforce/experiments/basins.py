@@ -237,7 +237,7 @@ class Starts:
     ) -> Indices:  # fmt: skip
         """Settle starts side by side; return those that have to be settled again."""
         from dforce.experiments._table import statuses
-        from dforce.results import Status
+        from dforce.results import REPEATING, Status
         from dforce.solvers.block import Block, States
         from dforce.solvers.lot import Lot
         from dforce.solvers.protocols import STEPWISE, make_protocol
@@ -257,9 +257,9 @@ class Starts:
         for place in np.flatnonzero(~wrong if not is_last else np.ones_like(wrong)).tolist():
             number = int(which[place])
             self.status[number] = status[place]
-            if status[place] in (Status.OK, Status.NOT_REPEATING):
+            if status[place] in (*REPEATING, Status.NOT_REPEATING):
                 of_start = {name: value[place, 0] for name, value in columns.items()}
-                self._sort_in(number, of_start, status[place] == Status.OK)
+                self._sort_in(number, of_start, status[place] in REPEATING)
         return which[wrong] if not is_last else which[:0]
 
     def _sort_in(self, number: int, values: dict[str, Any], repeats: bool) -> None:

@@ -54,7 +54,7 @@ GOLDEN = 0.6180339887498949
 
 # what is added up step by step: force, and force times deflection and velocity, and time in contact; extremes, and in which
 # steps
-SUM, SUM_Z, SUM_V, TOUCHED, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, SUMS = range(11)
+SUM, SUM_Z, SUM_V, TOUCHED, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, FASTEST, SUMS = range(12)
 # a piece: the part of the step that it is interpolated over, the motion at both ends of that, and the shares of it between
 # which it reaches
 FROM, TO, D0, V0, A0, D1, V1, A1, BEGIN, END, LATE, STEP, PIECE = range(13)
@@ -149,6 +149,7 @@ def add_pieces(
             f = force_at(min(max(piece[D1], low), high), piece[V1], share, block, i, t, h, rates, stage, late, p)
             piece[A1] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
             sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], piece[D1]), max(sums[D_HIGH], piece[D1])
+            sums[FASTEST] = max(sums[FASTEST], abs(piece[V1]))
         else:
             piece[TO], piece[D1], piece[V1], piece[A1] = 1.0, d1, v1, a1
         if piece[TO] > piece[FROM]:

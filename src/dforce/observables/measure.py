@@ -29,6 +29,7 @@ from dforce.observables.cuts import (
     END,
     F_HIGH,
     F_LOW,
+    FASTEST,
     FROM,
     LATE,
     NODES,
@@ -130,7 +131,7 @@ def measure_force(
     sort_steps(block, h, start, d, v, f, kinks, rates, stage, p, d_middle, v_middle, middle, kind)
     accelerations(block, h, d, v, f, tones, bases, cosine, sine, p, a, b0, b1)
     sums = np.empty(SUMS)
-    out[V_MAX] = extremes(h, d, v, f, sums)
+    extremes(h, d, v, f, sums)
     sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(d, v, f, d_middle, v_middle, middle, kind, p[0])
     for j in range(tones.shape[0]):
         half = 0.5 * tones[j, 0] * TAU / points
@@ -166,7 +167,7 @@ def measure_force(
         block, h, start, d, v, a, kind, rates, stage, -1.0, -sums[F_LOW], int(sums[AT_LOW]), tops[1], piece, p
     )
     out[F], out[F_Z], out[F_V] = sums[SUM] / points, sums[SUM_Z] / points, sums[SUM_V] / points
-    out[CONTACT], out[D_MIN] = sums[TOUCHED] / points, sums[D_LOW]
+    out[CONTACT], out[D_MIN], out[V_MAX] = sums[TOUCHED] / points, sums[D_LOW], sums[FASTEST]
     out[Z_MIN], out[Z_MAX] = (sums[D_LOW] - p[0]) / p[1], (sums[D_HIGH] - p[0]) / p[1]
 
 
@@ -211,8 +212,8 @@ def accelerations(
         b0[i], b1[i] = bends(h, d[i], v[i], a[i], d[i + 1], v[i + 1], a[i + 1])
 
 
-def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> float:
-    """Begin the sums with the extremes at the samples; return the largest speed, between samples too."""
+def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> None:
+    """Begin the sums with the extremes at the samples, and the largest speed between samples, too."""
     low, high, at_low, at_high = f[0], f[0], 0, 0
     d_low, d_high, fast = d[0], d[0], abs(v[0])
     for i in range(d.shape[0] - 1):
@@ -227,8 +228,7 @@ def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> float:
     for k in range(SUMS):
         sums[k] = 0.0
     sums[F_LOW], sums[F_HIGH], sums[AT_LOW], sums[AT_HIGH] = low, high, at_low, at_high
-    sums[D_LOW], sums[D_HIGH] = d_low, d_high
-    return fast
+    sums[D_LOW], sums[D_HIGH], sums[FASTEST] = d_low, d_high, fast
 
 
 def sort_steps(

@@ -27,6 +27,11 @@ class SolverSettings(Parameters):
         default=256, ge=16, le=65_536,
         description="samples per period of the first tone; raised where a faster tone or mode needs more",
     )  # fmt: skip
+    accuracy: float | None = pydantic.Field(
+        default=1e-4, ge=1e-8, le=0.01,
+        description="periodic: error of each quantity as a share of its scale; found again with more samples where it is "
+        "larger; left out beside points_per_period: the samples stay as given",
+    )  # fmt: skip
     relative_tolerance: float = pydantic.Field(
         default=1e-10,
         ge=1e-13,
@@ -62,6 +67,14 @@ class SolverSettings(Parameters):
         le=1_000_000,
         description="periods measured once settled; raised to whole common periods of all tones",
     )
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _samples_as_given(cls, given: Any) -> Any:
+        """Promise no accuracy where only the samples are given."""
+        if isinstance(given, dict) and "points_per_period" in given and "accuracy" not in given:
+            return given | {"accuracy": None}
+        return given
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -160,6 +160,13 @@ class Block:
             self.watch, self.parameter, zc,
         )  # fmt: skip
 
+    def finer(self, points: int) -> Block:
+        """Return the block of the same problems with other samples per period."""
+        zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
+        return Block(
+            self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc,
+        )  # fmt: skip
+
     @property
     def repeats_together(self) -> bool:
         """Whether the tones have a common period, the same at all values of the parameter."""
@@ -329,6 +336,22 @@ class Block:
             out.x[part], settled[part] = leaps.x, leaps.outcome == SETTLED
             periods[part] = leaps.periods * self.common
         return out, settled, periods
+
+    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> Array:
+        """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
+
+        `monodromy` are matrices known from elsewhere: of the same orbits with other samples.
+        """
+        rows = np.empty((len(which), self.common, self.columns))
+        remeasure = self._solvers.entry("remeasure")
+        for start in range(0, len(which), ABREAST):
+            part = slice(start, start + ABREAST)
+            slots = self.slots(states.take(part), at[part])
+            room = self._room(len(slots.case), 1)
+            remeasure(slots, np.ascontiguousarray(monodromy[part]), self.model(which[part]), self.drive(1), room)
+            rows[part] = slots.rows
+            self.watch()
+        return rows
 
     def most_periods(self, which: Any) -> Indices:
         """Return after how many common periods motions are given up."""

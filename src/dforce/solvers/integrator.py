@@ -34,6 +34,7 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "find_orbits": newton.find_orbits,
     "take_steps": newton.take_steps,
     "relax": relaxation.relax,
+    "remeasure": newton.remeasure,
 }
 ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
     "march_adaptive": adaptive.march,

@@ -225,6 +225,24 @@ def approach(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: A
         orbits.outcome[s] = FAILED
 
 
+def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> None:
+    """Measure the orbits of all slots that one Newton step leads to, with monodromy matrices that are known."""
+    size, count = 2 * mode_count(), slots.case.shape[0]
+    which, first, second, matrix = np.empty(count, np.int64), np.empty(size), np.zeros(size), np.empty((size, size))
+    for s in range(count):
+        which[s] = s
+    march(slots, which, count, 1, False, model, drive, room)
+    for s in range(count):
+        for k in range(size):
+            first[k] = slots.ends[s, 0, k] - slots.x[s, k]
+        subtract_from_one(monodromy[s], matrix)
+        solve_both(matrix, first, second)
+        for k in range(size):
+            slots.x[s, k] += first[k]
+        slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
+    march(slots, which, count, 1, True, model, drive, room)
+
+
 def balance(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Average monodromy matrices, taken to one side, with those to the other: the error falls from first to second order."""
     size = 2 * mode_count()

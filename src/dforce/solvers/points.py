@@ -14,7 +14,8 @@ from dforce.solvers.block import Block, States
 from dforce.solvers.lot import Indices
 from dforce.solvers.transient import Steady
 
-OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle")  # what motions that settled in time do not have
+# what motions that settled in time do not have
+OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle", "error_estimate")
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,9 @@ class Points:
 
     Attributes
     ----------
-    rows, monodromy, residual, steps, settling
-        Of the orbits, (problems, values, ...); NaN where there is none.
+    rows, monodromy, residual, steps, settling, error
+        Of the orbits, (problems, values, ...); NaN where there is none. `error` is the largest estimated error of a quantity,
+        as a share of its scale; see `accuracy`.
     states
         The motion at each point, (problems, values, ...).
     cycles
@@ -48,6 +50,7 @@ class Points:
     residual: Array
     steps: Array
     settling: Array
+    error: Array
     states: States
     cycles: Indices
     others: dict[tuple[int, int], Steady] = field(default_factory=dict)
@@ -56,24 +59,24 @@ class Points:
     def empty(cls, block: Block, values: int) -> Points:
         """Return room for so many values of each problem."""
         shape = (len(block.lot), values)
-        inner = ((block.common, block.columns), (block.size, block.size), (), (), ())
-        rows, monodromy, residual, steps, settling = (np.full((*shape, *some), np.nan) for some in inner)
+        inner = ((block.common, block.columns), (block.size, block.size), (), (), (), ())
+        rows, monodromy, residual, steps, settling, error = (np.full((*shape, *some), np.nan) for some in inner)
         sizes = (block.size, len(block.memory_scale), block.hysteresis)
         states = States(*(np.full((*shape, size), np.nan) for size in sizes))
-        return cls(rows, monodromy, residual, steps, settling, states, np.full(shape, -1, dtype=np.int64))
+        return cls(rows, monodromy, residual, steps, settling, error, states, np.full(shape, -1, dtype=np.int64))
 
     def __getitem__(self, which: slice) -> Points:
         """Return some values of all problems."""
         first, last, _ = which.indices(self.cycles.shape[1])
         return Points(
             self.rows[:, which], self.monodromy[:, which], self.residual[:, which], self.steps[:, which],
-            self.settling[:, which], self.states.take((slice(None), which)), self.cycles[:, which],
+            self.settling[:, which], self.error[:, which], self.states.take((slice(None), which)), self.cycles[:, which],
             {(case, at - first): one for (case, at), one in self.others.items() if first <= at < last},
         )  # fmt: skip
 
     def put(self, case: int, place: int, one: Points) -> None:
         """Take over the only point of others."""
-        for name in ("rows", "monodromy", "residual", "steps", "settling", "cycles"):
+        for name in ("rows", "monodromy", "residual", "steps", "settling", "error", "cycles"):
             getattr(self, name)[case, place] = getattr(one, name)[0, 0]
         self.states.put((case, place), one.states.take((0, 0)))
         if (0, 0) in one.others:
@@ -111,6 +114,7 @@ class Points:
         values |= {
             "settling_periods": float(self.settling[case, place]), "drift": float(self.residual[case, place]),
             "corrections": float(self.steps[case, place]), "multiplier_modulus": modulus[0], "multiplier_angle": angle[0],
+            "error_estimate": float(self.error[case, place]),
         }  # fmt: skip
         return Steady(values, self.states.take((case, [place])).motion(0), True, True)
 
@@ -131,6 +135,7 @@ class Points:
         out |= {
             "settling_periods": self.settling.ravel(), "drift": self.residual.ravel(),
             "corrections": self.steps.ravel(), "multiplier_modulus": modulus, "multiplier_angle": angle,
+            "error_estimate": self.error.ravel(),
         }  # fmt: skip
         out = {name: value.reshape(*shape, *value.shape[1:]) for name, value in out.items()}
         for where, found in self.others.items():

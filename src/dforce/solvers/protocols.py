@@ -9,6 +9,7 @@ from typing import Protocol as Kind
 import numpy as np
 
 from dforce.kernel import Array
+from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block, States
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Jump, Points
@@ -117,4 +118,5 @@ def settle_at(block: Block, motion: Motion, value: float) -> Steady:
     """Return the steady motion that settles from a given one at a value of the parameter."""
     stepwise = Stepwise(block, np.array([[value]]), [motion], lambda _: None, True)
     stepwise.run()
+    assure(block, stepwise.values, stepwise.points)
     return stepwise.points.steady(block, 0, 0, value)

@@ -209,7 +209,8 @@ class Part:
     def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
         from dforce.experiments._table import statuses
-        from dforce.solvers.block import Block
+        from dforce.solvers.accuracy import assure
+        from dforce.solvers.block import Block, unwatched
         from dforce.solvers.lot import Lot
         from dforce.solvers.protocols import make_protocol
 
@@ -226,6 +227,8 @@ class Part:
         try:
             solver.run()
         finally:
+            block.watch = unwatched  # what is done is kept, as accurate as all
+            assure(block, zc, solver.points)
             for number, jumps in zip(which, solver.jumps, strict=True):
                 self.found.jumps[number] = [to_result(jump) for jump in jumps]
             found = solver.points.columns(block, zc) | motions(solver.points, block, zc)

@@ -92,12 +92,12 @@ class Evidence:
     @functools.cached_property
     def _trusted(self) -> Mask | None:
         """Where the motion settled and is stable; None where a result does not say."""
-        from dforce.results import Status
+        from dforce.results import Status, repeats
 
         status = self.array("status")
         if status is None:
             return None
-        settled = np.asarray((status == Status.OK) | (status == Status.NOT_REPEATING))
+        settled = np.asarray(repeats(status) | (status == Status.NOT_REPEATING))
         return settled if self.stable is None else self.stable & settled
 
     def values(self, name: str) -> Array:

@@ -67,13 +67,13 @@ def step_error(seen: Evidence) -> Advice | None:
 def _misfits(seen: Evidence) -> Array | None:
     """Return by how much the tip equation is missed at the points that settled, in units of the drive."""
     from dforce.observables.misfit import MEASURED, OF_MODES, misfit
-    from dforce.results import Status
+    from dforce.results import repeats
 
     result, settings = seen.result, seen.case.solver
     along_other = seen.along == "frequency" or getattr(seen.case.experiment, "parameter", None) is not None
     if result is None or along_other or settings.settle == "fixed" or not {*MEASURED, "status"} <= {*result.variables}:
         return None
-    settled = result.variables["status"].values == Status.OK
+    settled = repeats(result.variables["status"].values)
     if seen.stable is not None:
         settled = settled & seen.stable
     values = {}

@@ -1,0 +1,105 @@
+"""The error that finite steps leave in orbits: estimated with fewer samples, lowered with more where it is too large.
+
+An orbit is measured again with half as many samples, where one Newton step from it leads: what changes tells, by the order of
+the method, what is left. An orbit that is not accurate enough is found again with twice as many samples, and more. Each point
+stands by itself: what is done to it does not depend on those beside it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.observables.deviation import DEVIATIONS, EXTREMES, deviations
+from dforce.observables.finish import finish_each
+from dforce.observables.window import weights
+from dforce.solvers.block import Block, States
+from dforce.solvers.lot import Indices
+from dforce.solvers.points import Points
+from dforce.solvers.refine import MOST_SAMPLES
+from dforce.solvers.settling import apart, polished
+
+FINER = (2, 4, 16, 64)  # times the samples, one after the other
+SURE = 0.5  # of the accuracy: what is estimated from half the samples may be more than that
+NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
+# of the method, and of extremes, as it is seen in random cases
+_ORDERS = np.array([3.0 if name in EXTREMES else 4.0 for name in DEVIATIONS])
+
+
+class _Orbits:
+    """Some orbits of a block: of which problems, at which values, where they start, and what was found on them."""
+
+    def __init__(self, block: Block, values: Array, points: Points, places: tuple[Indices, Indices]) -> None:
+        self.block, (self.cases, steps) = block, places
+        self.at, self.states = values[places], points.states.take(places)
+        self.rows, self.monodromy, self.residual = (
+            points.rows[places],
+            points.monodromy[places],
+            points.residual[places],
+        )
+        numbers, tones = block.tables(values)
+        flat = self.cases * values.shape[1] + steps
+        self.tables = numbers[flat], tones[flat]
+        self.periods = block.periods(values)[places]
+        self.error: Array = np.full(len(self.at), np.nan)
+
+    def measured(self, rows: Array, some: Any = slice(None)) -> dict[str, Array]:
+        """Return the observables of some of them from what was measured."""
+        block, cases = self.block, self.cases[some]
+        even = weights(block.frequencies, block.common)
+        length, a0 = block.lot.length[cases], block.lot.a0[cases]
+        return finish_each(block.lot.example, block.harmonics, rows, even, length, self.periods[some], a0)
+
+    def apart(self, a: dict[str, Array], b: dict[str, Array], some: Any = slice(None)) -> Array:
+        """Return how far two measurements are apart, (orbits, names); infinite where one is no number."""
+        numbers, tones = (table[some] for table in self.tables)
+        return np.nan_to_num(deviations(self.block.lot.example, numbers, tones, a, b), nan=np.inf)
+
+    def judge(self) -> None:
+        """Estimate all errors."""
+        coarse = self.block.finer(self.block.points // 2)
+        rows = coarse.remeasure(self.cases, self.states, self.at, self.monodromy)
+        self.error = left(self.apart(self.measured(self.rows), self.measured(rows)), 2.0)
+
+    def find_again(self, some: Indices, times: int, finer: float) -> Indices:
+        """Find some again with so many times the block's samples, and their own before; return those that were found."""
+        states = self.states.take(some)
+        branch = polished(self.block.finer(times * self.block.points), self.cases[some], states, self.at[some])
+        same = np.flatnonzero((branch.done == 1) & (apart(branch.last_x, states.x) < NEAR))
+        some = some[same]
+        if len(some):
+            change = self.apart(self.measured(branch.rows[same, 0], some), self.measured(self.rows[some], some), some)
+            self.error[some] = left(change, finer)
+            self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
+            self.residual[some] = branch.residual[same, 0]
+            self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))
+        return some
+
+
+def left(change: Array, finer: float) -> Array:
+    """Return the largest error that is left, (orbits,), after a change (orbits, names) by so many times finer steps."""
+    return np.asarray((change / (finer**_ORDERS - 1.0)).max(axis=1))
+
+
+def assure(block: Block, values: Array, points: Points) -> None:
+    """Write the estimated error of each orbit that has none yet, and find those again that are not as accurate as asked for.
+
+    `values` (problems, values) are those of the block's parameter, in SI. The states stay those with the block's samples.
+    """
+    cases, steps = np.nonzero(points.is_orbit & np.isnan(points.error))
+    if not len(cases):
+        return
+    places = cases, steps
+    orbits, accuracy = _Orbits(block, values, points, places), block.settings.accuracy
+    orbits.judge()
+    if accuracy is not None:
+        doubtful, before = np.flatnonzero(orbits.error > SURE * accuracy), 1
+        for times in FINER:
+            if not len(doubtful) or times * block.points > MOST_SAMPLES:
+                break
+            found = orbits.find_again(doubtful, times, times / before)
+            doubtful, before = found[orbits.error[found] > accuracy], times
+    points.rows[places], points.monodromy[places] = orbits.rows, orbits.monodromy
+    points.residual[places], points.error[places] = orbits.residual, orbits.error
