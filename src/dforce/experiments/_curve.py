@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from dforce.solvers.protocols import Settled
 
 Place = tuple[int, ...]
+AT_ONCE = 256  # points whose accuracy is looked at together, where that takes milliseconds
 PERIOD = "period"  # attribute of an interrupted result: in which period of the first tone its motion stands
 
 
@@ -85,6 +86,7 @@ class Curve:
         block = self.block
         values = np.array([next(iter(self.coords.values()))[place[0]] for place in self.visits])
         total, done, assured = len(values), 0, 0
+        often = AT_ONCE if block.is_smooth else CHUNK  # so that a stop need not wait for long
 
         def assure_to(end: int) -> slice:
             nonlocal assured
@@ -96,7 +98,7 @@ class Curve:
         def told(points: int) -> None:
             nonlocal done
             done += points
-            if done < total and done < assured + CHUNK:
+            if done < total and done < assured + often:
                 return
             found = assure_to(done)
             if may_refine and (statuses(solver.points[found], block, values[None, found]) == Status.UNRESOLVED).any():
