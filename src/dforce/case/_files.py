@@ -80,6 +80,7 @@ def case_of(result: xr.Dataset) -> Case:
     """
     try:
         case = Case.from_toml(str(result.attrs.get("case", "")))
+        case = case.model_copy(update={"sweep": None})
         for path in str(result.attrs.get("over", "")).split():
             name = next((name for name in (path, path.split(".")[-1]) if name in result.coords), "")
             if name and result[name].ndim == 0:

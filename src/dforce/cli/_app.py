@@ -7,7 +7,21 @@ from typing import Annotated
 import typer
 
 import dforce as df
-from dforce.cli import _help, _terminal, benchmark, cache, check, curve, examples, gui, models, run, schema, validate
+from dforce.cli import (
+    _help,
+    _terminal,
+    benchmark,
+    cache,
+    check,
+    curve,
+    examples,
+    gui,
+    models,
+    run,
+    schema,
+    sweep,
+    validate,
+)
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -46,8 +60,8 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui,
-    validate.validate, cache.cache,
+    run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
+    gui.gui, validate.validate, cache.cache,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

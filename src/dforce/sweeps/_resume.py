@@ -25,6 +25,8 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset) -> None:
     """
     if "over" not in resume.attrs:
         raise ParameterError("this result is not a sweep, so df.sweep cannot continue it")
+    if "set_point" in resume.attrs:
+        raise ParameterError("this sweep holds states at a set point only, not their curves, so it cannot be continued")
     if not resume.attrs.get("interrupted"):
         raise ParameterError("this sweep is complete; there is nothing to continue")
     if resume.attrs.get("case") != case.to_toml(complete=True):
@@ -35,7 +37,7 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset) -> None:
         raise ParameterError(
             f"this sweep is over {', '.join(before)}, so it cannot be continued over {', '.join(paths)}"
         )
-    wanted = {axis.dim: (axis.path, axis.coordinate()[1]) for axis in layout.axes}
+    wanted = {axis.name: (axis.path, axis.coordinate()[1]) for axis in layout.axes}
     wanted |= {dim: (dim, np.asarray(values)) for dim, values in layout.inner.items()}  # some may have been cut off
     for dim, (path, values) in wanted.items():
         if resume[dim].values.tolist() != values.tolist():

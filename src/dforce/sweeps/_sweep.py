@@ -21,9 +21,11 @@ from dforce.experiments._motion import components, motions
 from dforce.quantities import MOTION
 from dforce.runs import watched
 from dforce.solvers.crew import Crew, Stopped
-from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
+from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, axes_of, count, dims_of
+from dforce.sweeps._pace import paced
 from dforce.sweeps._result import Found, Layout, dataset, split, to_result
 from dforce.sweeps._resume import check_same, quantities_of
+from dforce.sweeps._states import NEEDED, check_set_point, states_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,13 +44,15 @@ LEAST_BLOCK = 8
 @checked
 def sweep(
     case: Case,
-    over: Mapping[str, Any],
+    over: Mapping[str, Any] | None = None,
     workers: int | None = None,
     progress: Progress | bool | None = None,
     quantities: Iterable[str] | None = None,
     resume: xr.Dataset | None = None,
+    rows: Mapping[str, Any] | None = None,
+    at_set_point: float | None = None,
 ) -> xr.Dataset:
-    """Return the result of a case's experiment for all combinations of parameter values, many cases at once.
+    """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
     A single run is a block of one case, and a sweep solves blocks of many by the same solver: cases whose forces have no
     memory and no branches march side by side in vector lanes. Threads share the blocks.
@@ -59,9 +63,10 @@ def sweep(
         The case; its experiment is an approach or a dwell. Of a dwell only the scalars are kept.
     over
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
-        SI numbers or texts with units. Any parameter of the case may be named, and ``experiment.zc`` of a dwell. Numbers of
+        SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
+        all combinations are computed. Any parameter of the case may be named, and ``experiment.zc`` of a dwell. Numbers of
         the instrument, the sample and the forces cost next to nothing a case; every value of any other parameter (a
-        choice, a solver's setting) builds the case anew.
+        choice, a solver's setting) builds the case anew. Left out, with `rows`: what the case says under ``[sweep]``.
     workers
         Threads; left out: one for each core.
     progress
@@ -72,32 +77,42 @@ def sweep(
     resume
         An interrupted result of the same case over the same values, to be continued: cases with all their points are
         kept as they are, the others are computed.
+    rows
+        Instead of `over`, cases one by one: columns of plain numbers by path, all of the same length.
+    at_set_point
+        A share :math:`A / A_0`: only the states of each curve there are returned, see :func:`dforce.at_set_point`.
 
     Returns
     -------
     xarray.Dataset
         The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), then `zc` and `direction` of an approach. A status for each point. The jumps of the curves lie
-        along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others.
+        that is ambiguous), or `case` of rows, then `zc` and `direction` of an approach. A status for each point. The jumps
+        of the curves lie along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others.
 
     Raises
     ------
     ParameterError
         For a path that the case does not have, a value that is not allowed, a case without such an experiment, or a
         `resume` that is complete or belongs to another sweep.
+    CaseError
+        When the file of a case's rows cannot be read.
     """
     if not isinstance(case.experiment, Approach | Dwell):
         raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
-    axes = make_axes(case, over)
-    layout = Layout(case.experiment, axes)
+    check_set_point(case, at_set_point)
+    asked, axes = axes_of(case, over, rows)
+    case = asked.model_copy(update={"sweep": None})  # each case is built without it
+    layout = Layout(case, axes)
     points = count(axes) * len(layout.visits)
     if points > MOST_POINTS:
         raise ParameterError(
             f"the sweep has {count(axes)} cases of {len(layout.visits)} points; at most {MOST_POINTS} are allowed"
         )
     if resume is not None:
-        check_same(case, layout, resume)
+        check_same(asked, layout, resume)
     kept = quantities_of(quantities, resume)
+    wanted = None if quantities is None else kept
+    kept = kept if at_set_point is None else kept | NEEDED
     cases = [
         type(case)(**changed(case, zip((axis.path for axis in layout.choices), values, strict=True)))
         for values in itertools.product(*(axis.values for axis in layout.choices))
@@ -106,12 +121,15 @@ def sweep(
         [Found.nothing((layout.cases, len(layout.visits))) for _ in cases] if resume is None else split(resume, layout)
     )
     with watched(progress, case.title) as tell:
-        crew = Crew(points, tell, workers)
+        crew = Crew(points, paced(tell), workers)
         crew.add(sum(int(found.whole.sum()) for found in founds) * len(layout.visits))
         parts = [Part(chosen, layout.numbers, crew, kept, found) for chosen, found in zip(cases, founds, strict=True)]
         done = all(part.run() for part in parts)
-    data = dataset(case, layout, founds, kept, interrupted=not done)
-    return data.assign_coords(components(parts[0].grid.example)) if MOTION in data else data
+    data = dataset(asked, layout, founds, kept, interrupted=not done)
+    data = data.assign_coords(components(parts[0].grid.example)) if MOTION in data else data
+    if at_set_point is None or crew.done == 0:
+        return data
+    return states_of(data, layout, at_set_point, wanted)
 
 
 class Part:
@@ -123,10 +141,10 @@ class Part:
         self.case, self.crew, self.kept = case, crew, kept
         self.experiment = cast(Approach | Dwell, case.experiment)
         self.grid: Grid = Grid(case, [axis for axis in axes if axis.path != DISTANCE])
-        self.shape = tuple(len(axis.values) for axis in axes)
-        size = int(np.prod(self.shape, dtype=int))
-        place = np.unravel_index(np.arange(size), self.shape) if axes else ()
-        of_grid = [i for i, axis in zip(place, axes, strict=True) if axis.path != DISTANCE]
+        dims = dims_of(axes)
+        size = count(axes)
+        place = dict(zip(dims, np.unravel_index(np.arange(size), tuple(dims.values())) if axes else (), strict=True))
+        of_grid = [place[dim] for dim in dims_of(self.grid.axes)]
         self.numbers = np.ravel_multi_index(of_grid, self.grid.shape) if of_grid else np.zeros(size, dtype=np.int64)
         self.zc = self._distances(axes, place, size)
         self.found, self.todo = found, ~found.whole
@@ -137,9 +155,9 @@ class Part:
         if isinstance(self.experiment, Approach):
             order = [visit[0] for visit in self.experiment.visits()]
             return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
-        for axis, i in zip(axes, place, strict=True):
+        for axis in axes:
             if axis.path == DISTANCE:
-                return np.asarray(np.array(axis.values)[i][:, None])
+                return np.asarray(np.array(axis.values)[place[axis.dim]][:, None])
         return np.full((size, 1), self.experiment.zc)
 
     def run(self) -> bool:
