@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 from typer.testing import CliRunner
@@ -67,6 +68,20 @@ def test_states_at_a_set_point_are_kept_alone():
     )
     assert done.exit_code == 0, done.output
     assert df.read("map.nc").peak_force.dims == ("youngs_modulus", "crossing")
+
+
+def test_a_store_is_written_read_and_repeated():
+    done = dforce("sweep", "map.toml", "-o", "map.zarr", "--keep", "amplitude,phase", "--plot", "map.png", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["points"] == {"ok": 36}
+    again = dforce("sweep", "map.zarr", "-o", "again.nc", "--keep", "amplitude,phase")
+    assert again.exit_code == 0, again.output
+    np.testing.assert_array_equal(df.read("map.zarr").amplitude, df.read("again.nc").amplitude)
+    done = dforce("sweep", "map.toml", "-o", "map.zarr")
+    assert done.exit_code == 2
+    assert "is there already; go on with it" in done.stderr
+    done = dforce("run", "map.zarr")
+    assert "dforce sweep repeats" in done.stderr
 
 
 def test_the_command_for_many_cases_is_told_where_one_is_expected():

@@ -34,7 +34,13 @@ def sweep(
     settings: Settings,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="OUT.nc", show_default=False, help="Where the result goes."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT.zarr|OUT.nc",
+            show_default=False,
+            help="Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
+        ),
     ],
     keep: Annotated[
         str | None,
@@ -58,6 +64,15 @@ def sweep(
         str | None,
         typer.Option("--workers", metavar="N", show_default=False, help="Threads; left out: one for each core."),
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            metavar="tcp://...",
+            show_default=False,
+            help="Address of the scheduler of a Dask cluster, whose workers compute the blocks of a store.",
+        ),
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with what is in OUT.")] = False,
     plot: Annotated[
         Path | None,
@@ -69,7 +84,7 @@ def sweep(
 ) -> int:
     """Compute all cases of a table [sweep] and write one result.
 
-    Ctrl-C and SIGTERM keep the cases that are done.
+    Ctrl-C and SIGTERM keep the cases that are done, and a store keeps them whatever happens; --resume goes on.
     """  # fmt: skip
     source = open_source(case, settings)
     if source.case.sweep is None:
@@ -77,7 +92,9 @@ def sweep(
             f"{quoted(case)} does not say what to vary; write [sweep] into it, such as "
             'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
         )
-    df.check_target(output)
+    in_blocks = output.suffix.lower() == ".zarr"
+    if not in_blocks:
+        df.check_target(output)
     if plot is not None:
         df.check_target(plot, df.plot.FORMATS)
     start = time.monotonic()
@@ -89,18 +106,21 @@ def sweep(
                 workers=None if workers is None else whole_number("--workers", workers, 1, MOST_WORKERS),
                 quantities=None if keep is None else [name.strip() for name in keep.split(",")],
                 at_set_point=None if at_set_point is None else df.parse(at_set_point, "1"),
-                resume=df.read(output) if resume else None,
+                store=output if in_blocks else None,
+                client=cluster,
+                resume=resume if in_blocks else df.read(output) if resume else None,
             )
         seconds = time.monotonic() - start
         stopped = bool(result.attrs.get("interrupted"))
         counted = df.count_status(result)
-        if stopped and set(counted) == {df.Status.NOT_COMPUTED}:
+        if stopped and not in_blocks and set(counted) == {df.Status.NOT_COMPUTED}:
             say("dforce: stopped before the first case was done; nothing was written")
             return STOPPED
-        df.write(result, output)
+        if not in_blocks:
+            df.write(result, output)
     if plot is not None:
         df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot)
-    failed = bool({df.Status.FAILED, df.Status.UNRESOLVED} & set(counted))
+    failed = bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.BROKEN} & set(counted))
     code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
     if json:
         print_json(_answer(source, result, output, plot, seconds, code))
@@ -108,7 +128,9 @@ def sweep(
         for line in _lines(source, result, seconds):
             typer.echo(line)
         typer.echo(f"written: {', '.join(str(path) for path in (output, plot) if path is not None)}")
-        for line in [*status_lines(result), *advice_lines(result, str(output))]:
+        for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
+            say(line)
+        for line in advice_lines(result, str(output)):
             say(line)
     if stopped:
         again = f"dforce sweep {quoted(case)} -o {quoted(str(output))} --resume"

@@ -23,7 +23,7 @@ def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset) -> list[Advi
 
     Points that did not settle are counted over the whole grid.
     """
-    whole = points_not_settled(case, data)
+    whole = points_not_settled(case, data[["status"]])
     found: dict[str, Advice] = {} if whole is None else {whole.name: whole}
     dims = dims_of(axes)
     ends = [sorted({0, length - 1}) for length in dims.values()]

@@ -10,16 +10,15 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.experiments import Approach, Dwell
-from dforce.experiments._motion import COMPONENT
+from dforce.experiments._motion import COMPONENT, components
 from dforce.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
-from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import DISTANCE, Axis, dims_of
-from dforce.validity import attributes
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
+    from dforce.problem import Problem
 
 JUMPS = jumps_along("zc")
 KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
@@ -65,6 +64,11 @@ class Found:
         from dforce.results import Status
 
         return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
+
+    @classmethod
+    def of(cls, layout: Layout) -> list[Found]:
+        """Return room for each part of a sweep."""
+        return [cls.nothing((layout.cases, len(layout.visits))) for _ in range(layout.parts)]
 
     @property
     def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -129,8 +133,8 @@ class Layout:
         return rows[(slice(None), slice(None), *self._places)] if self.inner else rows[:, :, None].copy()
 
 
-def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str], interrupted: bool) -> xr.Dataset:
-    """Put the parts together, and give everything its words."""
+def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> xr.Dataset:
+    """Put the parts together, and give everything its words; `example` is one of the problems."""
     import xarray as xr
 
     from dforce.results import Status, describe, provenance
@@ -160,8 +164,12 @@ def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str]
         data = describe(data.assign_coords(zc=experiment.zc))
     data = data.assign_coords({axis.name: axis.coordinate() for axis in axes})
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
-    data.attrs |= attributes(advice_on_sweep(case, axes, data))
-    return data.assign_attrs({"interrupted": 1, QUANTITIES: " ".join(sorted(kept))}) if interrupted else data
+    return data.assign_coords(components(example)) if MOTION in data else data
+
+
+def unfinished(kept: frozenset[str]) -> dict[str, Any]:
+    """Return the attributes by which a sweep that is not complete goes on."""
+    return {"interrupted": 1, QUANTITIES: " ".join(sorted(kept))}
 
 
 def split(data: xr.Dataset, layout: Layout) -> list[Found]:

@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from dforce.case import Case
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, nearest, shorten
 from dforce.experiments import Approach
+from dforce.quantities import OBSERVABLES
 from dforce.setpoint import RATIO, at_set_point
 from dforce.sweeps._result import Layout
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 NEEDED = frozenset({RATIO, "virial"})  # of a curve, to find the states and say their regime
 
 
-def check_set_point(case: Case, set_point: float | None) -> None:
-    """Check that the curves of a case's experiment may meet a set point.
+def check_set_point(case: Case, set_point: float | None, names: Iterable[str] | None) -> None:
+    """Check that the curves of a case's experiment may meet a set point, where they have some quantities.
 
     Raises
     ------
@@ -31,6 +32,9 @@ def check_set_point(case: Case, set_point: float | None) -> None:
         raise ParameterError("a set point lies on the curve of an approach; give the case one as experiment")
     if not set_point > 0.0:
         raise ParameterError(f"at_set_point = {set_point} is not above 0")
+    for name in names or ():
+        if name not in OBSERVABLES:
+            raise ParameterError(f"there is no quantity '{shorten(name)}' at a set point{nearest(name, OBSERVABLES)}")
 
 
 def states_of(data: xr.Dataset, layout: Layout, set_point: float, names: Iterable[str] | None) -> xr.Dataset:
