@@ -21,6 +21,7 @@ from dforce.sweeps._part import solve
 from dforce.sweeps._result import Found, Layout, table
 from dforce.sweeps._states import NEEDED, states_of
 
+LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
 AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
 
@@ -193,7 +194,11 @@ class Cluster:
 
     def room(self) -> int:
         """Return how many blocks may be under way."""
-        threads: dict[str, int] = self.client.nthreads()
+        self.check()
+        try:
+            threads: dict[str, int] = self.client.nthreads()
+        except OSError:  # what Dask raises when a connection has ended
+            raise ResultError(LOST) from None
         return max(1, AHEAD * sum(threads.values()))
 
     def submit(self, axes: list[Axis]) -> Future[Arrays]:
@@ -207,8 +212,8 @@ class Cluster:
 
     def check(self) -> None:
         """Raise :class:`ResultError` when the scheduler is gone."""
-        if self.client.status != "running":
-            raise ResultError("the cluster is lost; the blocks that are done are kept, and another cluster can go on")
+        if self.client.status in ("closed", "closing"):
+            raise ResultError(LOST)
 
     def close(self) -> None:
         """Forget what is under way."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import dataclasses
 import itertools
 import os
@@ -15,7 +16,7 @@ import numpy as np
 
 from dforce import stores
 from dforce.case import Case
-from dforce.errors import ParameterError, shorten
+from dforce.errors import ParameterError, ResultError, shorten
 from dforce.experiments import Approach
 from dforce.experiments._experiment import Progress
 from dforce.quantities import JUMPS as WORDS
@@ -24,7 +25,7 @@ from dforce.results import Status
 from dforce.runs import watched
 from dforce.sweeps._advice import advice_on_sweep
 from dforce.sweeps._axes import Axis
-from dforce.sweeps._hands import Alone, Arrays, Cluster, Hands, Kept, Threads
+from dforce.sweeps._hands import LOST, Alone, Arrays, Cluster, Hands, Kept, Threads
 from dforce.sweeps._pace import paced
 from dforce.sweeps._result import JUMPS, QUANTITIES, Layout, unfinished
 from dforce.sweeps._resume import ALL, check_same, quantities_of
@@ -224,7 +225,9 @@ class _Run:
         place, attempt = self.pending.pop(future)
         try:
             arrays = future.result()
-        except (Exception, CancelledError) as error:
+        except (CancelledError, asyncio.CancelledError):  # no block's own fault: nobody is there to compute it
+            raise ResultError(LOST) from None
+        except Exception as error:
             self.hands.check()
             if attempt < TRIES:
                 self._submit(place, attempt + 1)
