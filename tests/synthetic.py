@@ -122,3 +122,23 @@ def force_curve(hysteresis=True, points=400):
     )
     dataset.attrs.update(provenance(CASE, "Synthetic force"))
     return describe(dataset)
+
+
+def grid() -> xr.Dataset:
+    """Return a sweep over a modulus, by equal factors, and a free amplitude."""
+    modulus, A0 = np.geomspace(1e8, 1e10, 9), np.linspace(5e-9, 15e-9, 6)
+    force = 1e-9 * (modulus[:, None] / 1e9) ** 0.5 * (A0[None] / 1e-8)
+    words = {"units": "Pa", "long_name": "Young's modulus", "symbol": "E"}
+    variables = {
+        "peak_force": (("youngs_modulus", "A0"), force),
+        "phase": (
+            ("youngs_modulus", "A0", "tone"),
+            (90.0 + 20.0 * np.log10(modulus / 1e9)[:, None] + 0.0 * A0)[..., None],
+        ),
+        "virial": (("youngs_modulus", "A0", "mode"), (force - force.mean())[..., None]),
+    }
+    coords = {
+        "youngs_modulus": ("youngs_modulus", modulus, words),
+        "A0": ("A0", A0, {"units": "m", "long_name": "free amplitude"}),
+    }
+    return describe(xr.Dataset(variables, coords, {"over": "sample.youngs_modulus drive.A0", "title": "a map"}))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from dforce import forces, plot
     from dforce.bars import ProgressBar
-    from dforce.case import About, Case, case_schema, example, load_case, save_case
+    from dforce.case import About, Case, Range, Sweep, case_schema, example, load_case, save_case
     from dforce.errors import (
         CaseError,
         DForceError,
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "validity": ("Advice", "advice", "advice_in"),
     "bars": ("ProgressBar",),
-    "case": ("About", "Case", "case_schema", "example", "load_case", "save_case"),
+    "case": ("About", "Case", "Range", "Sweep", "case_schema", "example", "load_case", "save_case"),
     "errors": (
         "CaseError",
         "DForceError",
@@ -150,12 +150,14 @@ __all__ = [
     "Picture",
     "ProgressBar",
     "Quantity",
+    "Range",
     "Report",
     "ResultError",
     "Sample",
     "SolverSettings",
     "Span",
     "Status",
+    "Sweep",
     "Tip",
     "Tone",
     "UnitError",

@@ -21,6 +21,7 @@ import numpy as np
 from dforce import quantities, units
 from dforce.errors import ParameterError, ResultError, checked, shorten
 from dforce.files import check_target, reason, write_whole
+from dforce.stores import is_store, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,6 +61,10 @@ class Status(enum.IntEnum):
     FAILED = 4, "the motion grew beyond all bounds, so that there is no result here"
     UNRESOLVED = 5, "the force is too steep for the samples, so that there is no result here"
     INACCURATE = 6, "the motion settled, but its numbers are less accurate than asked for"
+    BROKEN = (
+        7,
+        "the computation of these cases ended with an error, so that there is no result here; `notes` says which",
+    )
 
     @property
     def meaning(self) -> str:
@@ -241,13 +246,17 @@ def _python_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
 
 @checked
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return the result in a netCDF file that dForce wrote.
+    """Return the result in a netCDF file, or in a store (``.zarr``), that dForce wrote.
+
+    The numbers of a store are read when they are asked for, so it may be larger than the memory.
 
     Raises
     ------
     ResultError
         When there is no such file, or it is not netCDF, damaged, cut short, or not written by dForce.
     """
+    if is_store(path):
+        return open_store(path)
     name = f"'{shorten(str(path))}'"
     try:
         content = Path(path).read_bytes()

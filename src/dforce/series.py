@@ -131,7 +131,8 @@ def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
     """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
     paths = str(dataset.attrs.get("over", "")).split()
     names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
-    return [name for name in names if name in dataset.dims and name != along]
+    dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset[name].dims)
+    return [dim for dim in dims if dim != along]
 
 
 def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np.ndarray[Any, np.dtype[Any]]:

@@ -83,7 +83,7 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     if "stable" in result:
         stable = result["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
-    coords |= {name: result[name] for name in over if name in result.coords}
+    coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
     return xr.Dataset(variables, coords, {"along": along, "set_point": set_point})
 
 

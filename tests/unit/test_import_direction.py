@@ -27,7 +27,7 @@ LEVELS = (
         "notation",
         "notices",
     ),
-    ("refusals",),
+    ("refusals", "stores"),
     ("parameters",),
     ("forces", "instrument", "beam"),
     ("problem", "plugins"),

@@ -287,6 +287,7 @@ PICTURES = {
     "draw": lambda figure: plot.draw(synthetic.dwell(), df.Picture("time", ("force", "indentation"), True), figure),
     "force_curve": lambda figure: plot.force_curve(synthetic.force_curve(), figure),
     "force_distance": lambda figure: plot.force_distance(synthetic.dwell(), figure),
+    "map": lambda figure: plot.map(synthetic.grid(), "A0", "youngs_modulus", "peak_force", figure=figure),
     "overview": lambda figure: plot.overview(synthetic.approach(), figure),
     "phase_portrait": lambda figure: plot.phase_portrait(synthetic.dwell(), figure),
     "resonance": lambda figure: plot.resonance(df.run(df.example("resonance-curve")), figure=figure),

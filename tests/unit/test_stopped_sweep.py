@@ -36,8 +36,8 @@ def case(**changes: object) -> df.Case:
 @pytest.fixture
 def stopped(monkeypatch: pytest.MonkeyPatch) -> Callable[..., xr.Dataset]:
     """Return a function that sweeps with two cases side by side and is stopped once so many points are done."""
-    monkeypatch.setattr("dforce.sweeps._sweep.BLOCK", 2)
-    monkeypatch.setattr("dforce.sweeps._sweep.LEAST_BLOCK", 2)
+    monkeypatch.setattr("dforce.sweeps._part.BLOCK", 2)
+    monkeypatch.setattr("dforce.sweeps._part.LEAST_BLOCK", 2)
     monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
     add = Crew.add
 

@@ -3,5 +3,17 @@
 from dforce.case._case import About, Case
 from dforce.case._files import case_of, example, load_case, save_case
 from dforce.case._schema import case_schema
+from dforce.case._sweep import MOST_VALUES, Range, Sweep
 
-__all__ = ["About", "Case", "case_of", "case_schema", "example", "load_case", "save_case"]
+__all__ = [
+    "MOST_VALUES",
+    "About",
+    "Case",
+    "Range",
+    "Sweep",
+    "case_of",
+    "case_schema",
+    "example",
+    "load_case",
+    "save_case",
+]

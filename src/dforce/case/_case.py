@@ -12,8 +12,9 @@ import pydantic
 
 from dforce import plugins as plugin_files
 from dforce import units
-from dforce.case._paths import changed, quantity_at
+from dforce.case._paths import changed, place_of, quantity_at
 from dforce.case._python import script_of
+from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
 from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
@@ -66,6 +67,7 @@ class Case(Parameters):
     forces: Part[tuple[Force, ...]] = part((), max_length=20, description="tip–sample forces, which add up")
     experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
     solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
+    sweep: Part[Sweep | None] = part(None, description="which parameters `dforce sweep` varies, for many cases at once")
 
     @classmethod
     def root(cls) -> str:
@@ -105,6 +107,8 @@ class Case(Parameters):
     @pydantic.model_validator(mode="after")
     def _makes_sense(self) -> Self:
         _ = self.folder, self.problem
+        for path in self.sweep.over if self.sweep is not None else ():
+            place_of(self, path)
         return self
 
     @functools.cached_property
@@ -114,8 +118,8 @@ class Case(Parameters):
 
     @functools.cached_property
     def folder(self) -> Path | None:
-        """The folder in which its plug-ins were found; None without plug-ins."""
-        return plugin_files.folder() if self.plugins else None
+        """The folder in which its plug-ins and the rows of its sweep are; None without both."""
+        return plugin_files.folder() if self.plugins or (self.sweep is not None and self.sweep.rows) else None
 
     @checked
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:

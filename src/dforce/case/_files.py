@@ -12,6 +12,7 @@ from dforce.case._case import MOST_BYTES, Case
 from dforce.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
 from dforce.files import reason, write_whole
 from dforce.results import HDF5, is_whole
+from dforce.stores import is_store, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,9 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     file = Path(path)
     name = shorten(str(path), 200)
     try:
+        if is_store(file):
+            with plugins.beside(file.resolve().parent):
+                return Case.from_toml(str(open_store(file).attrs["case"]))
         if file.is_dir():
             raise CaseError(f"'{name}' is a directory, not a case file")
         if file.exists() and not file.is_file():
@@ -53,6 +57,8 @@ def load_case(path: str | os.PathLike[str]) -> Case:
                 content += stream.read()
     except CaseError:
         raise
+    except ResultError as error:
+        raise CaseError(str(error)) from None
     except (OSError, ValueError) as error:
         raise CaseError(f"'{name}' cannot be read: {reason(error)}") from None
     try:
@@ -80,6 +86,7 @@ def case_of(result: xr.Dataset) -> Case:
     """
     try:
         case = Case.from_toml(str(result.attrs.get("case", "")))
+        case = case.model_copy(update={"sweep": None})
         for path in str(result.attrs.get("over", "")).split():
             name = next((name for name in (path, path.split(".")[-1]) if name in result.coords), "")
             if name and result[name].ndim == 0:

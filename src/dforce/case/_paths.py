@@ -64,11 +64,32 @@ def value_at(case: Parameters, path: str) -> Any:
     ParameterError
         For a path that the case does not have, with the nearest one.
     """
+    found: Any = case
+    for step in place_of(case, path):
+        found = getattr(found, step) if isinstance(step, str) else found[int(step)]
+    return found
+
+
+def place_of(case: Parameters, path: str) -> tuple[str | int, ...]:
+    """Return the names and the places in lists by which a path leads to a value: the same for all paths that lead there.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, with the nearest one.
+    """
     changed(case, [(path, None)])  # says what is wrong with a path
     found: Any = case
+    places: list[str | int] = []
     for step in _steps(case, path):
-        found = found[_place(found, step, path)] if isinstance(found, tuple) else getattr(found, step)
-    return found
+        if isinstance(found, tuple):
+            number = _place(found, step, path)
+            places.append(number)
+            found = found[number]
+        else:
+            places.append(step)
+            found = getattr(found, step)
+    return tuple(places)
 
 
 def with_number(case: P, path: str, value: float) -> P:

@@ -15,7 +15,7 @@ from dforce.parameters import Parameters, Quantity
 WIDTH = 100  # characters of a line, where a text is not longer by itself
 HEAD = "import dforce as df\n\n"
 TAIL = """
-result = df.run(case, progress=True)
+result = df.{run}(case, progress=True)
 df.write(result, {result})
 df.plot.save(df.plot.overview(result), {picture})
 """
@@ -23,8 +23,9 @@ df.plot.save(df.plot.overview(result), {picture})
 
 def script_of(case: Parameters, name: str) -> str:
     """Return a script that builds a case, runs it, and writes result and picture to files of this name."""
+    run = "run" if getattr(case, "sweep", None) is None else "sweep"
     return f"{HEAD}case = {_object(case, '')}\n" + TAIL.format(
-        result=json.dumps(f"{name}.nc"), picture=json.dumps(f"{name}.png")
+        run=run, result=json.dumps(f"{name}.nc"), picture=json.dumps(f"{name}.png")
     )
 
 
@@ -63,6 +64,8 @@ def _value(value: Any, quantity: Quantity | None, indent: str) -> str:
         return repr(tables(value, shown=True))  # of a file of one's own, which the case loads
     if isinstance(value, Parameters):
         return _object(value, indent)
+    if isinstance(value, dict):
+        return _call("{", [(f"{json.dumps(key)}: ", item, quantity) for key, item in value.items()], "}", indent)
     if isinstance(value, tuple | list):
         return _call("[", [("", item, quantity) for item in value], "]", indent)
     if isinstance(value, float) and quantity is not None and quantity.unit != "1":

@@ -42,6 +42,8 @@ def tables(given: Parameters, shown: bool = False, complete: bool = False) -> di
 def _plain(value: Any, quantity: Quantity | None, shown: bool, complete: bool) -> Any:
     if isinstance(value, Parameters):
         return tables(value, shown, complete)
+    if isinstance(value, dict):
+        return {key: _plain(item, quantity, shown, complete) for key, item in value.items()}
     if isinstance(value, tuple | list):
         return [_plain(item, quantity, shown and len(value) <= MANY, complete) for item in value]
     if isinstance(value, float):

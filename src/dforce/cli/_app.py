@@ -20,6 +20,7 @@ from dforce.cli import (
     models,
     run,
     schema,
+    sweep,
     validate,
 )
 
@@ -60,8 +61,8 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui,
-    validate.validate, cache.cache,
+    run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
+    gui.gui, validate.validate, cache.cache,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

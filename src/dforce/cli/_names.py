@@ -37,7 +37,7 @@ CaseName = Annotated[
     str,
     typer.Argument(
         metavar="CASE", autocompletion=complete_cases, show_default=False,
-        help="A case file (.toml), a result (.nc), or the name of an example.",
+        help="A case file (.toml), a result (.nc, .zarr), or the name of an example.",
     ),
 ]  # fmt: skip
 
@@ -66,5 +66,5 @@ def open_source(name: str, settings: list[str]) -> Source:
     if not exists(path) and path.suffix == "" and path.name == name:
         return Source(df.example(name).set(*settings), name)
     case = df.load_case(path).set(*settings)
-    result = df.read(path) if path.suffix.lower() == ".nc" and not settings else None
+    result = df.read(path) if path.suffix.lower() in (".nc", ".zarr") and not settings else None
     return Source(case, path.stem, path, result)

@@ -58,13 +58,7 @@ def run(
     source = open_source(case, settings)
     continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
     over = "" if source.result is None else source.result.attrs.get("over", "")
-    if over:
-        first, *_ = over.split()
-        how = "df.sweep(..., resume=...) continues" if continued else "df.sweep repeats"
-        raise df.ResultError(
-            f"{quoted(case)} is a sweep over {over.replace(' ', ', ')}, which {how} in Python; "
-            f"to run one case of it, give the value: --set {first}=..."
-        )
+    _refuse_sweep(case, source.case, over, continued)
     if output is None and continued:
         output = source.path
     df.check_target(output or _numbered(source.stem, 1))
@@ -118,6 +112,23 @@ def run(
     if without:
         say("dforce: stopped while states were looked for; the curve is complete, and drawn without them")
     return code
+
+
+def _refuse_sweep(name: str, case: df.Case, over: str, continued: bool) -> None:
+    """Raise ResultError or ParameterError where many cases are given, and say what computes them."""
+    if over:
+        first, *_ = over.split()
+        how = "df.sweep(..., resume=...) continues" if continued else "df.sweep repeats"
+        how = how + " in Python" if case.sweep is None else f"dforce sweep {'continues' if continued else 'repeats'}"
+        raise df.ResultError(
+            f"{quoted(name)} is a sweep over {over.replace(' ', ', ')}, which {how}; "
+            f"to run one case of it, give the value: --set {first}=..."
+        )
+    if case.sweep is not None:
+        raise df.ParameterError(
+            f"{quoted(name)} has a table [sweep], so it is many cases, which another command computes: "
+            f"dforce sweep {quoted(name)} -o {quoted(f'{Path(name).stem}.nc')}"
+        )
 
 
 def _check_states(case: df.Case, plot: Path | None) -> None:

@@ -15,6 +15,7 @@ from dforce.plot.branches import branches, resonance
 from dforce.plot.costs import cost_of_accuracy
 from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.forces import force_curve, force_distance
+from dforce.plot.maps import map
 from dforce.plot.motion import phase_portrait, spectrum, traces
 from dforce.plot.overview import overview
 from dforce.plot.pictures import draw
@@ -31,6 +32,7 @@ __all__ = [
     "draw",
     "force_curve",
     "force_distance",
+    "map",
     "overview",
     "phase_portrait",
     "resonance",

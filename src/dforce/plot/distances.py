@@ -244,7 +244,7 @@ def _mark(axes: Axes, x: Floats, y: Floats, status: np.ndarray[Any, Any], color:
             x[restless], y[restless], "o", markersize=6.0, markerfacecolor="none", markeredgecolor=color,
             label="did not settle",
         )  # fmt: skip
-    lost = (status == Status.FAILED) | (status == Status.UNRESOLVED)
+    lost = np.isin(status, (Status.FAILED, Status.UNRESOLVED, Status.BROKEN))
     if lost.any():
         axes.plot(
             x[lost], np.zeros(lost.sum()), "x", color=VERMILLION, markersize=6.0, clip_on=False, zorder=5,

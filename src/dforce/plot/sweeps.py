@@ -11,6 +11,7 @@ from matplotlib.figure import FigureBase
 
 from dforce.errors import ParameterError
 from dforce.plot._style import COLORS, head
+from dforce.plot.maps import map as map_of_two
 from dforce.plot.pictures import draw
 from dforce.results import check_computed, reader_unit
 from dforce.series import Picture, drawable, goes_along, swept
@@ -31,6 +32,8 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
         When the sweep keeps nothing that can be drawn.
     """
     over = swept(dataset)
+    if "crossing" in dataset.dims:
+        return [_at_set_point(dataset, over, figure)]
     along = goes_along(dataset) or _longest(dataset, over)
     cases = [name for name in over if name != along]
     chosen = _spread(dataset, cases)
@@ -46,6 +49,20 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     if len(layers) > 1:
         head(axes[0], dataset)
     return axes
+
+
+def _at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> Axes:
+    """Draw the first states at a set point over two parameters, of others at their first values."""
+    numbers = [
+        name for name in over if name in dataset.coords and dataset[name].dtype.kind == "f" and dataset.sizes[name] > 1
+    ]
+    names = [
+        name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset and name != "status"
+    ]
+    if len(numbers) < 2 or not dataset.sizes["crossing"] or not names:
+        raise ParameterError("there is no picture of states at a set point over fewer than two parameters")
+    first = dataset.isel(dict.fromkeys([*(name for name in over if name not in numbers[:2]), "crossing"], 0))
+    return map_of_two(first, numbers[1], numbers[0], names[0], figure=figure)
 
 
 def _longest(dataset: xr.Dataset, over: list[str]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from dforce import units
 from dforce.case import Case
 from dforce.case._paths import changed
-from dforce.sweeps._axes import Axis
+from dforce.sweeps._axes import Axis, dims_of
 from dforce.validity import Advice, advice, points_not_settled
 
 if TYPE_CHECKING:
@@ -23,14 +23,16 @@ def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset) -> list[Advi
 
     Points that did not settle are counted over the whole grid.
     """
-    whole = points_not_settled(case, data)
+    whole = points_not_settled(case, data[["status"]])
     found: dict[str, Advice] = {} if whole is None else {whole.name: whole}
-    ends = [sorted({0, len(axis.values) - 1}) for axis in axes]
+    dims = dims_of(axes)
+    ends = [sorted({0, length - 1}) for length in dims.values()]
+    case = case.model_copy(update={"sweep": None})
     for corner in itertools.islice(itertools.product(*ends), MOST_CORNERS):
-        pairs = [(axis.path, axis.values[i]) for axis, i in zip(axes, corner, strict=True)]
-        one = type(case)(**changed(case, pairs))
-        part = data.isel({axis.dim: i for axis, i in zip(axes, corner, strict=True)})
-        where = ", ".join(f"{axis.path} = {_shown(axis, i)}" for axis, i in zip(axes, corner, strict=True))
+        at = dict(zip(dims, corner, strict=True))
+        one = type(case)(**changed(case, [(axis.path, axis.values[at[axis.dim]]) for axis in axes]))
+        part = data.isel(at)
+        where = ", ".join(f"{axis.path} = {_shown(axis, at[axis.dim])}" for axis in axes)
         for piece in advice(one, part):
             found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {where}: {piece.text}"))
     return list(found.values())

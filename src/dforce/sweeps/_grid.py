@@ -21,7 +21,7 @@ from dforce.forces import Force
 from dforce.kernel import TWO_PI, Array, signature
 from dforce.problem import Problem
 from dforce.solvers.lot import Lot
-from dforce.sweeps._axes import Axis
+from dforce.sweeps._axes import Axis, dims_of
 
 MODES, TONES, CONTACT = "modes", "tones", "contact"
 LAW, KINKS, JUMPS = FORCE_PARTS = ("law", "kinks", "jumps")
@@ -30,7 +30,14 @@ CORNERS = 64  # of the grid, at most, that are validated as whole cases
 
 
 class Grid:
-    """All problems of a grid of numbers, numbered in the order of the axes, the last one fastest.
+    """All problems of a grid of numbers, numbered in the order of the dimensions, the last one fastest.
+
+    Parameters
+    ----------
+    case, axes
+        What is varied; axes of one dimension vary together.
+    checks
+        Whether cases at the corners are validated as a whole.
 
     Attributes
     ----------
@@ -40,13 +47,14 @@ class Grid:
         Whether all of them have the same laws, so that one kernel solves them.
     """
 
-    def __init__(self, case: Case, axes: Sequence[Axis]) -> None:
+    def __init__(self, case: Case, axes: Sequence[Axis], checks: bool = True) -> None:
         self.case, self.axes = case, list(axes)
-        self.shape = tuple(len(axis.values) for axis in axes)
+        dims = dims_of(axes)
+        self.shape = tuple(dims.values())
         self.size = math.prod(self.shape)
-        for corner in itertools.islice(itertools.product(*({0, n - 1} for n in self.shape)), CORNERS):
-            pairs = [(axis.path, axis.values[i]) for axis, i in zip(axes, corner, strict=True)]
-            type(case)(**changed(case, pairs))
+        self._along = [list(dims).index(axis.dim) for axis in axes]
+        for corner in itertools.islice(itertools.product(*({0, n - 1} for n in self.shape)), CORNERS * checks):
+            type(case)(**changed(case, [(axis.path, value) for axis, value in self._values(corner)]))
         self.example = self.problem(0)
         self.alike = True
         self.pieces: dict[str, tuple[list[int], Array]] = {}
@@ -58,15 +66,19 @@ class Grid:
 
     def _problem(self, place: Sequence[Any]) -> Problem:
         case = self.case
-        for axis, i in zip(self.axes, place, strict=True):
-            case = with_number(case, axis.path, axis.values[i])
+        for axis, value in self._values(place):
+            case = with_number(case, axis.path, value)
         try:
             return Problem.build(
                 case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces
             )
         except DForceError as error:
-            where = ", ".join(f"{axis.path} = {axis.values[i]:g}" for axis, i in zip(self.axes, place, strict=True))
+            where = ", ".join(f"{axis.path} = {value:g}" for axis, value in self._values(place))
             raise ParameterError(f"at {where}: {error}") from None
+
+    def _values(self, place: Sequence[Any]) -> list[tuple[Axis, Any]]:
+        """Return the value of each axis at a place in the grid."""
+        return [(axis, axis.values[place[dim]]) for axis, dim in zip(self.axes, self._along, strict=True)]
 
     def _fill(self) -> None:
         """Compute each piece for all combinations of the parameters that it depends on."""
@@ -97,23 +109,26 @@ class Grid:
                 self.pieces[name] = (list(of_piece), table.reshape(*shape, table.shape[1]))
 
     def _axes_of(self, *sections: str) -> list[int]:
-        return [i for i, axis in enumerate(self.axes) if axis.path.split(".")[0] in sections]
+        return self._dims([axis.path.split(".")[0] in sections for axis in self.axes])
+
+    def _dims(self, chosen: Sequence[bool]) -> list[int]:
+        """Return the dimensions of the axes that are chosen."""
+        return sorted({dim for dim, one in zip(self._along, chosen, strict=True) if one})
 
     def _axes_of_force(self, place: int, force: Force) -> list[int]:
-        """Return the axes that a force depends on; `place` is its place in the case."""
+        """Return the dimensions that a force depends on; `place` is its place in the case."""
         names = {str(place + 1), force.name}
         needed = set(force.shared_fields().values())
         if "contact.E_eff" in needed:
             needed |= {f"{part}.{name}" for part in ("tip", "sample") for name in ("youngs_modulus", "poisson_ratio")}
         sections = [path.split(".")[0] for path in needed]
         found = []
-        for i, axis in enumerate(self.axes):
+        for axis in self.axes:
             section, *rest = axis.path.split(".")
             own = section == "forces" and rest[0] in names
             lever = section in ("cantilever", "medium") and ("cantilever" in sections or "medium" in sections)
-            if own or lever or axis.path in needed:
-                found.append(i)
-        return found
+            found.append(own or lever or axis.path in needed)
+        return self._dims(found)
 
     def lot(self, numbers: Any) -> Lot:
         """Return some of the problems, by their numbers, as arrays."""

@@ -10,16 +10,15 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.experiments import Approach, Dwell
-from dforce.experiments._motion import COMPONENT
+from dforce.experiments._motion import COMPONENT, components
 from dforce.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
-from dforce.sweeps._advice import advice_on_sweep
-from dforce.sweeps._axes import DISTANCE, Axis
-from dforce.validity import attributes
+from dforce.sweeps._axes import DISTANCE, Axis, dims_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
+    from dforce.problem import Problem
 
 JUMPS = jumps_along("zc")
 KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
@@ -66,6 +65,11 @@ class Found:
 
         return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
 
+    @classmethod
+    def of(cls, layout: Layout) -> list[Found]:
+        """Return room for each part of a sweep."""
+        return [cls.nothing((layout.cases, len(layout.visits))) for _ in range(layout.parts)]
+
     @property
     def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Whether all points of each case were computed."""
@@ -80,7 +84,8 @@ class Layout:
     A part is all cases with the same choices; inside it the cases are those of the numbers, the last one fastest.
     """
 
-    def __init__(self, experiment: Approach | Dwell, axes: list[Axis]) -> None:
+    def __init__(self, case: Case, axes: list[Axis]) -> None:
+        experiment = case.experiment
         self.axes = axes
         self.choices = [axis for axis in axes if axis.quantity is None]
         self.numbers = [axis for axis in axes if axis.quantity is not None]
@@ -91,15 +96,16 @@ class Layout:
             self.inner["zc"] = experiment.distances()
             if experiment.direction == "both":
                 self.inner["direction"] = ["approach", "retract"]
-        self.shape = tuple(len(axis.values) for axis in (*self.choices, *self.numbers))
+        lengths = dims_of((*self.choices, *self.numbers))
+        self.shape = tuple(lengths.values())
         self.parts, self.cases = math.prod(self.shape[: len(self.choices)]), math.prod(self.shape[len(self.choices) :])
-        self._order = [axes.index(axis) for axis in (*self.choices, *self.numbers)]
+        self._order = [self.dims.index(dim) for dim in lengths]
         self._places = tuple(np.array(self.visits, dtype=int).reshape(len(self.visits), -1).T)
 
     @property
     def dims(self) -> tuple[str, ...]:
         """The dimensions of the parameters."""
-        return tuple(axis.dim for axis in self.axes)
+        return tuple(dims_of(self.axes))
 
     def over_axes(self, table: Any) -> Any:
         """Return an array with a row for each part and each of its cases as one over the axes."""
@@ -127,8 +133,8 @@ class Layout:
         return rows[(slice(None), slice(None), *self._places)] if self.inner else rows[:, :, None].copy()
 
 
-def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str], interrupted: bool) -> xr.Dataset:
-    """Put the parts together, and give everything its words."""
+def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> xr.Dataset:
+    """Put the parts together, and give everything its words; `example` is one of the problems."""
     import xarray as xr
 
     from dforce.results import Status, describe, provenance
@@ -156,10 +162,14 @@ def dataset(case: Case, layout: Layout, parts: list[Found], kept: frozenset[str]
     data = describe(xr.Dataset(variables, coords=layout.inner | counted))
     if isinstance(experiment, Dwell) and all(axis.path != DISTANCE for axis in axes):
         data = describe(data.assign_coords(zc=experiment.zc))
-    data = data.assign_coords({axis.dim: axis.coordinate() for axis in axes})
+    data = data.assign_coords({axis.name: axis.coordinate() for axis in axes})
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
-    data.attrs |= attributes(advice_on_sweep(case, axes, data))
-    return data.assign_attrs({"interrupted": 1, QUANTITIES: " ".join(sorted(kept))}) if interrupted else data
+    return data.assign_coords(components(example)) if MOTION in data else data
+
+
+def unfinished(kept: frozenset[str]) -> dict[str, Any]:
+    """Return the attributes by which a sweep that is not complete goes on."""
+    return {"interrupted": 1, QUANTITIES: " ".join(sorted(kept))}
 
 
 def split(data: xr.Dataset, layout: Layout) -> list[Found]:

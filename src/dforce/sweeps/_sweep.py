@@ -2,53 +2,43 @@
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
-import functools
-import itertools
-import threading
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, cast
-
-import numpy as np
+import os
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case
-from dforce.case._paths import changed
 from dforce.errors import ParameterError, checked
-from dforce.experiments import Approach, Dwell, InitialMotion
-from dforce.experiments._experiment import Progress, initial_motion
-from dforce.experiments._motion import components, motions
-from dforce.quantities import MOTION
+from dforce.experiments import Approach, Dwell
+from dforce.experiments._experiment import Progress
 from dforce.runs import watched
-from dforce.solvers.crew import Crew, Stopped
-from dforce.sweeps._axes import DISTANCE, MOST_POINTS, Axis, count, make_axes
-from dforce.sweeps._result import Found, Layout, dataset, split, to_result
-from dforce.sweeps._resume import check_same, quantities_of
+from dforce.solvers.crew import Crew
+from dforce.sweeps._advice import advice_on_sweep
+from dforce.sweeps._axes import MOST_POINTS, axes_of, count
+from dforce.sweeps._pace import paced
+from dforce.sweeps._part import solve
+from dforce.sweeps._result import Found, Layout, split, table, unfinished
+from dforce.sweeps._resume import ALL, check_same, quantities_of
+from dforce.sweeps._states import NEEDED, check_set_point, states_of
+from dforce.validity import attributes
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from dforce.kernel import Array
-    from dforce.problem import Problem
-    from dforce.solvers.block import Block
-    from dforce.solvers.integrator import Motion
-    from dforce.solvers.lot import Lot
-    from dforce.sweeps._grid import Grid
-
-BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
-LEAST_BLOCK = 8
 
 
 @checked
 def sweep(
     case: Case,
-    over: Mapping[str, Any],
+    over: Mapping[str, Any] | None = None,
     workers: int | None = None,
     progress: Progress | bool | None = None,
     quantities: Iterable[str] | None = None,
-    resume: xr.Dataset | None = None,
+    resume: xr.Dataset | bool | None = None,
+    rows: Mapping[str, Any] | None = None,
+    at_set_point: float | None = None,
+    store: str | os.PathLike[str] | None = None,
+    client: Any = None,
 ) -> xr.Dataset:
-    """Return the result of a case's experiment for all combinations of parameter values, many cases at once.
+    """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
     A single run is a block of one case, and a sweep solves blocks of many by the same solver: cases whose forces have no
     memory and no branches march side by side in vector lanes. Threads share the blocks.
@@ -59,9 +49,10 @@ def sweep(
         The case; its experiment is an approach or a dwell. Of a dwell only the scalars are kept.
     over
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
-        SI numbers or texts with units. Any parameter of the case may be named, and ``experiment.zc`` of a dwell. Numbers of
+        SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
+        all combinations are computed. Any parameter of the case may be named, and ``experiment.zc`` of a dwell. Numbers of
         the instrument, the sample and the forces cost next to nothing a case; every value of any other parameter (a
-        choice, a solver's setting) builds the case anew.
+        choice, a solver's setting) builds the case anew. Left out, with `rows`: what the case says under ``[sweep]``.
     workers
         Threads; left out: one for each core.
     progress
@@ -71,190 +62,74 @@ def sweep(
         Names of the quantities to keep; left out: all, or those of `resume`. Jumps are kept in any case.
     resume
         An interrupted result of the same case over the same values, to be continued: cases with all their points are
-        kept as they are, the others are computed.
+        kept as they are, the others are computed. With a store, True to go on with what is in it.
+    rows
+        Instead of `over`, cases one by one: columns of plain numbers by path, all of the same length.
+    at_set_point
+        A share :math:`A / A_0`: only the states of each curve there are returned, see :func:`dforce.at_set_point`. The
+        `status` of a case is the largest number among those of its points.
+    store
+        Where the result is written in blocks of cases, each whole or not at all, instead of being kept in memory: a folder
+        ``"map.zarr"``, or a URL that fsspec knows. There may be any number of points.
+    client
+        A client of a Dask cluster (:class:`distributed.Client`), or the address of its scheduler, ``"tcp://..."``, whose
+        workers compute the blocks of a store. This process alone writes them.
 
     Returns
     -------
     xarray.Dataset
         The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), then `zc` and `direction` of an approach. A status for each point. The jumps of the curves lie
-        along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others.
+        that is ambiguous), or `case` of rows, then `zc` and `direction` of an approach. A status for each point. The jumps
+        of the curves lie along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others. With a
+        store, that is opened: its numbers are read when they are asked for.
 
     Raises
     ------
     ParameterError
         For a path that the case does not have, a value that is not allowed, a case without such an experiment, or a
         `resume` that is complete or belongs to another sweep.
+    CaseError
+        When the file of a case's rows cannot be read.
+    ResultError
+        When a store cannot be written, is there already, or is open in another run, and when the cluster is lost; the blocks
+        that are done stay there.
     """
     if not isinstance(case.experiment, Approach | Dwell):
         raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
-    axes = make_axes(case, over)
-    layout = Layout(case.experiment, axes)
+    names = None if quantities is None else list(quantities)
+    check_set_point(case, at_set_point, names)
+    asked, axes = axes_of(case, over, rows)
+    case = asked.model_copy(update={"sweep": None})  # each case is built without it
+    layout = Layout(case, axes)
+    if store is not None:
+        from dforce.sweeps._map import Map
+
+        return Map(asked, layout, names, at_set_point, store).run(bool(resume), workers, client, progress)
+    if client is not None:
+        raise ParameterError("a cluster computes the blocks of a store; give the store as well")
+    if isinstance(resume, bool):
+        raise ParameterError(
+            "resume=True goes on with a store, and none is given; give the store, or the result as resume"
+        )
     points = count(axes) * len(layout.visits)
     if points > MOST_POINTS:
         raise ParameterError(
-            f"the sweep has {count(axes)} cases of {len(layout.visits)} points; at most {MOST_POINTS} are allowed"
+            f"the sweep has {count(axes)} cases of {len(layout.visits)} points; at most {MOST_POINTS} are allowed in memory, "
+            "more in a store"
         )
+    if resume is not None and at_set_point is not None:
+        raise ParameterError("states at a set point alone cannot be continued; write them to a store, which can")
     if resume is not None:
-        check_same(case, layout, resume)
-    kept = quantities_of(quantities, resume)
-    cases = [
-        type(case)(**changed(case, zip((axis.path for axis in layout.choices), values, strict=True)))
-        for values in itertools.product(*(axis.values for axis in layout.choices))
-    ]
-    founds = (
-        [Found.nothing((layout.cases, len(layout.visits))) for _ in cases] if resume is None else split(resume, layout)
-    )
+        check_same(asked, layout, resume)
+    kept = quantities_of(names, resume)
+    founds = Found.of(layout) if resume is None else split(resume, layout)
     with watched(progress, case.title) as tell:
-        crew = Crew(points, tell, workers)
+        crew = Crew(points, paced(tell), workers)
         crew.add(sum(int(found.whole.sum()) for found in founds) * len(layout.visits))
-        parts = [Part(chosen, layout.numbers, crew, kept, found) for chosen, found in zip(cases, founds, strict=True)]
-        done = all(part.run() for part in parts)
-    data = dataset(case, layout, founds, kept, interrupted=not done)
-    return data.assign_coords(components(parts[0].grid.example)) if MOTION in data else data
-
-
-class Part:
-    """The cases of a sweep that differ in numbers only; those that are whole in `found` are not computed again."""
-
-    def __init__(self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found) -> None:
-        from dforce.sweeps._grid import Grid
-
-        self.case, self.crew, self.kept = case, crew, kept
-        self.experiment = cast(Approach | Dwell, case.experiment)
-        self.grid: Grid = Grid(case, [axis for axis in axes if axis.path != DISTANCE])
-        self.shape = tuple(len(axis.values) for axis in axes)
-        size = int(np.prod(self.shape, dtype=int))
-        place = np.unravel_index(np.arange(size), self.shape) if axes else ()
-        of_grid = [i for i, axis in zip(place, axes, strict=True) if axis.path != DISTANCE]
-        self.numbers = np.ravel_multi_index(of_grid, self.grid.shape) if of_grid else np.zeros(size, dtype=np.int64)
-        self.zc = self._distances(axes, place, size)
-        self.found, self.todo = found, ~found.whole
-        self._lock = threading.Lock()
-
-    def _distances(self, axes: list[Axis], place: Any, size: int) -> Array:
-        """Return the average distances of each case, (cases, points), in the order in which the tip comes to them."""
-        if isinstance(self.experiment, Approach):
-            order = [visit[0] for visit in self.experiment.visits()]
-            return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
-        for axis, i in zip(axes, place, strict=True):
-            if axis.path == DISTANCE:
-                return np.asarray(np.array(axis.values)[i][:, None])
-        return np.full((size, 1), self.experiment.zc)
-
-    def run(self) -> bool:
-        """Compute all points; return False when stopped before the end."""
-        from dforce.results import Status
-
-        if not self.todo.any():
-            return True
-        self._load_kernels()
-        whole = self.crew.run(self._jobs())
-        empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED))
-        for array in self.found.arrays.values():
-            array[empty] = np.nan
-        return whole
-
-    def _load_kernels(self) -> None:
-        """Load the kernels once, before threads ask for them at the same time."""
-        from dforce.solvers.integrator import load_kernels
-
-        load_kernels(self.grid.example)
-
-    def _jobs(self) -> Iterable[Callable[[], None]]:
-        if not self.grid.alike:
-            for number in np.flatnonzero(self.todo):
-                yield functools.partial(self._block, np.array([number]), True)
-            return
-        todo = np.flatnonzero(self.todo)
-        lot = self.grid.lot(self.numbers[todo])
-        # cases march together that have the same samples per period, and the same phases and ratios of their tones
-        same = np.column_stack([self._samples(todo, lot), lot.tones[:, :, 0], lot.tones[:, :, 1]])
-        _, group = np.unique(same, axis=0, return_inverse=True)
-        smooth = all(not force.memory and force.switch is None for force in self.grid.example.forces)
-        size = BLOCK if smooth else LEAST_BLOCK
-        size = min(size, max(LEAST_BLOCK, -(-len(todo) // self.crew.workers)))
-        for which in range(int(group.max()) + 1):
-            members = todo[group.ravel() == which]
-            for start in range(0, len(members), size):
-                yield functools.partial(self._block, members[start : start + size])
-
-    def _samples(self, todo: Any, lot: Lot) -> Any:
-        """Return the samples per period of each case."""
-        from dforce.solvers.integrator import sample_count
-        from dforce.solvers.lot import has_own_samples
-
-        if has_own_samples(self.grid.example, self.case.solver):
-            return lot.samples(self.case.solver)
-        numbers, place = np.unique(self.numbers[todo], return_inverse=True)
-        each = [sample_count(self.grid.problem(int(number)), self.case.solver) for number in numbers]
-        return np.array(each)[place.ravel()]
-
-    def _block(self, which: Any, alone: bool = False) -> None:
-        """Compute cases side by side, and those that need more samples again with more."""
-        from dforce.results import Status
-        from dforce.solvers.integrator import sample_count
-        from dforce.solvers.refine import sample_counts
-
-        first = self.grid.problem(int(self.numbers[which[0]]))
-        told = self.crew.add
-        with contextlib.suppress(Stopped):  # what is done is kept
-            for points, _ in sample_counts(sample_count(first, self.case.solver), self.case.solver):
-                self._solve(which, alone, points, first, told)
-                which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
-                if not len(which):
-                    break
-                told = _nothing  # they are counted
-
-    def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
-        """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
-        from dforce.experiments._table import statuses
-        from dforce.solvers.accuracy import assure
-        from dforce.solvers.block import Block, unwatched
-        from dforce.solvers.lot import Lot
-        from dforce.solvers.protocols import make_protocol
-
-        numbers, zc = self.numbers[which], self.zc[which]
-        lot = Lot.of([first]) if alone else dataclasses.replace(self.grid.lot(numbers), example=first)
-
-        def at(case: int, zc: float) -> tuple[Problem, float]:
-            return self.grid.problem(int(numbers[case])), zc
-
-        block = Block(lot, at, self.case.solver, self.experiment.harmonics, points, self.crew.watch)
-        approach = self.experiment if isinstance(self.experiment, Approach) else None
-        protocol, carry = (approach.protocol, approach.carry_state) if approach else ("quasi_static", True)
-        solver = make_protocol(protocol, block, zc, self._starts(lot, block), told, carry)
-        try:
-            solver.run()
-        finally:
-            block.watch = unwatched  # what is done is kept, as accurate as all
-            assure(block, zc, solver.points)
-            for number, jumps in zip(which, solver.jumps, strict=True):
-                self.found.jumps[number] = [to_result(jump) for jump in jumps]
-            found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
-            for name, values in found.items():
-                if name in self.kept:
-                    self._array(name, values.shape[2:])[which] = values
-            self.found.status[which] = statuses(solver.points, block, zc)
-
-    def _starts(self, lot: Lot, block: Block) -> list[Motion]:
-        start = self.experiment.start
-        if not self.grid.alike or len(lot.example.tones) > 1:
-            return [initial_motion(block.integrator(case, 0.0), start) for case in range(len(lot))]
-        rest = initial_motion(block.integrator(0, 0.0), "rest")
-        if isinstance(start, InitialMotion):
-            rows = lot.moving(lot.example.tones[0].mode, start.amplitude, start.phase)
-        else:
-            rows = lot.free() if start == "free" else np.zeros_like(lot.free())
-        return [dataclasses.replace(rest, y=tuple(row)) for row in rows.tolist()]
-
-    def _array(self, name: str, inner: tuple[int, ...]) -> Array:
-        with self._lock:
-            arrays = self.found.arrays
-            if name not in arrays:
-                arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
-            return arrays[name]
-
-
-def _nothing(points: int) -> None:
-    """Count nothing."""
+        done, example = solve(case, layout, crew, kept if at_set_point is None else kept | NEEDED, founds)
+    data = table(asked, layout, founds, example)
+    data = data.assign_attrs(attributes(advice_on_sweep(asked, axes, data)))
+    data = data if done else data.assign_attrs(unfinished(kept))
+    if at_set_point is None or crew.done == 0:
+        return data
+    return states_of(data, layout, at_set_point, None if kept == ALL else kept)

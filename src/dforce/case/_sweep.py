@@ -1,0 +1,74 @@
+"""The table `[sweep]` of a case: which parameters take which values, for many cases at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
+
+import pydantic
+
+from dforce.errors import ParameterError, shorten
+from dforce.parameters import Parameters, Part, part
+from dforce.refusals import refusal
+
+MOST_VALUES = 10_000_000  # of a parameter; more are a slip of the keyboard
+
+
+class Range(Parameters):
+    """Values from `start` to `stop`, both included, by equal steps or by equal factors."""
+
+    title_of: ClassVar[str] = "range"
+
+    start: float | str = pydantic.Field(description="first value: a number in SI, or text with a unit")
+    stop: float | str = pydantic.Field(description="last value")
+    points: int = pydantic.Field(ge=1, le=MOST_VALUES, description="number of values")
+    spacing: Literal["linear", "log"] = pydantic.Field(
+        default="linear", description="linear: by equal steps; log: by equal factors"
+    )
+
+
+class Sweep(Parameters):
+    """Which parameters of the case take which values; what the experiment gives is computed for all of them."""
+
+    title_of: ClassVar[str] = "sweep"
+
+    over: Part[dict[str, Range | tuple[Any, ...]]] = part(
+        {},
+        description="values by the path of a parameter, for all combinations of them: a list, or "
+        '{ start, stop, points, spacing = "log" }',
+    )
+    rows: str = pydantic.Field(
+        default="",
+        max_length=1000,
+        description="instead of `over`, a CSV file beside the case file, with a case in each row; its first row holds paths",
+    )
+
+    @pydantic.field_validator("over", mode="before")
+    @classmethod
+    def _values_by_path(cls, given: Any) -> Any:
+        if not isinstance(given, Mapping):
+            raise ParameterError(f"= {shorten(given)} is not a table with values by path")
+        return {str(path): _values(str(path), values) for path, values in given.items()}
+
+    @pydantic.model_validator(mode="after")
+    def _says_one_thing(self) -> Self:
+        if bool(self.over) == bool(self.rows):
+            said = "has both over and rows" if self.over else "has neither over nor rows"
+            raise ParameterError(f"{said}; give values by path as over, or a CSV file of cases as rows")
+        return self
+
+
+def _values(path: str, given: Any) -> Any:
+    """Return values as they are kept; the sweep compares them with what the case takes."""
+    if isinstance(given, Range):
+        return given
+    if isinstance(given, Mapping):
+        try:
+            return Range(**{str(key): value for key, value in given.items()})
+        except ParameterError as error:
+            raise type(error)(f"sweep.over.{path}: {error}") from None
+        except pydantic.ValidationError as error:
+            raise refusal(error, Range, f"sweep.over.{path}") from None
+    if isinstance(given, str) or not hasattr(given, "__iter__"):
+        raise ParameterError(f"sweep.over.{path} = {shorten(given)} is neither a list of values nor a range")
+    return tuple(given.tolist() if hasattr(given, "tolist") else given)

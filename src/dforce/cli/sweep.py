@@ -1,0 +1,161 @@
+"""`dforce sweep`: the cases of a table `[sweep]`, many at once."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._names import CaseName, Source, open_source
+from dforce.cli._report import advice_lines, as_json, quoted, status_lines
+from dforce.cli._terminal import (
+    DONE,
+    SOME_POINTS_FAILED,
+    STOPPED,
+    Json,
+    Settings,
+    Traceback,
+    print_json,
+    say,
+    whole_number,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_WORKERS = 100_000
+
+
+def sweep(
+    case: CaseName,
+    settings: Settings,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT.zarr|OUT.nc",
+            show_default=False,
+            help="Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
+        ),
+    ],
+    keep: Annotated[
+        str | None,
+        typer.Option(
+            "--keep",
+            metavar="NAMES",
+            show_default=False,
+            help="Quantities to keep, such as amplitude,phase,peak_force.",
+        ),
+    ] = None,
+    at_set_point: Annotated[
+        str | None,
+        typer.Option(
+            "--at-set-point",
+            metavar="SHARE",
+            show_default=False,
+            help="Keep only the states in which the amplitude is this share of the free amplitude, such as 0.8.",
+        ),
+    ] = None,
+    workers: Annotated[
+        str | None,
+        typer.Option("--workers", metavar="N", show_default=False, help="Threads; left out: one for each core."),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            metavar="tcp://...",
+            show_default=False,
+            help="Address of the scheduler of a Dask cluster, whose workers compute the blocks of a store.",
+        ),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with what is in OUT.")] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw some of the cases."),
+    ] = None,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    traceback: Traceback = False,
+) -> int:
+    """Compute all cases of a table [sweep] and write one result.
+
+    Ctrl-C and SIGTERM keep the cases that are done, and a store keeps them whatever happens; --resume goes on.
+    """  # fmt: skip
+    source = open_source(case, settings)
+    if source.case.sweep is None:
+        raise df.ParameterError(
+            f"{quoted(case)} does not say what to vary; write [sweep] into it, such as "
+            'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
+        )
+    in_blocks = output.suffix.lower() == ".zarr"
+    if not in_blocks:
+        df.check_target(output)
+    if plot is not None:
+        df.check_target(plot, df.plot.FORMATS)
+    start = time.monotonic()
+    with df.late_stop_waits() as late:  # until the result is written
+        with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+            result = df.sweep(
+                source.case,
+                progress=bar,
+                workers=None if workers is None else whole_number("--workers", workers, 1, MOST_WORKERS),
+                quantities=None if keep is None else [name.strip() for name in keep.split(",")],
+                at_set_point=None if at_set_point is None else df.parse(at_set_point, "1"),
+                store=output if in_blocks else None,
+                client=cluster,
+                resume=resume if in_blocks else df.read(output) if resume else None,
+            )
+        seconds = time.monotonic() - start
+        stopped = bool(result.attrs.get("interrupted"))
+        counted = df.count_status(result)
+        if stopped and not in_blocks and set(counted) == {df.Status.NOT_COMPUTED}:
+            say("dforce: stopped before the first case was done; nothing was written")
+            return STOPPED
+        if not in_blocks:
+            df.write(result, output)
+    if plot is not None:
+        df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot)
+    failed = bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.BROKEN} & set(counted))
+    code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
+    if json:
+        print_json(_answer(source, result, output, plot, seconds, code))
+    elif not quiet:
+        for line in _lines(source, result, seconds):
+            typer.echo(line)
+        typer.echo(f"written: {', '.join(str(path) for path in (output, plot) if path is not None)}")
+        for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
+            say(line)
+        for line in advice_lines(result, str(output)):
+            say(line)
+    if stopped:
+        again = f"dforce sweep {quoted(case)} -o {quoted(str(output))} --resume"
+        say(f"dforce: stopped; what is done is kept; continue with: {again}")
+    return code
+
+
+def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
+    """Return what a sweep gave, in lines for a reader."""
+    sizes = ", ".join(f"{name} {size}" for name, size in result.sizes.items())
+    points = int(result["status"].size)
+    lines = [source.case.title] if source.case.title else []
+    return [*lines, f"{points} points in {seconds:.3g} s, over {sizes}"]
+
+
+def _answer(
+    source: Source, result: xr.Dataset, written: Path, plot: Path | None, seconds: float, code: int
+) -> dict[str, Any]:
+    """Return what `--json` prints."""
+    return {
+        "title": source.case.title,
+        "file": str(written),
+        "picture": None if plot is None else str(plot),
+        "seconds": round(seconds, 3),
+        "exit_code": code,
+        "sizes": {str(name): size for name, size in result.sizes.items()},
+        **{key: value for key, value in as_json(result).items() if key != "found"},
+    }

@@ -1,0 +1,131 @@
+"""A quantity over two parameters, as colors with lines of equal value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize, TwoSlopeNorm
+from matplotlib.figure import FigureBase
+from matplotlib.ticker import MaxNLocator
+
+from dforce.errors import ParameterError, checked, nearest
+from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
+from dforce.results import COLUMN_DIMS, reader_unit
+
+LINES = 7  # of equal value, about
+RESONANCE = 90.0  # degrees: the phase lag of a free lever; above it attraction prevails, below it repulsion
+ONE_SIDED, TWO_SIDED = "viridis", "RdBu_r"
+EVEN = 1e-6  # of a step: values of a range are as even as this
+
+
+@checked
+def map(
+    dataset: xr.Dataset, x: str, y: str, quantity: str, levels: Sequence[float] | None = None, figure: FigureBase | None = None
+) -> Axes:  # fmt: skip
+    """Draw a quantity over two parameters: colors, with lines of equal value on top.
+
+    An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both signs
+    at 0. Of tones, modes and harmonics the first is drawn; gray is where there is no result. The lines lie on straight
+    lines between the values, and know of no jump between them.
+
+    Parameters
+    ----------
+    dataset
+        A sweep with the two parameters, and nothing else along which the quantity goes: choose with ``.isel`` or ``.sel``.
+    x, y
+        Names of the parameters, such as ``"A0"``; the distance `zc` of curves may be one of them.
+    quantity
+        Name of what is drawn.
+    levels
+        Values (SI) of the lines; left out: some that are round.
+    figure
+        See :mod:`dforce.plot`.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no such names, the parameters are no numbers of a grid, or the quantity goes along others, too.
+    """
+    sides = [_side(dataset, name) for name in (x, y)]
+    if x == y:
+        raise ParameterError(f"x and y are both '{x}'; a map is over two parameters")
+    variable = take(dataset, quantity, x, y)
+    for name in (x, y):
+        if name not in variable.dims:
+            raise ParameterError(f"'{quantity}' does not go along '{name}', so there is no map of it over that")
+    variable = variable.isel(dict.fromkeys((dim for dim in variable.dims if dim in COLUMN_DIMS), 0)).transpose(y, x)
+    values, text = shown(variable)
+    scale, _ = reader_unit(variable)
+    axes = new_figure(figure, 6.4, 4.8).subplots()
+    axes.set_facecolor(LIGHT)
+    colors, norm = _colors(values, variable)
+    (at_x, x_text), (at_y, y_text) = sides
+    mesh = axes.pcolormesh(_edges(at_x), _edges(at_y), values, cmap=colors, norm=norm, rasterized=True)
+    _lines(axes, at_x, at_y, values, None if levels is None else [level / scale for level in levels])
+    for name, at in (("x", at_x), ("y", at_y)):
+        if _is_log(at):
+            getattr(axes, f"set_{name}scale")("log")
+    axes.set(xlabel=x_text, ylabel=y_text)
+    axes.figure.colorbar(mesh, ax=axes, label=text)
+    head(axes, dataset)
+    return axes
+
+
+def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
+    """Return the values of a parameter as they are shown, and the text of its axis."""
+    if name not in dataset.coords:
+        raise ParameterError(
+            f"this result has no parameter '{name}'{nearest(name, (str(key) for key in dataset.coords))}"
+        )
+    axis = dataset[name]
+    if axis.dims != (name,) or axis.dtype.kind not in "fi" or axis.size < 2:
+        raise ParameterError(f"'{name}' is no parameter with two or more numbers of a grid, so there is no map over it")
+    scale, unit = reader_unit(axis)
+    return np.asarray(axis.values, dtype=float) / scale, axis_text(axis, unit)
+
+
+def _is_log(at: Floats) -> bool:
+    """Say whether values go by equal factors, and not by equal steps as well."""
+    steps = np.diff(at)
+    if len(at) < 3 or not (at > 0.0).all() or np.ptp(steps) <= EVEN * np.abs(steps).max():
+        return False
+    factors = np.diff(np.log(at))
+    return bool(np.ptp(factors) <= EVEN * np.abs(factors).max())
+
+
+def _edges(at: Floats) -> Floats:
+    """Return the borders of cells around values: halfway between them, on the scale of their axis."""
+    on_scale = np.log(at) if _is_log(at) else at
+    middle = 0.5 * (on_scale[1:] + on_scale[:-1])
+    first, last = 2.0 * on_scale[0] - middle[0], 2.0 * on_scale[-1] - middle[-1]
+    edges = np.concatenate([[first], middle, [last]])
+    return np.asarray(np.exp(edges) if _is_log(at) else edges)
+
+
+def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:
+    """Return the colors of a quantity, and how its values become colors."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    is_phase = str(variable.name) in ("phase", "mode_phase")
+    middle = RESONANCE if is_phase else 0.0
+    if is_phase or low < 0.0 < high:
+        reach = max(high - middle, middle - low, math.ulp(1.0))
+        return TWO_SIDED, TwoSlopeNorm(middle, middle - reach, middle + reach)
+    return ONE_SIDED, Normalize(low, high if high > low else low + 1.0)
+
+
+def _lines(axes: Axes, x: Floats, y: Floats, values: Floats, levels: Any) -> None:
+    """Draw lines of equal value, where there are any."""
+    finite = values[np.isfinite(values)]
+    if not finite.size or finite.min() == finite.max():
+        return
+    chosen = MaxNLocator(LINES).tick_values(finite.min(), finite.max()) if levels is None else sorted(levels)
+    chosen = [level for level in chosen if finite.min() < level < finite.max()]
+    if len(chosen):
+        lines = axes.contour(x, y, np.ma.masked_invalid(values), levels=chosen, colors="black", linewidths=0.8)
+        axes.clabel(lines, fontsize="small", fmt="%g")

@@ -1,0 +1,113 @@
+"""`dforce sweep`: from a case with a table `[sweep]` to a file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce.cli import app
+
+CASE = """
+[cantilever]
+f0 = "50 kHz"
+k = 1.0
+Q = 100.0
+[drive]
+A0 = "8 nm"
+[tip]
+radius = "5 nm"
+[sample]
+youngs_modulus = "1 GPa"
+[[forces]]
+model = "dmt"
+hamaker = "3e-20 J"
+[experiment]
+kind = "approach"
+zc = { start = "12 nm", stop = "4 nm", points = 9 }
+[sweep]
+over = { "sample.youngs_modulus" = { start = "0.5 GPa", stop = "2 GPa", points = 4, spacing = "log" } }
+"""
+
+
+def dforce(*words: str) -> Any:
+    return CliRunner().invoke(app, list(words))
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("map.toml").write_text(CASE)
+    return tmp_path
+
+
+def test_a_case_with_a_table_becomes_a_file_and_repeats_itself():
+    done = dforce("sweep", "map.toml", "-o", "map.nc", "--keep", "amplitude,phase", "--plot", "map.png", "--json")
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["sizes"]["youngs_modulus"] == 4
+    assert found["points"] == {"ok": 36}
+    assert Path("map.png").stat().st_size > 10_000
+    result = df.read("map.nc")
+    assert set(result.data_vars) == {"amplitude", "phase", "status"}
+    again = dforce("sweep", "map.nc", "-o", "again.nc", "--keep", "amplitude,phase")
+    assert again.exit_code == 0, again.output
+    xr.testing.assert_equal(result, df.read("again.nc"))
+    assert "36 points in" in again.stdout
+
+
+def test_states_at_a_set_point_are_kept_alone():
+    done = dforce(
+        "sweep", "map.toml", "-o", "map.nc", "--at-set-point", "0.8", "--keep", "peak_force", "--workers", "1"
+    )
+    assert done.exit_code == 0, done.output
+    assert df.read("map.nc").peak_force.dims == ("youngs_modulus", "crossing")
+
+
+def test_a_store_is_written_read_and_repeated():
+    done = dforce("sweep", "map.toml", "-o", "map.zarr", "--keep", "amplitude,phase", "--plot", "map.png", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["points"] == {"ok": 36}
+    again = dforce("sweep", "map.zarr", "-o", "again.nc", "--keep", "amplitude,phase")
+    assert again.exit_code == 0, again.output
+    np.testing.assert_array_equal(df.read("map.zarr").amplitude, df.read("again.nc").amplitude)
+    done = dforce("sweep", "map.toml", "-o", "map.zarr")
+    assert done.exit_code == 2
+    assert "is there already; go on with it" in done.stderr
+    done = dforce("run", "map.zarr")
+    assert "dforce sweep repeats" in done.stderr
+
+
+def test_the_command_for_many_cases_is_told_where_one_is_expected():
+    done = dforce("run", "map.toml")
+    assert done.exit_code == 2
+    assert "dforce sweep map.toml -o map.nc" in done.stderr
+    assert dforce("sweep", "map.toml", "-o", "map.nc", "--keep", "amplitude").exit_code == 0
+    done = dforce("run", "map.nc")
+    assert done.exit_code == 2
+    assert "dforce sweep repeats" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["figure-3-air", "-o", "x.nc"], "does not say what to vary"),
+        (["map.toml", "-o", "x.txt"], "a file ending in"),
+        (["map.toml", "-o", "x.nc", "--workers", "0"], "--workers is '0'"),
+        (["map.toml", "-o", "x.nc", "--at-set-point", "high"], "not a number"),
+        (["map.toml", "-o", "x.nc", "--keep", "amplitud"], "did you mean 'amplitude'"),
+        (["map.toml", "-o", "x.nc", "--resume"], "there is no file 'x.nc'"),
+        (["map.toml"], "missing option"),
+    ],
+)
+def test_a_mistake_is_one_sentence(words, sentence):
+    done = dforce("sweep", *words)
+    assert done.exit_code == 2
+    assert sentence in done.stderr
+    assert done.stderr.count("\n") == 1

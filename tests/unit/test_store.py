@@ -1,0 +1,241 @@
+"""A sweep in a store: the same numbers as in memory, whole blocks only, and going on after anything."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dforce as df
+from dforce import stores
+from dforce.sweeps import _hands
+from dforce.sweeps._map import Map
+
+pytest.importorskip("zarr")
+
+OVER = {
+    "sample.youngs_modulus": {"start": "0.3 GPa", "stop": "3 GPa", "points": 5, "spacing": "log"},
+    "drive.A0": [6e-9, 8e-9, 15e-9],
+}
+
+
+def case(**changes: object) -> df.Case:
+    values = {
+        "cantilever": df.Cantilever(f0="50 kHz", k=1.0, Q=100.0),
+        "drive": df.Drive(A0="8 nm"),
+        "tip": df.Tip(radius="5 nm"),
+        "sample": df.Sample(youngs_modulus="1 GPa"),
+        "forces": [df.forces.DMT(hamaker="3e-20 J")],
+        "experiment": df.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 9}, direction="both"),
+    }
+    return df.Case(**values | changes)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Path:
+    return tmp_path / "map.zarr"
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut every map into blocks of two cases."""
+    monkeypatch.setattr("dforce.sweeps._map.MOST_POINTS", 36)
+
+
+def same(store: xr.Dataset, memory: xr.Dataset) -> None:
+    """Assert that a store holds the numbers of a result in memory, bit for bit; it has more room for jumps."""
+    loaded = store.load()
+    assert set(loaded.variables) == set(memory.variables)
+    for name, one in memory.variables.items():
+        other = loaded.variables[name]
+        assert other.dims == one.dims
+        for dim in set(one.dims) & {"jump", "crossing"}:
+            other = other.isel({dim: slice(one.sizes[dim])})
+        np.testing.assert_array_equal(other.values.astype(one.dtype), one.values, err_msg=str(name))
+        assert other.attrs.keys() == one.attrs.keys()
+    # advice on states at a set point is given where their curves are at hand
+    apart = {"date"} | ({"advice", "advice_pieces"} if "set_point" in memory.attrs else set())
+    one, other = ({key: value for key, value in data.attrs.items() if key not in apart} for data in (store, memory))
+    assert one == other
+
+
+@pytest.mark.usefixtures("small")
+def test_a_store_holds_the_numbers_of_a_result_in_memory(store):
+    memory = df.sweep(case(), OVER)
+    assert "jump_zc" in memory
+    same(df.sweep(case(), OVER, store=store), memory)
+    assert next(iter(df.read(store).data_vars)) == next(iter(memory.data_vars))
+    assert df.load_case(store) == case()
+    assert not list(store.parent.glob("*.lock"))
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {"over": OVER, "quantities": ["amplitude", "phase"]},
+        {"over": OVER, "at_set_point": 0.8},
+        {"rows": {"drive.A0": [6e-9, 8e-9, 9e-9], "tip.radius": [5e-9, 6e-9, 7e-9]}},
+        {"over": {"solver.method": ["periodic", "transient"], "drive.A0": [6e-9, 7e-9, 8e-9]}},
+    ],
+    ids=["some quantities", "states at a set point", "rows", "a choice"],
+)
+def test_every_kind_of_sweep_fits_into_a_store(store, kind):
+    small = case(experiment=df.Approach(zc={"start": "12 nm", "stop": "6 nm", "points": 9}))
+    same(df.sweep(small, store=store, **kind), df.sweep(small, **kind))
+
+
+def test_a_dwell_over_distances_fits_into_a_store(store):
+    over = {"experiment.zc": [5e-9, 6e-9, 7e-9], "drive.A0": [8e-9, 9e-9]}
+    dwell = case(experiment=df.Dwell(zc="7 nm"))
+    same(df.sweep(dwell, over, store=store), df.sweep(dwell, over))
+
+
+@pytest.mark.usefixtures("small")
+def test_a_store_that_was_stopped_goes_on(store):
+    def stop(done: int, total: int, note: str) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    part = df.sweep(case(), OVER, store=store, workers=1, progress=stop)
+    assert part.attrs["interrupted"] == 1
+    assert (part.status == df.Status.NOT_COMPUTED).any()
+    with pytest.raises(df.ResultError, match="is there already; go on with it"):
+        df.sweep(case(), OVER, store=store)
+    for other in (case(), OVER | {"drive.A0": [6e-9, 8e-9, 14e-9]}), (case().replace("cantilever.k", 2.0), OVER):
+        with pytest.raises(df.ParameterError, match="so it cannot be continued"):
+            df.sweep(*other, store=store, resume=True)
+    with pytest.raises(df.ParameterError, match="so it cannot be continued"):
+        df.sweep(case(), OVER, store=store, resume=True, at_set_point=0.8)
+    same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
+    with pytest.raises(df.ParameterError, match="complete; there is nothing to continue"):
+        df.sweep(case(), OVER, store=store, resume=True)
+
+
+@pytest.mark.usefixtures("small")
+def test_only_one_run_writes_a_store(store):
+    with stores.Writer(store), pytest.raises(df.ResultError, match="is open in another run"):
+        df.sweep(case(), OVER, store=store)
+
+
+KILLED = """
+import os, signal, sys
+import dforce as df
+import dforce.sweeps._map
+from dforce.stores import Writer
+
+dforce.sweeps._map.MOST_POINTS = 36
+path, blocks, keep, seen = sys.argv[1], int(sys.argv[2]), Writer._keep, set()
+
+def kept(writer, name, place):
+    keep(writer, name, place)
+    seen.add(str(place))
+    if len(seen) > blocks:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+Writer._keep = kept
+df.sweep(df.Case.from_toml(sys.stdin.read()), store=path, workers=1)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
+@pytest.mark.usefixtures("small")
+def test_a_store_goes_on_after_its_writer_was_killed_inside_a_block(store):
+    swept = case(sweep={"over": OVER})
+    for blocks in (0, 3):
+        shutil.rmtree(store, ignore_errors=True)
+        arguments = [sys.executable, "-c", KILLED, str(store), str(blocks)]
+        killed = subprocess.run(arguments, input=swept.to_toml(), text=True, check=False)
+        assert killed.returncode == -signal.SIGKILL
+        done = df.read(store)
+        assert (
+            int((done.status != df.Status.NOT_COMPUTED).sum()) == {0: 0, 3: 90}[blocks]
+        )  # there and back, of two, one and two cases
+        same(df.sweep(swept, store=store, resume=True), df.sweep(swept))
+
+
+@pytest.mark.usefixtures("small")
+def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
+    put, left = stores.Writer._fitted, [40]
+
+    def full(*arguments: Any) -> Any:
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(28, "No space left on device")
+        return put(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(stores.Writer, "_fitted", full)
+        with pytest.raises(df.ResultError, match="no space left on device; the blocks that are done are kept"):
+            df.sweep(case(), OVER, store=store)
+    assert (df.read(store).status == df.Status.OK).any()
+    same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
+
+
+@pytest.mark.usefixtures("small")
+def test_a_block_that_fails_twice_is_left_out_with_its_sentence(store, monkeypatch):
+    solve, tries = _hands.Kept.arrays, []
+
+    def failing(kept: Any, one: Any, axes: Any, crew: Any) -> Any:
+        if axes[0].values[0] == pytest.approx(3e9):
+            tries.append(axes[1].values)
+            raise ZeroDivisionError("nothing to divide by")
+        return solve(kept, one, axes, crew)
+
+    monkeypatch.setattr(_hands.Kept, "arrays", failing)
+    result = df.sweep(case(), OVER, store=store)
+    broken = (result.status == df.Status.BROKEN).all(("zc", "direction"))
+    assert broken.values.tolist() == [[False] * 3] * 4 + [[True] * 3]
+    assert len(tries) == 4  # two blocks, twice each
+    assert sorted(result.attrs["notes"].splitlines())[0] == (
+        "no result for youngs_modulus 5 to 5, A0 1 to 2: ZeroDivisionError: nothing to divide by"
+    )
+    assert np.isnan(result.amplitude.values[4]).all()
+
+
+def test_a_store_that_is_none_is_one_sentence(tmp_path):
+    (tmp_path / "empty.zarr").mkdir()
+    for path, sentence in (
+        ("no.zarr", "there is no store"),
+        ("empty.zarr", "cannot be read as a store|was not written by dForce"),
+    ):
+        with pytest.raises(df.ResultError, match=sentence):
+            df.read(tmp_path / path)
+    for settings, sentence in (
+        ({"store": tmp_path / "map.nc"}, "does not end in '.zarr'"),
+        ({"store": tmp_path / "no" / "map.zarr"}, "there is no folder"),
+        ({"store": tmp_path / "no.zarr", "resume": True}, "to go on with"),
+    ):
+        with pytest.raises(df.ResultError, match=sentence):
+            df.sweep(case(), OVER, **settings)
+    with pytest.raises(df.ParameterError, match="give the store as well"):
+        df.sweep(case(), OVER, client="tcp://127.0.0.1:1")
+
+
+def test_blocks_are_known_one_by_one_however_many_there_are():
+    blocks = stores.Blocks({"a": 10**6, "b": 10**6}, {"a": 1, "b": 100})
+    start = time.monotonic()
+    places = blocks.places()
+    assert next(places) == {"a": slice(0, 1), "b": slice(0, 100)}
+    assert blocks.count == 10**10
+    assert time.monotonic() - start < 1.0
+
+
+def test_a_block_has_some_seconds_of_work(store):
+    from dforce.sweeps._axes import make_axes
+    from dforce.sweeps._result import Layout
+
+    over = {"tip.radius": np.linspace(4e-9, 6e-9, 40), "drive.A0": np.linspace(6e-9, 9e-9, 50)}
+    layout = Layout(case(), make_axes(case(), over))
+    lengths = {
+        seconds: Map(case(), layout, None, None, store)._blocks(seconds).block for seconds in (1e-3, 0.04, 100.0)
+    }
+    assert lengths == {1e-3: {"radius": 40, "A0": 50}, 0.04: {"radius": 2, "A0": 50}, 100.0: {"radius": 1, "A0": 1}}

@@ -1,0 +1,135 @@
+"""The table `[sweep]` of a case, rows of cases, and states at a set point."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dforce as df
+
+CURVE = df.Approach(zc={"start": "12 nm", "stop": "4 nm", "points": 9})
+MODULI = {"start": "0.5 GPa", "stop": "2 GPa", "points": 3, "spacing": "log"}
+OVER = {"sample.youngs_modulus": MODULI, "drive.A0": ["6 nm", "8 nm"]}
+
+
+def case(**changes: object) -> df.Case:
+    values = {
+        "cantilever": df.Cantilever(f0="50 kHz", k=1.0, Q=100.0),
+        "drive": df.Drive(A0="8 nm"),
+        "tip": df.Tip(radius="5 nm"),
+        "sample": df.Sample(youngs_modulus="1 GPa"),
+        "forces": [df.forces.DMT(hamaker="3e-20 J")],
+        "experiment": CURVE,
+    }
+    return df.Case(**values | changes)
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    """Assert that two results differ in date and case at most."""
+    without = ("date", "case")
+    one, other = (d.assign_attrs({key: "" for key in without}) for d in (one, other))
+    xr.testing.assert_identical(one, other)
+
+
+def test_a_table_is_text_script_and_object_without_loss():
+    swept = case(sweep={"over": OVER})
+    assert df.Case.from_toml(swept.to_toml()) == df.Case.from_toml(swept.to_toml(complete=True)) == swept
+    names = {}
+    exec(swept.to_python().split("\nresult")[0], names)
+    assert names["case"] == swept
+    assert "df.sweep(case" in swept.to_python()
+
+
+def test_a_table_is_the_same_as_its_values_in_python():
+    values = {"sample.youngs_modulus": np.geomspace(0.5e9, 2e9, 3), "drive.A0": [6e-9, 8e-9]}
+    same(df.sweep(case(sweep={"over": OVER})), df.sweep(case(), over=values))
+
+
+def test_one_case_of_a_sweep_is_a_case_of_its_own():
+    one = df.sweep(case(sweep={"over": OVER})).isel(youngs_modulus=1, A0=1, zc=4)
+    assert float(df.motion_at(one).amplitude[0]) == pytest.approx(float(one.amplitude[0]), rel=1e-8)
+
+
+def test_rows_are_cases_one_by_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "# three samples\nsample.youngs_modulus,drive.A0\n1e9,6 nm\n0.5 GPa,7 nm\n2e9,8e-9\n"
+    (tmp_path / "cases.csv").write_text(text)
+    rows = df.sweep(case(sweep={"rows": "cases.csv"}))
+    assert rows.amplitude.dims == ("case", "zc", "tone")
+    assert rows.A0.dims == ("case",)
+    grid = df.sweep(case(), over={"sample.youngs_modulus": [1e9, 0.5e9, 2e9], "drive.A0": [6e-9, 7e-9, 8e-9]})
+    for i in range(3):
+        np.testing.assert_array_equal(rows.amplitude[i], grid.amplitude[i, i])
+    dwells = df.sweep(
+        case(experiment=df.Dwell(zc="7 nm")),
+        rows={"experiment.zc": ["6 nm", "7 nm"], "sample.youngs_modulus": [1e9, 2e9]},
+    )
+    assert dwells.zc.dims == ("case",)
+    alone = df.dwell(case().replace("sample.youngs_modulus", 2e9), zc="7 nm")
+    assert float(dwells.amplitude[1, 0]) == pytest.approx(float(alone.amplitude[0]), rel=1e-6)
+
+
+def test_states_at_a_set_point_are_those_of_the_whole_curves():
+    curves = df.sweep(case(), over=OVER)
+    states = df.sweep(case(), over=OVER, quantities=["peak_force"], at_set_point=0.8)
+    wanted = df.at_set_point(curves, 0.8, ["peak_force"])
+    np.testing.assert_array_equal(states.peak_force, wanted.peak_force)
+    assert states.attrs["set_point"] == 0.8
+    assert states.status.dims == ("youngs_modulus", "A0")
+    of_rows = df.sweep(case(), rows={"drive.A0": [6e-9, 8e-9]}, at_set_point=0.8)
+    assert of_rows.A0.dims == ("case",)
+
+
+@pytest.mark.parametrize(
+    ("sweep", "sentence"),
+    [
+        ({}, "sweep has neither over nor rows"),
+        ({"over": OVER, "rows": "a.csv"}, "sweep has both over and rows"),
+        ({"over": {"drive.A": ["1 nm"]}}, "did you mean 'drive.A0'"),
+        ({"over": {"drive.A0": "1 nm"}}, "sweep.over.drive.A0 = 1 nm is neither a list of values nor a range"),
+        ({"over": {"drive.A0": {"start": 1e-9, "stop": 2e-9, "points": 10**9}}}, "points = 1000000000 is above"),
+        ({"over": {"drive.A0": {"start": 1e-9, "stop": 2e-9, "point": 3}}}, "did you mean 'points'"),
+    ],
+)
+def test_a_mistake_in_a_table_is_one_sentence(sweep, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        case(sweep=sweep)
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"over": {"cantilever.Q": [50.0], "cantilever.modes.1.Q": [60.0]}}, "one parameter; give its values once"),
+        ({"over": {"forces.1.hamaker": [0.0], "forces.dmt.hamaker": [1e-20]}}, "one parameter; give its values once"),
+        (
+            {"over": {"drive.A0": {"start": "1 nm", "stop": "-1 nm", "points": 3, "spacing": "log"}}},
+            "use linear spacing",
+        ),
+        ({"over": {"solver.method": {"start": 1, "stop": 2, "points": 3}}}, "no plain number, so it has no range"),
+        ({"rows": {"solver.method": ["periodic"]}}, "cannot differ from row to row"),
+        ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "a row needs one of each"),
+        ({"over": {"drive.A0": [1e-9]}, "rows": {"drive.A0": [1e-9]}}, "over and rows are both given"),
+        ({"over": {"drive.A0": [1e-9]}, "at_set_point": 0.0}, "is not above 0"),
+    ],
+)
+def test_a_mistake_in_values_is_one_sentence(values, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.sweep(case(), **values)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("drive.A0\n", "holds no case"),
+        ("drive.A0,tip.radius\n1e-9\n", "case 1 of .* has 1 values"),
+        ("drive.A0,drive.A0\n1e-9,2e-9\n", "names drive.A0 twice"),
+        (None, "cannot be read"),
+    ],
+)
+def test_a_mistake_in_a_file_of_rows_is_one_sentence(text, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if text is not None:
+        (tmp_path / "cases.csv").write_text(text)
+    with pytest.raises(df.CaseError, match=sentence):
+        df.sweep(case(sweep={"rows": "cases.csv"}))
