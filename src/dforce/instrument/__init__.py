@@ -1,0 +1,22 @@
+"""The instrument: cantilever, drive, tip, sample, contact and medium, as a user describes them."""
+
+from dforce.instrument.drive import Drive, Tone, ToneNumbers
+from dforce.instrument.lever import Beam, Cantilever, Mode, ModeNumbers
+from dforce.instrument.medium import Medium
+from dforce.instrument.sample import Contact, Sample, effective_modulus
+from dforce.instrument.tip import Tip
+
+__all__ = [
+    "Beam",
+    "Cantilever",
+    "Contact",
+    "Drive",
+    "Medium",
+    "Mode",
+    "ModeNumbers",
+    "Sample",
+    "Tip",
+    "Tone",
+    "ToneNumbers",
+    "effective_modulus",
+]

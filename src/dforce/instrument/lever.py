@@ -1,0 +1,161 @@
+"""The lever: modes as they were measured, or a rectangular beam."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import pydantic
+
+from dforce import beam
+from dforce.errors import ParameterError
+from dforce.instrument.medium import Medium
+from dforce.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
+
+MOST_MODES = 10
+
+
+@dataclass(frozen=True)
+class ModeNumbers:
+    """One mode: resonance frequency `f0` (Hz), spring constant `k` (N/m) and quality factor `Q`."""
+
+    f0: float
+    k: float
+    Q: float
+
+
+class Mode(Parameters):
+    """One eigenmode of the cantilever, a point mass m = k / (2 pi f0)^2 on a spring with viscous damping."""
+
+    f0: Number = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
+    k: Number = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
+    # at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
+    Q: Number = param(
+        unit="1",
+        symbol="Q",
+        above=0.5,
+        high=1e9,
+        doc="quality factor; above 0.5, so that the mode oscillates",
+    )
+
+
+class Beam(Parameters):
+    """A rectangular cantilever by material and size; its modes follow from Euler–Bernoulli theory.
+
+    In a fluid, frequencies and quality factors follow from Sader's hydrodynamic function
+    (:func:`dforce.beam.fluid_mode`). Valid for length far above width far above thickness.
+    """
+
+    title_of: ClassVar[str] = "cantilever.beam"
+    # silicon along <110>: M. A. Hopcroft, W. D. Nix, T. W. Kenny, J. Microelectromech. Syst. 19, 229 (2010)
+    example: ClassVar[Mapping[str, Any]] = {
+        "youngs_modulus": "169 GPa", "density": "2330 kg/m^3", "length": "225 um", "width": "30 um", "thickness": "3 um",
+    }  # fmt: skip
+
+    youngs_modulus: Number = param(
+        unit="Pa", symbol="E", above="0 GPa", high="10 TPa", doc="Young's modulus of the beam"
+    )
+    density: Number = param(unit="kg/m^3", symbol=r"\rho_c", above=0.0, high=1e5, doc="density of the beam")
+    length: Number = param(unit="m", symbol="L", above="0 um", high="0.1 m", doc="length of the beam")
+    width: Number = param(unit="m", symbol="b", above="0 um", high="0.1 m", doc="width of the beam")
+    thickness: Number = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
+    modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
+    Q: Numbers = param(
+        (), unit="1", symbol="Q", above=0.5, high=1e9,
+        doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
+    )  # fmt: skip
+
+    @pydantic.field_validator("Q", mode="before")
+    @classmethod
+    def _one_or_many(cls, given: Any) -> Any:
+        return given if isinstance(given, list | tuple) else (given,)
+
+    @pydantic.model_validator(mode="after")
+    def _a_Q_for_each(self) -> Self:
+        if self.Q and len(self.Q) != self.modes:
+            raise ParameterError(
+                f"cantilever.beam.Q has {len(self.Q)} values for {self.modes} modes; give one for each"
+            )
+        return self
+
+    def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
+        """Return the modes in a medium; in a fluid f0 is by Sader's theory, and so is Q unless it is given.
+
+        Raises
+        ------
+        ParameterError
+            When Q is not given and the medium does not tell it.
+        """
+        return tuple(self._mode(n, medium) for n in range(1, self.modes + 1))
+
+    def _mode(self, n: int, medium: Medium) -> ModeNumbers:
+        free = beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
+        f0, Q = free.frequency, self.Q[n - 1] if self.Q else math.nan
+        if medium.density and medium.viscosity:
+            wet = beam.fluid_mode(
+                free.frequency, self.density, self.width, self.thickness, medium.density, medium.viscosity
+            )
+            f0, Q = wet.frequency, self.Q[n - 1] if self.Q else wet.Q
+        elif not self.Q:
+            why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
+            raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
+        if Q <= 0.5:
+            raise ParameterError(f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5")
+        return ModeNumbers(f0, free.stiffness, Q)
+
+
+class Cantilever(Parameters):
+    """The cantilever: one mode by `f0`, `k` and `Q`, several by `modes`, or a rectangular `beam`."""
+
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "one mode": ("f0", "k", "Q"), "several modes": ("modes",), "a beam": ("beam",),
+    }  # fmt: skip
+
+    f0: MaybeNumber = param(
+        None,
+        unit="Hz",
+        symbol="f_0",
+        above="0 Hz",
+        high="10 GHz",
+        doc="resonance frequency; of several modes each has its own",
+    )
+    k: MaybeNumber = param(
+        None,
+        unit="N/m",
+        symbol="k",
+        above="0 N/m",
+        high="1e8 N/m",
+        doc="spring constant; of several modes each has its own",
+    )
+    Q: MaybeNumber = param(
+        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
+    )
+    modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
+    beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
+
+    @pydantic.model_validator(mode="after")
+    def _one_description(self) -> Self:
+        given = [name for name in ("f0", "k", "Q") if getattr(self, name) is not None]
+        ways = [
+            *(["f0, k, Q"] if given else []),
+            *(["modes"] if self.modes else []),
+            *(["beam"] if self.beam else []),
+        ]
+        if len(ways) > 1:
+            raise ParameterError(f"cantilever has both {ways[0]} and {ways[1]}; give only one of them")
+        if not ways:
+            raise ParameterError("cantilever is empty; give f0, k and Q, or a list of modes, or a beam")
+        if given:
+            for name in ("f0", "k", "Q"):
+                self.needed(name)
+        return self
+
+    def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
+        """Return the modes as they are in the medium; given modes are taken as measured there."""
+        if self.beam is not None:
+            return self.beam.resolve(medium)
+        if self.modes:
+            return tuple(ModeNumbers(mode.f0, mode.k, mode.Q) for mode in self.modes)
+        return (ModeNumbers(self.needed("f0"), self.needed("k"), self.needed("Q")),)
