@@ -100,9 +100,9 @@ class Problem:
         )
 
     @functools.cached_property
-    def drive(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Amplitude (N) of the force of each tone on each mode, shape (tones, modes)."""
-        force = np.array([[tone.force] * len(self.modes) for tone in self.tones])
+    def drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        """Complex amplitude (N) of the force of each tone on each mode against the tone's phase, shape (tones, modes)."""
+        force = np.array([[tone.force] * len(self.modes) for tone in self.tones], dtype=complex)
         if self.acts_on == "own_mode":
             force *= [[float(n == tone.mode) for n in range(len(self.modes))] for tone in self.tones]
         force.flags.writeable = False

@@ -13,7 +13,7 @@ import numpy as np
 from dforce import notices
 from dforce.forces import Force
 from dforce.kernel import store
-from dforce.kernel.compose import OTHERS, compose, compose_solvers, native_types
+from dforce.kernel.compose import FIRST_DRIVE, OTHERS, compose, compose_solvers, native_types
 from dforce.problem import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -52,15 +52,25 @@ def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
 
 
 def tone_table(problem: Problem) -> Array:
-    """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode."""
-    scale = scales(problem)
-    table = np.empty((len(problem.tones), 2 + len(problem.modes)))
+    """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode.
+
+    The drive of a mode is a complex amplitude: all real parts come first, then all imaginary parts.
+    """
+    scale, modes = scales(problem), len(problem.modes)
+    table = np.empty((len(problem.tones), FIRST_DRIVE + 2 * modes))
     for j, tone in enumerate(problem.tones):
-        table[j, :2] = TWO_PI * tone.frequency / scale.omega, tone.phase
+        table[j, :FIRST_DRIVE] = TWO_PI * tone.frequency / scale.omega, tone.phase
         for n, mode in enumerate(problem.modes):
             ratio = TWO_PI * mode.f0 / scale.omega
-            table[j, 2 + n] = ratio**2 * problem.drive[j, n] / (mode.k * scale.length)
+            drive = ratio**2 * problem.drive[j, n] / (mode.k * scale.length)
+            table[j, FIRST_DRIVE + n], table[j, FIRST_DRIVE + modes + n] = drive.real, drive.imag
     return table
+
+
+def drive_of(tones: Array, modes: int) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    """Return the complex drive that tone tables (..., tones, columns) hold, (..., tones, modes)."""
+    parts = tones[..., FIRST_DRIVE : FIRST_DRIVE + 2 * modes]
+    return np.asarray(parts[..., :modes] + 1j * parts[..., modes:])
 
 
 def kink_distances(problem: Problem) -> Array:

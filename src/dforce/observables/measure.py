@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce.kernel.compose import FIRST_DRIVE
 from dforce.kernel.link import by_address, inlined, reordered
 from dforce.kernel.slots import distance, evolve, latch_count, memory_size, mode_count, motion, motion_of, rate_of, row
 from dforce.observables.cuts import (
@@ -201,10 +202,12 @@ def accelerations(
     for i in range(d.shape[0]):
         a[i] = rate_of(motion(nothing, f[i], motion_of(block, i), p), p) * p[3]
     for j in range(tones.shape[0]):
-        push = 0.0
+        real, imaginary = 0.0, 0.0
         for n in range(mode_count()):
-            push += tones[j, 2 + n] * p[2] * p[3]
-        with_cosine, with_sine = push * math.cos(bases[j]), push * math.sin(bases[j])
+            real += tones[j, FIRST_DRIVE + n] * p[2] * p[3]
+            imaginary += tones[j, FIRST_DRIVE + mode_count() + n] * p[2] * p[3]
+        c, s = math.cos(bases[j]), math.sin(bases[j])
+        with_cosine, with_sine = real * c - imaginary * s, real * s + imaginary * c
         for i in range(d.shape[0]):
             a[i] += cosine[j, i] * with_cosine - sine[j, i] * with_sine
     for i in range(d.shape[0] - 1):

@@ -43,7 +43,7 @@ def misfit(problem: Problem, values: Mapping[str, Any]) -> Array:
 def misfit_each(example: Problem, values: Mapping[str, Any], numbers: Array, tones: Array) -> Array:
     """Return the same for points of different problems with as many modes and tones as an example.
 
-    `numbers` are the kernel's parameters (points, parameters), `tones` its tone tables (points, tones, 2 + modes).
+    `numbers` are the kernel's parameters (points, parameters), `tones` its tone tables (points, tones, columns).
     """
     c = values["mode_amplitude"] * np.exp(-1j * np.radians(values["mode_phase"]))
     work = 2.0 * values["virial"] - 1j * values["dissipated_energy"] / np.pi
@@ -72,8 +72,9 @@ def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numb
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
     square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
     driver = [driving_tone(example, n) for n in range(count)]
-    omega, drive = tones[:, driver, 0], tones[:, driver, 2 + np.arange(count)]
-    largest = np.abs(tones[:, :, 2:] / gain[:, None, :]).max(axis=(1, 2))  # of the driving forces (N)
+    drives = kernel.drive_of(tones, count)
+    omega, drive = tones[:, driver, 0], drives[:, driver, np.arange(count)]
+    largest = np.abs(drives / gain[:, None, :]).max(axis=(1, 2))  # of the driving forces (N)
     left = (square - omega**2 + 1j * damping * omega) * c / length - drive - gain * f
     of_modes = np.abs(left) / np.where(drive != 0.0, np.abs(drive), gain * largest[:, None])
     compliance = (gain / square).sum(axis=1) * length[:, 0]

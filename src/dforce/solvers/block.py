@@ -12,7 +12,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.kernel import Array
-from dforce.kernel.compose import FIRST_MODE, OMEGA, PER_MODE, SPEED
+from dforce.kernel.compose import FIRST_DRIVE, FIRST_MODE, OMEGA, PER_MODE, SPEED
 from dforce.observables import measure
 from dforce.observables.lockin import turns_of
 from dforce.observables.window import common_period
@@ -184,8 +184,10 @@ class Block:
         turns = np.arange(periods)[:, None] * tones[:, 0]
         phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
         angles = math.pi / self.points * np.arange(2 * self.points + 1) * tones[:, :1]
+        angles = phases[:, :, None] + angles
+        waves = np.stack([np.cos(angles), -np.sin(angles)], axis=2).reshape(periods, 2 * len(tones), -1)
         turns = turns_of(tones[:, 0], self.points, self.harmonics)
-        return Drive(phases, np.cos(phases[:, :, None] + angles), turns, self.points, periods)
+        return Drive(phases, waves, turns, self.points, periods)
 
     def periods(self, values: Array) -> Array:
         """Return the period of the first tone (s) of each problem at its values of the parameter, (problems, values)."""
@@ -201,7 +203,7 @@ class Block:
             for n in range(self.size // 2):
                 first = FIRST_MODE + PER_MODE * n
                 numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
-            tones[:, :, 2:] /= ratio[:, :, None] ** 2
+            tones[:, :, FIRST_DRIVE:] /= ratio[:, :, None] ** 2
         return numbers, tones
 
     def scales_of(self, which: Any, values: Array) -> Array:

@@ -39,7 +39,7 @@ class Lot:
     numbers
         The kernel's parameters, with 0 in the place of zc, shape (problems, parameters).
     tones
-        The kernel's tone tables, shape (problems, tones, 2 + modes).
+        The kernel's tone tables, shape (problems, tones, columns).
     kinks, jumps
         Distances (m) at which the forces are not smooth, and not continuous, shape (problems, kinks).
     """
@@ -108,7 +108,7 @@ class Lot:
     def free(self) -> Array:
         """Return the scaled motions without tip–sample forces at the start of a period."""
         modes = self._modes()
-        drive = self.tones[:, 0, 2:] * np.exp(1j * self.tones[:, :1, 1])
+        drive = kernel.drive_of(self.tones[:, 0], modes.shape[1]) * np.exp(1j * self.tones[:, :1, 1])
         motion = drive / (modes[:, :, 0] - 1.0 + 1j * modes[:, :, 1])
         return np.stack([motion.real, -motion.imag], axis=2).reshape(len(self), -1)
 

@@ -42,8 +42,7 @@ def equation(problem: Problem, zc: float) -> TipEquation | None:
     if law is None or regions is None:
         return None
     drives = [
-        (tone.frequency, list(map(float, row)), tone.phase)
-        for tone, row in zip(problem.tones, problem.drive, strict=True)
+        (tone.frequency, row.real.tolist(), tone.phase) for tone, row in zip(problem.tones, problem.drive, strict=True)
     ]
     modes = [(mode.f0, mode.k, mode.Q) for mode in problem.modes]
     return TipEquation(modes, drives, zc, law, regions, length=problem.tones[0].A0)

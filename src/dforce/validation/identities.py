@@ -66,7 +66,7 @@ def closures(problem: Problem, values: Mapping[str, Any], mean_squares: Any) -> 
     virials, energies, works = [], [], []
     for n, mode in enumerate(problem.modes):
         j = driving_tone(problem, n)
-        r, push = problem.tones[j].frequency / mode.f0, float(problem.drive[j, n])
+        r, push = problem.tones[j].frequency / mode.f0, abs(problem.drive[j, n])
         a, lag = float(values["mode_amplitude"][n]), math.radians(float(values["mode_phase"][n]))
         virial = 0.5 * mode.k * a * ((1.0 - r * r) * a - push / mode.k * math.cos(lag))
         energy = math.pi * push * a * math.sin(lag) - math.pi * mode.k * r * a * a / mode.Q
