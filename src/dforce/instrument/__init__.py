@@ -1,5 +1,6 @@
 """The instrument: cantilever, drive, tip, sample, contact and medium, as a user describes them."""
 
+from dforce.instrument.base import BaseMotion, Piezo
 from dforce.instrument.drive import Drive, Tone, ToneNumbers
 from dforce.instrument.lever import Beam, Cantilever, Mode, ModeNumbers
 from dforce.instrument.medium import Medium
@@ -7,6 +8,7 @@ from dforce.instrument.sample import Contact, Sample, effective_modulus
 from dforce.instrument.tip import Tip
 
 __all__ = [
+    "BaseMotion",
     "Beam",
     "Cantilever",
     "Contact",
@@ -14,6 +16,7 @@ __all__ = [
     "Medium",
     "Mode",
     "ModeNumbers",
+    "Piezo",
     "Sample",
     "Tip",
     "Tone",

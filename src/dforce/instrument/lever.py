@@ -19,11 +19,23 @@ MOST_MODES = 10
 
 @dataclass(frozen=True)
 class ModeNumbers:
-    """One mode: resonance frequency `f0` (Hz), spring constant `k` (N/m) and quality factor `Q`."""
+    """One mode as it is in its medium.
+
+    Attributes
+    ----------
+    f0, k, Q
+        Resonance frequency (Hz), spring constant (N/m) and quality factor.
+    base_coupling
+        How strongly a base that moves drives it; 1 for a point mass.
+    added_mass
+        Share of the fluid in its mass; None where it is not known.
+    """
 
     f0: float
     k: float
     Q: float
+    base_coupling: float = 1.0
+    added_mass: float | None = None
 
 
 class Mode(Parameters):
@@ -38,6 +50,13 @@ class Mode(Parameters):
         above=0.5,
         high=1e9,
         doc="quality factor; above 0.5, so that the mode oscillates",
+    )
+    base_coupling: MaybeNumber = param(
+        None, unit="1", symbol=r"\chi", low=-10.0, high=10.0,
+        doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
+    )  # fmt: skip
+    added_mass: MaybeNumber = param(
+        None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
     )
 
 
@@ -92,25 +111,25 @@ class Beam(Parameters):
 
     def _mode(self, n: int, medium: Medium) -> ModeNumbers:
         free = beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
-        f0, Q = free.frequency, self.Q[n - 1] if self.Q else math.nan
+        f0, Q, added_mass = free.frequency, self.Q[n - 1] if self.Q else math.nan, 0.0
         if medium.density and medium.viscosity:
             wet = beam.fluid_mode(
                 free.frequency, self.density, self.width, self.thickness, medium.density, medium.viscosity
             )
-            f0, Q = wet.frequency, self.Q[n - 1] if self.Q else wet.Q
+            f0, Q, added_mass = wet.frequency, self.Q[n - 1] if self.Q else wet.Q, wet.added_mass
         elif not self.Q:
             why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
             raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
         if Q <= 0.5:
             raise ParameterError(f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5")
-        return ModeNumbers(f0, free.stiffness, Q)
+        return ModeNumbers(f0, free.stiffness, Q, beam.base_coupling(n), added_mass)
 
 
 class Cantilever(Parameters):
     """The cantilever: one mode by `f0`, `k` and `Q`, several by `modes`, or a rectangular `beam`."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "one mode": ("f0", "k", "Q"), "several modes": ("modes",), "a beam": ("beam",),
+        "one mode": ("f0", "k", "Q", "base_coupling", "added_mass"), "several modes": ("modes",), "a beam": ("beam",),
     }  # fmt: skip
 
     f0: MaybeNumber = param(
@@ -132,12 +151,19 @@ class Cantilever(Parameters):
     Q: MaybeNumber = param(
         None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
     )
+    base_coupling: MaybeNumber = param(
+        None, unit="1", symbol=r"\chi", low=-10.0, high=10.0,
+        doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
+    )  # fmt: skip
+    added_mass: MaybeNumber = param(
+        None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
+    )
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
-        given = [name for name in ("f0", "k", "Q") if getattr(self, name) is not None]
+        given = [name for name in self.ways["one mode"] if getattr(self, name) is not None]
         ways = [
             *(["f0, k, Q"] if given else []),
             *(["modes"] if self.modes else []),
@@ -157,5 +183,11 @@ class Cantilever(Parameters):
         if self.beam is not None:
             return self.beam.resolve(medium)
         if self.modes:
-            return tuple(ModeNumbers(mode.f0, mode.k, mode.Q) for mode in self.modes)
-        return (ModeNumbers(self.needed("f0"), self.needed("k"), self.needed("Q")),)
+            return tuple(_measured(mode, n) for n, mode in enumerate(self.modes, start=1))
+        return (_measured(self, 1),)
+
+
+def _measured(given: Mode | Cantilever, n: int) -> ModeNumbers:
+    """Return a mode that was given by its numbers."""
+    coupling = beam.base_coupling(n) if given.base_coupling is None else given.base_coupling
+    return ModeNumbers(given.needed("f0"), given.needed("k"), given.needed("Q"), coupling, given.added_mass)

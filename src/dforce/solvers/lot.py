@@ -12,7 +12,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.kernel import Array
-from dforce.kernel.compose import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel.compose import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import PHASE_ERROR, ROUND
@@ -78,11 +78,6 @@ class Lot:
         """Periods of the drive (s)."""
         return np.asarray(2.0 * math.pi / self.numbers[:, OMEGA])
 
-    @property
-    def a0(self) -> Array:
-        """Distances (m) where contact begins."""
-        return self.numbers[:, CONTACT]
-
     @functools.cached_property
     def decay(self) -> Indices:
         """Decay times of the slowest mode, in periods of the drive."""
@@ -98,11 +93,12 @@ class Lot:
         raised = ROUND * np.ceil(needs / ROUND).astype(np.int64)
         return np.where(needs <= settings.points_per_period, settings.points_per_period, raised)
 
-    def moving(self, tones: Any, amplitude: Any, phase: Any) -> Array:
-        """Return scaled motions at the start of a period: mode `tones` with an amplitude (m) and phase lag (rad)."""
-        out = np.zeros((len(self), 2 * len(self.example.modes)))
+    def moving(self, mode: int, amplitude: float, phase: float) -> Array:
+        """Return scaled motions at the start of a period: a mode deflects by an amplitude (m) with a phase lag (rad)."""
+        out = kernel.base_in_motion(self.example, self.tones)
         turn = (amplitude / self.length) * np.exp(1j * (self.tones[:, 0, 1] - phase))
-        out[:, 2 * tones], out[:, 2 * tones + 1] = turn.real, -turn.imag
+        out[:, 2 * mode] += turn.real
+        out[:, 2 * mode + 1] -= turn.imag
         return out
 
     def free(self) -> Array:

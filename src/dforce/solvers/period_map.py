@@ -15,6 +15,7 @@ from dforce.kernel.compose import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MO
 from dforce.kernel.slots import from_vector, mode_count, of_case
 from dforce.observables.measure import measure
 from dforce.solvers.lanes import FAR, advance_lanes, padded
+from dforce.solvers.retune import retune
 from dforce.solvers.rk4 import advance
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
@@ -33,6 +34,8 @@ class Model(NamedTuple):
         The kernel's parameters and the distances (m) where a force is not smooth, one column a problem.
     tones
         The kernel's tone tables, (problems, tones, columns).
+    responses
+        What takes the tones to other frequencies, (problems, tones, numbers).
     parameter
         What is varied: DISTANCE (m) or FREQUENCY (Hz) of the first tone.
     unit
@@ -50,6 +53,7 @@ class Model(NamedTuple):
     numbers: Any
     kinks: Any
     tones: Any
+    responses: Any
     parameter: int
     unit: Any
     reference: Any
@@ -114,23 +118,24 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
         numbers[k, j] = model.numbers[k, case]
     for k in range(kinks.shape[0]):
         kinks[k, j] = model.kinks[k, case]
-    square = 1.0
+    ratio = 1.0
     if model.parameter == DISTANCE:
         numbers[ZC, j] = value
     else:  # times are scaled by the first tone's frequency
         ratio = value / model.reference[case]
-        square = ratio * ratio
         numbers[SPEED, j] *= ratio
         numbers[OMEGA, j] *= ratio
         for n in range(mode_count()):
             first = FIRST_MODE + PER_MODE * n
-            numbers[first, j] /= square
+            numbers[first, j] /= ratio * ratio
             numbers[first + 1, j] /= ratio
-            numbers[first + 2, j] /= square
+            numbers[first + 2, j] /= ratio * ratio
     for k in range(tones.shape[1]):
-        tones[j, k, 0], tones[j, k, 1] = model.tones[case, k, 0], model.tones[case, k, 1]
+        for n in range(tones.shape[2]):
+            tones[j, k, n] = model.tones[case, k, n]
+        if model.parameter == FREQUENCY:
+            retune(tones[j, k], model.responses[case, k], mode_count(), ratio)
         for n in range(2 * mode_count()):
-            tones[j, k, FIRST_DRIVE + n] = model.tones[case, k, FIRST_DRIVE + n] / square
             drive[2 * k * mode_count() + n, j] = tones[j, k, FIRST_DRIVE + n]
 
 
