@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from dforce.files import check_target, write_whole
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
-    from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
+    from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.notation import first_sentence, html_symbol, plain_math, unmarked
@@ -90,7 +90,19 @@ _HOMES = {
         "Span",
     ),
     "forces": ("Force",),
-    "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
+    "instrument": (
+        "Beam",
+        "Cantilever",
+        "Contact",
+        "Drive",
+        "Medium",
+        "Mode",
+        "Piezo",
+        "Readout",
+        "Sample",
+        "Tip",
+        "Tone",
+    ),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "notation": ("first_sentence", "html_symbol", "plain_math", "unmarked"),
@@ -148,8 +160,10 @@ __all__ = [
     "ParameterError",
     "Parameters",
     "Picture",
+    "Piezo",
     "ProgressBar",
     "Quantity",
+    "Readout",
     "Report",
     "ResultError",
     "Sample",

@@ -21,6 +21,8 @@ from dforce.instrument import (
     Drive,
     Medium,
     ModeNumbers,
+    Readout,
+    ReadoutNumbers,
     Sample,
     Tip,
     ToneNumbers,
@@ -47,6 +49,8 @@ class Problem:
         The numbers of each mode and tone.
     acts_on
         ``"all_modes"`` or ``"own_mode"``: the modes that a force acts on.
+    readout
+        What the detector reads.
     shaken
         How the base is shaken; None under a force.
     forces
@@ -64,6 +68,7 @@ class Problem:
     forces: tuple[Force, ...]
     places: tuple[int, ...]
     a0: float
+    readout: ReadoutNumbers
     shaken: BaseMotion | None = None
 
     @classmethod
@@ -76,6 +81,7 @@ class Problem:
         contact: Contact | None = None,
         medium: Medium | None = None,
         forces: Iterable[Force] = (),
+        readout: Readout | None = None,
     ) -> Self:
         """Return the problem of an instrument, with every default filled in.
 
@@ -85,10 +91,10 @@ class Problem:
             When a force needs a value that is not given, two forces count one interaction, a tone drives a
             mode that is not there, or a number is too small or large to compute with.
         """
-        tip, sample = tip or Tip(), sample or Sample()
+        tip, sample, readout = tip or Tip(), sample or Sample(), readout or Readout()
         contact, medium = contact or Contact(), medium or Medium()
         modes = cantilever.resolve(medium)
-        tones = drive.resolve(modes)
+        tones = drive.resolve(modes, readout)
         shaken = drive.base()
         _refuse_unknown_fluid(modes, shaken, medium)
         values = instrument_values(modes, tip, sample, contact, medium)
@@ -97,15 +103,24 @@ class Problem:
         _refuse_extremes(modes, tones, values)
         bound = [_bound(force, values) for force in chosen]
         places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
-        return cls(
+        numbers = ReadoutNumbers(tuple(readout.weights(len(modes), tone.mode) for tone in tones), readout.sees_base)
+        problem = cls(
             modes=modes,
             tones=tones,
             acts_on=drive.acts_on,
             forces=tuple(bound[place] for place in places),
             places=tuple(places),
             a0=contact.a0,
+            readout=numbers,
             shaken=shaken,
         )
+        tuned = [tone.frequency == "peak" for tone in drive.tones or (drive,)]
+        free = [readout.phase_reference == "free" or (readout.phase_reference is None and peak) for peak in tuned]
+        if not any(free):
+            return problem
+        lags = [tone.phase - cmath.phase(c) for tone, c in zip(tones, problem.detected_free, strict=True)]
+        turns = tuple(math.pi / 2.0 - lag if one else 0.0 for lag, one in zip(lags, free, strict=True))
+        return dataclasses.replace(problem, readout=dataclasses.replace(numbers, turns=turns))
 
     @functools.cached_property
     def drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
@@ -174,6 +189,20 @@ class Problem:
                 motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) * response
         motion.flags.writeable = False
         return motion
+
+    @functools.cached_property
+    def detected_free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        """Complex amplitude (m) that the detector reads at each tone without tip–sample forces, shape (tones,)."""
+        phases = np.exp(1j * np.array([tone.phase for tone in self.tones]))
+        read = np.asarray((self.free * self.readout.weights).sum(axis=1) + self.readout.base * self.base * phases)
+        read.flags.writeable = False
+        return read
+
+    @property
+    def tip_differs(self) -> bool:
+        """Whether the tip moves otherwise than the detector says."""
+        others = any(weight != 1.0 for weights in self.readout.weights for weight in weights)
+        return others or self.shaken is not None or any(self.readout.turns)
 
     def at_frequency(self, frequency: float, tone: int = 0) -> Self:
         """Return the problem with another frequency (Hz) of a tone (counted from 0), under the same driving force or base.

@@ -32,11 +32,12 @@ def _table(*rows: Observable) -> dict[str, Observable]:
 
 OBSERVABLES = _table(
     Observable("amplitude", "A", "m", "nm", "amplitude",
-               "amplitude of the total deflection at each drive tone (lock-in)", ("tone",)),
+               "amplitude that the detector reads at each drive tone (lock-in): of the total deflection by default",
+               ("tone",)),
     Observable("amplitude_ratio", "A/A_0", "1", "1", "amplitude ratio",
                "amplitude of the first tone as a share of its free amplitude A0: what a feedback holds at the set point"),
     Observable("phase", r"\phi", "degree", "°", "phase lag",
-               "lag of the total deflection behind each drive tone: 90° when free at resonance, above in net attraction",
+               "lag that the detector reads behind each drive tone: 90° when free at resonance, above in net attraction",
                ("tone",)),
     Observable("mode_amplitude", "A_n", "m", "nm", "mode amplitude",
                "amplitude of each mode at the tone that drives it (the first tone where none does)", ("mode",)),

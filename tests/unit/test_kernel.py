@@ -115,7 +115,7 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     block, numbers = np.empty((points + 1, 3, LANES)), lot.numbers.T.copy()
     block[0, :2], numbers[0] = lot.free().T, zc
     end = functions.advance_lanes(
-        block, numbers, lot.tones[:, 0, 2:-2].T.copy(), lot.kinks.T.copy(), lot.tones, np.zeros(1), 0, points,
+        block, numbers, lot.tones[:, 0, 2:-3].T.copy(), lot.kinks.T.copy(), lot.tones, np.zeros(1), 0, points,
         np.array([np.cos(angles), -np.sin(angles)]), np.zeros(LANES, dtype=np.int64), np.zeros(0), np.zeros((9, 1)),
         (*numbers[:OTHERS, 0], numbers[OTHERS:, 0]),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from dforce.case._text import text_of, value_of
 from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force
-from dforce.instrument import Cantilever, Contact, Drive, Medium, Sample, Tip
+from dforce.instrument import Cantilever, Contact, Drive, Medium, Readout, Sample, Tip
 from dforce.parameters import Parameters, Part, Quantity, part
 from dforce.problem import Problem
 from dforce.refusals import refusal
@@ -59,6 +59,7 @@ class Case(Parameters):
     about: Part[About | None] = part(None, description="source of the case, what it shows, what is unsaid")
     cantilever: Part[Cantilever] = pydantic.Field(description="the cantilever: one mode, several, or a beam")
     drive: Part[Drive] = pydantic.Field(description="the drive: one tone or several")
+    readout: Part[Readout] = part(Readout(), description="the read-out: what the detector makes of the motion")
     tip: Part[Tip] = part(Tip(), description="the tip")
     sample: Part[Sample] = part(Sample(), description="the sample")
     contact: Part[Contact] = part(Contact(), description="where contact begins")
@@ -110,7 +111,9 @@ class Case(Parameters):
     @functools.cached_property
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
-        return Problem.build(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces)
+        return Problem.build(
+            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout
+        )
 
     @functools.cached_property
     def folder(self) -> Path | None:

@@ -12,6 +12,7 @@ import pydantic
 from dforce.errors import ParameterError
 from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
 from dforce.instrument.lever import MOST_MODES, ModeNumbers
+from dforce.instrument.readout import Readout
 from dforce.parameters import MaybeNumber, Number, Parameters, Part, param, part
 
 FARTHEST = 1000.0  # free amplitudes: a base that has to move more cannot drive its mode
@@ -38,7 +39,7 @@ class ToneNumbers:
     phase
         Phase at time zero (rad).
     A0
-        Free amplitude of its mode (m).
+        Free amplitude of its mode (m), as the detector reads it.
     mode
         Its mode, counted from 0.
     force
@@ -179,7 +180,7 @@ class Drive(Parameters):
             return None
         return BaseMotion(self.fluid_follows, *((self.piezo.f0, self.piezo.Q) if self.piezo else ()))
 
-    def resolve(self, modes: tuple[ModeNumbers, ...]) -> tuple[ToneNumbers, ...]:
+    def resolve(self, modes: tuple[ModeNumbers, ...], readout: Readout) -> tuple[ToneNumbers, ...]:
         """Return the tones with mode, frequency, force and base filled in.
 
         Raises
@@ -190,28 +191,36 @@ class Drive(Parameters):
         base = self.base()
         if self.tones:
             return tuple(
-                _tone(f"drive.tones.{place}", tone, tone.mode or place, modes, base)
+                _tone(f"drive.tones.{place}", tone, tone.mode or place, modes, base, readout)
                 for place, tone in enumerate(self.tones, start=1)
             )
-        return (_tone("drive", self, self.mode or 1, modes, base),)
+        return (_tone("drive", self, self.mode or 1, modes, base, readout),)
 
 
 def _tone(
-    path: str, given: Tone | Drive, number: int, modes: tuple[ModeNumbers, ...], base: BaseMotion | None
+    path: str,
+    given: Tone | Drive,
+    number: int,
+    modes: tuple[ModeNumbers, ...],
+    base: BaseMotion | None,
+    readout: Readout,
 ) -> ToneNumbers:
     if number > len(modes):
         count = "1 mode" if len(modes) == 1 else f"{len(modes)} modes"
         raise ParameterError(f"{path}.mode = {number}, but the cantilever has only {count}")
     mode = modes[number - 1]
+    seen = readout.weights(len(modes), number - 1)[number - 1]
     if given.frequency == "peak":
         frequency = mode.f0 * peak_ratio(mode, base, f"{path}.frequency")
     else:
         frequency = mode.f0 if given.frequency is None else given.frequency
     if base is None:
         A0 = given.needed("A0")
-        return ToneNumbers(frequency, given.phase, A0, number - 1, drive_force(mode, A0, frequency), given.lag)
-    push = abs(base.force(mode, frequency))  # N per meter of the base
-    response = push / drive_force(mode, 1.0, frequency)
+        force = drive_force(mode, A0 / abs(seen), frequency)
+        return ToneNumbers(frequency, given.phase, A0, number - 1, force, given.lag)
+    push = base.force(mode, frequency)  # N per meter of the base
+    r = frequency / mode.f0
+    response = abs(seen * push / (mode.k * complex((1.0 - r) * (1.0 + r), r / mode.Q)) + readout.sees_base)
     if response * FARTHEST < 1.0:
         raise ParameterError(
             f"{path}: the base cannot drive mode {number} at {frequency:.6g} Hz; it would have to move by more than "
@@ -223,4 +232,4 @@ def _tone(
         A0 = given.needed("A0")
         moved = A0 / response
     static = moved / abs(base.piezo_response(frequency))
-    return ToneNumbers(frequency, given.phase, A0, number - 1, push * moved, given.lag, static)
+    return ToneNumbers(frequency, given.phase, A0, number - 1, abs(push) * moved, given.lag, static)

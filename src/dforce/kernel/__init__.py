@@ -55,10 +55,10 @@ def tone_table(problem: Problem) -> Array:
     """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode.
 
     The drive of a mode, with the base's motion counted to the tone's own, is a complex amplitude: all real parts come first,
-    then all imaginary parts. Real and imaginary part of the base's scaled motion follow.
+    then all imaginary parts. Real and imaginary part of the base's scaled motion follow, and what the detector's phase is more.
     """
     scale, modes = scales(problem), len(problem.modes)
-    table = np.empty((len(problem.tones), FIRST_DRIVE + 2 * modes + 2))
+    table = np.empty((len(problem.tones), FIRST_DRIVE + 2 * modes + 3))
     for j, tone in enumerate(problem.tones):
         table[j, :FIRST_DRIVE] = TWO_PI * tone.frequency / scale.omega, tone.phase
         for n, mode in enumerate(problem.modes):
@@ -66,7 +66,8 @@ def tone_table(problem: Problem) -> Array:
             drive = ratio**2 * problem.tip_drive[j, n] / (mode.k * scale.length)
             table[j, FIRST_DRIVE + n], table[j, FIRST_DRIVE + modes + n] = drive.real, drive.imag
         base = problem.base[j] / scale.length
-        table[j, FIRST_DRIVE + 2 * modes :] = base.real, base.imag
+        turn = problem.readout.turns[j] if problem.readout.turns else 0.0
+        table[j, FIRST_DRIVE + 2 * modes :] = base.real, base.imag, turn
     return table
 
 
@@ -78,7 +79,7 @@ def drive_of(tones: Array, modes: int) -> np.ndarray[Any, np.dtype[np.complex128
 
 def base_of(tones: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """Return the scaled complex motion of the base that tone tables (..., tones, columns) hold, (..., tones)."""
-    return np.asarray(tones[..., -2] + 1j * tones[..., -1])
+    return np.asarray(tones[..., -3] + 1j * tones[..., -2])
 
 
 def base_in_motion(problem: Problem, tones: Array, period: int = 0) -> Array:

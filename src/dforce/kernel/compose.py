@@ -24,7 +24,8 @@ reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"
 entry = njit(**OPTIONS)
 '''
 
-# Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode, and of the base.
+# Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode, and of the base,
+# and what is added to the detector's phase.
 RATIO, PHASE, FIRST_DRIVE = 0, 1, 2
 
 # Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.

@@ -69,9 +69,10 @@ def finish_each(
     tip, base = by_tone[:, :, -1].copy(), kernel.base_of(tables)
     # the base's motion was counted to each tone's own mode
     by_tone[:, range(tones), problem.own_modes] -= base
-    by_tone[:, :, -1] -= base
     of_harmonics[:, :1] -= base[:, :1]
-    total = by_tone[:, :, -1]
+    total = by_tone[:, :, -1] - base
+    if problem.tip_differs:
+        total = detected(problem, by_tone[:, :, :-1], base) * np.exp(-1j * tables[:, :, -1])
     driver = [driving_tone(problem, n) for n in range(modes)]
     of_modes = by_tone[:, driver, range(modes)]
     lengths = length[:, None]
@@ -93,10 +94,10 @@ def finish_each(
             "harmonic_phase": phase_lag(of_harmonics),
         }
     with_base = of_force * base.conj() * lengths
+    if problem.tip_differs:
+        values |= {"tip_amplitude": np.abs(tip) * lengths, "tip_phase": phase_lag(tip)}
     if problem.shaken is not None:
         values |= {
-            "tip_amplitude": np.abs(tip) * lengths,
-            "tip_phase": phase_lag(tip),
             "base_amplitude": np.abs(base) * lengths,
             "base_energy": -np.pi * (tables[:, :, 0] * with_base.imag).sum(axis=1),
         }
@@ -124,9 +125,17 @@ def finish_each(
 
 def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
     """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
-    place = m.FIRST + 2 * len(problem.modes)
-    mean = np.einsum("k,ikc->ic", weights, rows[:, :, place : place + 2])
-    return np.asarray(np.abs((mean[:, 0] + 1j * mean[:, 1]) * scales.length - problem.base[0]))
+    after = m.FIRST + 2 * len(problem.modes)
+    mean = np.einsum("k,ikc->ic", weights, rows[:, :, m.FIRST : after])
+    moves, base = (mean[:, ::2] + 1j * mean[:, 1::2]) * scales.length, problem.base[:1]
+    moves[:, problem.tones[0].mode] -= base
+    return np.asarray(np.abs(detected(problem, moves[:, None], base)[:, 0]))
+
+
+def detected(problem: Problem, moves: Complex, base: Complex) -> Complex:
+    """Return what the detector reads of the modes at tones from the first on, (motions, tones, modes), and of the base."""
+    weights = np.array(problem.readout.weights)[: moves.shape[1]]
+    return np.asarray((moves * weights).sum(axis=2) + problem.readout.base * base)
 
 
 def apparent_energy(problem: Problem, total: Complex, numbers: Array, tables: Array) -> Array:
@@ -143,7 +152,9 @@ def apparent_energy(problem: Problem, total: Complex, numbers: Array, tables: Ar
     count, length = len(problem.modes), numbers[:, LENGTH, None]
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)[:, own]
     square, damping, gain, w = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2], tables[:, :, 0]
-    free = kernel.drive_of(tables, count)[:, each, own] / (square - w * w + 1j * damping * w) - kernel.base_of(tables)
+    base, seen = kernel.base_of(tables), np.array(problem.readout.weights)[each, own]
+    moved = kernel.drive_of(tables, count)[:, each, own] / (square - w * w + 1j * damping * w) - base
+    free = seen * moved + problem.readout.base * base
     lost = np.abs(free) * -total.imag - np.abs(total) ** 2
     # k r / Q = damping w / (gain length), as gain = square / (k length)
     return np.asarray(np.pi * damping * w / gain * length * lost)

@@ -16,7 +16,7 @@ from dforce.errors import ParameterError, shorten
 from dforce.experiments import Dwell
 from dforce.parameters import Quantity
 
-INSTRUMENT = ("cantilever", "drive", "tip", "sample", "contact", "medium", "forces")
+INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
 DISTANCE = "experiment.zc"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
 

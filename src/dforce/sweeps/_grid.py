@@ -63,7 +63,14 @@ class Grid:
             case = with_number(case, axis.path, axis.values[i])
         try:
             return Problem.build(
-                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces
+                case.cantilever,
+                case.drive,
+                case.tip,
+                case.sample,
+                case.contact,
+                case.medium,
+                case.forces,
+                case.readout,
             )
         except DForceError as error:
             where = ", ".join(f"{axis.path} = {axis.values[i]:g}" for axis, i in zip(self.axes, place, strict=True))
@@ -137,12 +144,12 @@ class Grid:
         first = np.stack([np.zeros(len(numbers)), length, length * omega, omega, piece(CONTACT)[:, 0]], axis=1)
         laws, kinks, jumps = ([piece(f"{part} {place}") for place in example.places] for part in FORCE_PARTS)
         count = len(example.modes)
-        table = np.zeros((len(numbers), len(example.tones), FIRST_DRIVE + 2 * count + 2))
-        drive = tones[:, :, 5:].reshape(len(numbers), -1, count, 2)
+        table = np.zeros((len(numbers), len(example.tones), FIRST_DRIVE + 2 * count + 3))
+        drive = tones[:, :, 6:].reshape(len(numbers), -1, count, 2)
         table[:, :, 0], table[:, :, 1] = TWO_PI * tones[:, :, 0] / omega[:, None], tones[:, :, 1]
         scaled = (ratio**2)[:, None, :, None] * drive / (k * length[:, None])[:, None, :, None]
-        table[:, :, FIRST_DRIVE:-2] = np.moveaxis(scaled, 3, 2).reshape(len(numbers), -1, 2 * count)
-        table[:, :, -2:] = tones[:, :, 3:5] / length[:, None, None]
+        table[:, :, FIRST_DRIVE:-3] = np.moveaxis(scaled, 3, 2).reshape(len(numbers), -1, 2 * count)
+        table[:, :, -3:-1], table[:, :, -1] = tones[:, :, 3:5] / length[:, None, None], tones[:, :, 5]
         return Lot(
             example, np.concatenate([first, per_mode.reshape(len(numbers), -1), *laws], axis=1), table,
             _distinct(_joined(kinks, len(numbers))), _joined(jumps, len(numbers)),
@@ -158,16 +165,10 @@ def _piece(problem: Problem, name: str) -> list[float]:
     if name == MODES:
         return [number for mode in problem.modes for number in (mode.f0, mode.k, mode.Q)]
     if name == TONES:
-        rows = []
-        for tone, base, drive in zip(problem.tones, problem.base, problem.tip_drive, strict=True):
-            rows += [
-                tone.frequency,
-                tone.phase,
-                tone.A0,
-                base.real,
-                base.imag,
-                *drive.view(float),
-            ]  # real, imaginary, ...
+        rows, turns = [], problem.readout.turns or (0.0,) * len(problem.tones)
+        for tone, base, turn, drive in zip(problem.tones, problem.base, turns, problem.tip_drive, strict=True):
+            numbers = tone.frequency, tone.phase, tone.A0, base.real, base.imag, turn
+            rows += [*numbers, *drive.view(float)]  # real and imaginary part in turns
         return rows
     if name == CONTACT:
         return [problem.a0]

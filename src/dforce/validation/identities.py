@@ -98,7 +98,7 @@ def _moves(problem: Problem, values: Mapping[str, Any]) -> Any:
     modes of which each tone is meant for one.
     """
     base, tones, modes = problem.base, len(problem.tones), len(problem.modes)
-    names = ("tip_amplitude", "tip_phase") if problem.shaken is not None else ("amplitude", "phase")
+    names = ("tip_amplitude", "tip_phase") if problem.tip_differs else ("amplitude", "phase")
     tip = np.asarray(values[names[0]]) * np.exp(-1j * np.radians(values[names[1]]))
     own = np.asarray(values["mode_amplitude"]) * np.exp(-1j * np.radians(values["mode_phase"]))
     moves = np.zeros((tones, modes), dtype=complex)

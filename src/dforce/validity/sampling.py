@@ -179,7 +179,8 @@ def energy_gained(seen: Evidence) -> Advice | None:
 
 def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
     """Look for amplitudes that the drive cannot keep up against the damping of the mode, whatever a passive sample does."""
-    array, problem = seen.array("amplitude"), seen.problem
+    problem = seen.problem
+    array = seen.array("tip_amplitude" if problem.tip_differs else "amplitude")
     if array is None or len(problem.tones) > 1 or any(force.timed for force in problem.forces):
         return None
     tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
