@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
+    from dforce.library.cantilevers import cantilevers
     from dforce.notation import first_sentence, html_symbol, plain_math, unmarked
     from dforce.notices import listening
     from dforce.parameters import Parameters, Quantity, param, shared
@@ -105,6 +106,7 @@ _HOMES = {
     ),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
+    "library.cantilevers": ("cantilevers",),
     "notation": ("first_sentence", "html_symbol", "plain_math", "unmarked"),
     "notices": ("listening",),
     "parameters": ("Parameters", "Quantity", "param", "shared"),
@@ -180,6 +182,7 @@ __all__ = [
     "basins",
     "benchmark",
     "branches",
+    "cantilevers",
     "case_schema",
     "check_force",
     "check_target",

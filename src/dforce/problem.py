@@ -93,6 +93,8 @@ class Problem:
         """
         tip, sample, readout = tip or Tip(), sample or Sample(), readout or Readout()
         contact, medium = contact or Contact(), medium or Medium()
+        if tip.radius is None and cantilever.tip_radius is not None:
+            tip = tip.model_copy(update={"radius": cantilever.tip_radius})
         modes = cantilever.resolve(medium)
         tones = drive.resolve(modes, readout)
         shaken = drive.base()

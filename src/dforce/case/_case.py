@@ -17,6 +17,7 @@ from dforce.case._python import script_of
 from dforce.case._text import text_of, value_of
 from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
+from dforce.files import beside, folder
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Readout, Sample, Tip
 from dforce.parameters import Parameters, Part, Quantity, part
@@ -118,7 +119,7 @@ class Case(Parameters):
     @functools.cached_property
     def folder(self) -> Path | None:
         """The folder in which its plug-ins were found; None without plug-ins."""
-        return plugin_files.folder() if self.plugins else None
+        return folder() if self.plugins else None
 
     @checked
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
@@ -147,7 +148,7 @@ class Case(Parameters):
 
     def _with(self, assignments: list[tuple[str, Any]], sections: dict[str, Any]) -> Self:
         """Return the case with other values and sections, and with its description as long as that is true of it."""
-        with plugin_files.beside(self.folder):
+        with beside(self.folder):
             new = type(self)(**(changed(self, assignments) | sections))
         given_anew = "about" in {path.partition(".")[0] for path in (*sections, *(path for path, _ in assignments))}
         same = all(getattr(new, name) == getattr(self, name) for name in type(self).model_fields if name not in NAMING)

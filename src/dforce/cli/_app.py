@@ -7,7 +7,21 @@ from typing import Annotated
 import typer
 
 import dforce as df
-from dforce.cli import _help, _terminal, benchmark, cache, check, curve, examples, gui, models, run, schema, validate
+from dforce.cli import (
+    _help,
+    _terminal,
+    benchmark,
+    cache,
+    cantilevers,
+    check,
+    curve,
+    examples,
+    gui,
+    models,
+    run,
+    schema,
+    validate,
+)
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -47,7 +61,7 @@ def options(
 options.__doc__ = HELP
 COMMANDS = (
     run.run, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark, gui.gui,
-    validate.validate, cache.cache,
+    validate.validate, cache.cache, cantilevers.cantilevers,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

@@ -10,11 +10,14 @@ from typing import Any, ClassVar, Self
 import pydantic
 
 from dforce import beam
-from dforce.errors import ParameterError
+from dforce.errors import ParameterError, nearest, shorten
+from dforce.files import folder
 from dforce.instrument.medium import Medium
+from dforce.library.cantilevers import cantilevers, own_cantilevers
 from dforce.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
 
 MOST_MODES = 10
+DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
 
 
 @dataclass(frozen=True)
@@ -129,9 +132,19 @@ class Cantilever(Parameters):
     """The cantilever: one mode by `f0`, `k` and `Q`, several by `modes`, or a rectangular `beam`."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "one mode": ("f0", "k", "Q", "base_coupling", "added_mass"), "several modes": ("modes",), "a beam": ("beam",),
+        "one mode": ("name", "library", "f0", "k", "Q", "tip_radius", "base_coupling", "added_mass"),
+        "several modes": ("modes",), "a beam": ("beam",),
     }  # fmt: skip
 
+    name: str | None = pydantic.Field(
+        default=None,
+        max_length=50,
+        examples=list(cantilevers()),
+        description="a cantilever known by name: its nominal f0, k and tip radius, where they are not given",
+    )
+    library: str | None = pydantic.Field(
+        default=None, max_length=500, description="a CSV file of your own that the name is looked up in"
+    )
     f0: MaybeNumber = param(
         None,
         unit="Hz",
@@ -158,8 +171,41 @@ class Cantilever(Parameters):
     added_mass: MaybeNumber = param(
         None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
     )
+    tip_radius: MaybeNumber = param(
+        None, unit="m", symbol="R", above="0 nm", high="1 mm",
+        doc="radius of the tip of a cantilever known by name; tip.radius comes first",
+    )  # fmt: skip
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _name_alone(cls, data: Any) -> Any:
+        return {"name": data} if isinstance(data, str) else data
+
+    @pydantic.model_validator(mode="after")
+    def _known_values(self) -> Self:
+        if self.name is None:
+            if self.library is not None:
+                raise ParameterError("cantilever.library needs a name to look up: give cantilever.name")
+            return self
+        if self.modes or self.beam is not None:
+            raise ParameterError(
+                f"cantilever has both name and {'modes' if self.modes else 'beam'}; give only one of them"
+            )
+        if self.library is not None and self.f0 is not None and self.k is not None:
+            return self  # it holds what it needs, wherever its file is
+        known = cantilevers() if self.library is None else own_cantilevers(folder() / self.library)
+        if self.name not in known:
+            raise ParameterError(f"cantilever = '{shorten(self.name)}' is not known{nearest(self.name, known)}")
+        for field in ("f0", "k", "Q", "tip_radius"):
+            value = getattr(known[self.name], field)
+            if getattr(self, field) is None and value is not None:
+                self.quantities()[field].check(value)
+                self.__dict__[field] = value
+                if self.library is not None:  # a case has to mean the same where the file is not
+                    self.model_fields_set.add(field)
+        return self
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
@@ -174,20 +220,46 @@ class Cantilever(Parameters):
         if not ways:
             raise ParameterError("cantilever is empty; give f0, k and Q, or a list of modes, or a beam")
         if given:
-            for name in ("f0", "k", "Q"):
+            for name in ("f0", "k", *(("Q",) if not self._has_sizes() else ())):
                 self.needed(name)
         return self
 
+    def _has_sizes(self) -> bool:
+        """Whether the sizes of a shipped cantilever are known, which tell its Q in air."""
+        return self.name is not None and self.library is None and cantilevers()[self.name].length is not None
+
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
-        """Return the modes as they are in the medium; given modes are taken as measured there."""
+        """Return the modes as they are in the medium; given modes are taken as measured there.
+
+        Raises
+        ------
+        ParameterError
+            When the Q of a cantilever known by name is not given, and the medium is no gas that tells it.
+        """
         if self.beam is not None:
             return self.beam.resolve(medium)
         if self.modes:
-            return tuple(_measured(mode, n) for n, mode in enumerate(self.modes, start=1))
-        return (_measured(self, 1),)
+            return tuple(_measured(mode, n, mode.Q) for n, mode in enumerate(self.modes, start=1))
+        mode = _measured(self, 1, self._nominal_Q(medium) if self.Q is None else self.Q)
+        return (mode,)
+
+    def _nominal_Q(self, medium: Medium) -> float:
+        """Return Q in a gas from nominal f0, k and sizes, by Sader's theory."""
+        probe = cantilevers()[str(self.name)]
+        if not medium.density or not medium.viscosity:
+            raise ParameterError(
+                f'cantilever.Q is missing, and makers give none for {self.name}; give Q, or write medium = "air"'
+            )
+        if medium.density > DENSEST:
+            raise ParameterError(
+                f"f0 of {self.name} is nominal in air, and a liquid lowers it and Q: give cantilever.f0 and Q as measured there"
+            )
+        length, width = float(probe.length or 0.0), float(probe.width or 0.0)
+        at_one = beam.sader_stiffness(self.needed("f0"), 1.0, length, width, medium.density, medium.viscosity)
+        return self.needed("k") / at_one
 
 
-def _measured(given: Mode | Cantilever, n: int) -> ModeNumbers:
+def _measured(given: Mode | Cantilever, n: int, Q: float) -> ModeNumbers:
     """Return a mode that was given by its numbers."""
     coupling = beam.base_coupling(n) if given.base_coupling is None else given.base_coupling
-    return ModeNumbers(given.needed("f0"), given.needed("k"), given.needed("Q"), coupling, given.added_mass)
+    return ModeNumbers(given.needed("f0"), given.needed("k"), Q, coupling, given.added_mass)
