@@ -35,9 +35,10 @@ if TYPE_CHECKING:
     from dforce.files import check_target, write_whole
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
-    from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone
+    from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
+    from dforce.library.cantilevers import cantilevers
     from dforce.notation import first_sentence, html_symbol, plain_math, unmarked
     from dforce.notices import listening
     from dforce.parameters import Parameters, Quantity, param, shared
@@ -90,9 +91,22 @@ _HOMES = {
         "Span",
     ),
     "forces": ("Force",),
-    "instrument": ("Beam", "Cantilever", "Contact", "Drive", "Medium", "Mode", "Sample", "Tip", "Tone"),
+    "instrument": (
+        "Beam",
+        "Cantilever",
+        "Contact",
+        "Drive",
+        "Medium",
+        "Mode",
+        "Piezo",
+        "Readout",
+        "Sample",
+        "Tip",
+        "Tone",
+    ),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
+    "library.cantilevers": ("cantilevers",),
     "notation": ("first_sentence", "html_symbol", "plain_math", "unmarked"),
     "notices": ("listening",),
     "parameters": ("Parameters", "Quantity", "param", "shared"),
@@ -148,9 +162,11 @@ __all__ = [
     "ParameterError",
     "Parameters",
     "Picture",
+    "Piezo",
     "ProgressBar",
     "Quantity",
     "Range",
+    "Readout",
     "Report",
     "ResultError",
     "Sample",
@@ -168,6 +184,7 @@ __all__ = [
     "basins",
     "benchmark",
     "branches",
+    "cantilevers",
     "case_schema",
     "check_force",
     "check_target",

@@ -22,10 +22,11 @@ class BeamMode(NamedTuple):
 
 
 class FluidMode(NamedTuple):
-    """One flexural mode in a fluid: frequency (Hz) and quality factor."""
+    """One flexural mode in a fluid: frequency (Hz), quality factor, and the fluid's share in the moving mass."""
 
     frequency: float
     Q: float
+    added_mass: float
 
 
 def wavenumber(n: int) -> float:
@@ -77,6 +78,17 @@ def end_slope(n: int) -> float:
     kappa = wavenumber(n)
     sine, cosine, tanh = math.sin(kappa), math.cos(kappa), math.tanh(kappa)
     return kappa * sine * tanh / (sine - cosine * tanh)
+
+
+def base_coupling(n: int) -> float:
+    r"""Return how strongly a base that moves drives mode `n` (from 1), :math:`\chi_n`; all of them add up to 1.
+
+    .. math:: \chi_n = \frac{\int \phi_n}{\int \phi_n^2} = (-1)^{n+1} \frac{4}{\kappa}\,
+              \frac{\cosh\kappa + \cos\kappa}{\sinh\kappa + \sin\kappa}, \qquad \phi_n(1) = 1
+    """
+    kappa = wavenumber(n)
+    ratio = (math.cosh(kappa) + math.cos(kappa)) / (math.sinh(kappa) + math.sin(kappa))
+    return (1.0 if n % 2 else -1.0) * 4.0 * ratio / kappa
 
 
 def lever_factor(n: int) -> float:
@@ -158,7 +170,8 @@ def fluid_mode(
         gamma = hydrodynamic_function(reynolds)
         before, frequency = frequency, vacuum_frequency / math.sqrt(1.0 + load * gamma.real)
         if abs(frequency - before) <= 1e-14 * frequency:
-            return FluidMode(frequency, (1.0 / load + gamma.real) / gamma.imag)
+            fluid = load * gamma.real
+            return FluidMode(frequency, (1.0 / load + gamma.real) / gamma.imag, fluid / (1.0 + fluid))
     raise ParameterError(
         "cantilever.beam has no resonance in this medium: Sader's theory of a beam in a fluid fails here"
     )

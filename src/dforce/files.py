@@ -9,6 +9,7 @@ import re
 import secrets
 import stat
 from collections.abc import Iterator, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 
 from dforce.errors import ResultError, checked, shorten
@@ -16,6 +17,24 @@ from dforce.errors import ResultError, checked, shorten
 SUFFIXES = (".nc", ".csv")  # of results
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
 ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
+
+
+_folder: ContextVar[Path | None] = ContextVar("folder", default=None)
+
+
+@contextlib.contextmanager
+def beside(folder: str | os.PathLike[str] | None) -> Iterator[None]:
+    """Look for the files that a case names in this folder, while the context lasts; None: in the working directory."""
+    token = _folder.set(None if folder is None else Path(folder))
+    try:
+        yield
+    finally:
+        _folder.reset(token)
+
+
+def folder() -> Path:
+    """Return the folder that the files of a case are looked for in at this moment."""
+    return _folder.get() or Path.cwd()
 
 
 @checked

@@ -112,10 +112,10 @@ def number(value: float, unit: str, name: str = "") -> str:
 def free_amplitudes(dataset: xr.Dataset) -> list[float]:
     """Return the amplitude (m) of each tone far from the sample, from the case that a result carries."""
     try:
-        free = case_of(dataset).problem.free
+        free = case_of(dataset).problem.detected_free
     except DForceError:  # the case of a version that knew other keys: still worth a summary
         return []
-    return [float(amplitude) for amplitude in np.abs(free.sum(axis=1))]
+    return [float(amplitude) for amplitude in np.abs(free)]
 
 
 def _ways(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:

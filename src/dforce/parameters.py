@@ -14,7 +14,7 @@ import math
 import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args, get_origin
 
 import pydantic
 from pydantic_core import PydanticUndefined
@@ -87,8 +87,9 @@ class Quantity:
         one: list[dict[str, Any]] = [number, text]
         several = [{"type": "array", "items": {"anyOf": one}}] if any("items" in form for form in forms) else []
         tables = [{"$ref": form["$ref"]} for form in forms if "$ref" in form]  # such as a grid
+        words = [{"const": form["const"]} for form in forms if "const" in form]
         schema.clear()
-        schema.update(kept, anyOf=[*one, *several, *tables])
+        schema.update(kept, anyOf=[*one, *words, *several, *tables])
         schema["unit"] = self.unit
         if self.symbol:
             schema["symbol"] = self.symbol
@@ -310,6 +311,8 @@ class Parameters(pydantic.BaseModel):
             return given
         if given is None or isinstance(given, dict | pydantic.BaseModel):
             return given  # a table that stands for many values, such as a grid
+        if isinstance(given, str) and given in _words(cls.model_fields[name].annotation):
+            return given
         one = isinstance(given, str | type) or getattr(given, "shape", None) == ()
         if not one and hasattr(given, "__iter__"):
             return tuple(cls._one(item, quantity) for item in given)  # such as the Q of every mode
@@ -351,6 +354,13 @@ class Parameters(pydantic.BaseModel):
         return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._repr_fields())})"
 
     __str__ = __repr__
+
+
+def _words(annotation: Any) -> tuple[Any, ...]:
+    """Return the words that stand for a number, such as of a frequency that is to be found."""
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    return tuple(word for part in get_args(annotation) for word in _words(part))
 
 
 def _takes_bool(annotation: Any) -> bool:

@@ -6,27 +6,23 @@ or a result can only name a file on this computer.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import linecache
 import os
 import re
 import sys
 import traceback
-from collections.abc import Iterator
-from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 from dforce import notices
 from dforce.errors import ForceError, ParameterError, checked, shorten
+from dforce.files import folder
 from dforce.forces import REGISTRY, Force
 
 PREFIX = "dforce_plugin_"  # of the modules that files become
 MOST_BYTES = 1_000_000  # a larger file is no force model
-
-_folder: ContextVar[Path | None] = ContextVar("folder", default=None)
 
 
 @dataclass(frozen=True)
@@ -36,21 +32,6 @@ class _Loaded:
 
 
 _LOADED: dict[Path, _Loaded] = {}  # of this process, by resolved path
-
-
-@contextlib.contextmanager
-def beside(folder: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Look for plug-ins in this folder, while the context lasts; None: in the working directory."""
-    token = _folder.set(None if folder is None else Path(folder))
-    try:
-        yield
-    finally:
-        _folder.reset(token)
-
-
-def folder() -> Path:
-    """Return the folder that plug-ins are looked for in at this moment."""
-    return _folder.get() or Path.cwd()
 
 
 @checked

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import dataclasses
 import functools
 import math
@@ -14,11 +15,14 @@ import numpy as np
 from dforce.errors import ForceError, ParameterError, checked, nearest
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import (
+    BaseMotion,
     Cantilever,
     Contact,
     Drive,
     Medium,
     ModeNumbers,
+    Readout,
+    ReadoutNumbers,
     Sample,
     Tip,
     ToneNumbers,
@@ -34,17 +38,21 @@ class Problem:
     r"""A cantilever of several modes, driven by several tones over a sum of forces.
 
     .. math:: m_n \ddot z_n + \frac{m_n \omega_n}{Q_n} \dot z_n + k_n z_n
-              = \sum_j g_{nj} F_j \cos(\omega_j t + \theta_j) + F_\mathrm{ts}(d, \dot d), \qquad
-              d = z_c + \sum_n z_n, \qquad m_n = k_n / \omega_n^2
+              = \mathrm{Re} \sum_j \hat F_{jn} e^{i (\omega_j t + \theta_j)} + F_\mathrm{ts}(d, \dot d), \qquad
+              d = z_c + Y + \sum_n z_n, \qquad m_n = k_n / \omega_n^2
 
-    with :math:`g_{nj} = 1` when a tone acts on all modes, else 1 on its own mode and 0 on the others.
+    with the forces :math:`\hat F_{jn}` of :attr:`drive`, and the motion Y of the base, 0 under a force.
 
     Attributes
     ----------
     modes, tones
         The numbers of each mode and tone.
     acts_on
-        ``"all_modes"`` or ``"own_mode"``.
+        ``"all_modes"`` or ``"own_mode"``: the modes that a force acts on.
+    readout
+        What the detector reads.
+    shaken
+        How the base is shaken; None under a force.
     forces
         Force models, bound to the instrument, in the order of their names: what is asked decides the numbers, and the
         compiled code, not the order in which it is asked.
@@ -60,6 +68,8 @@ class Problem:
     forces: tuple[Force, ...]
     places: tuple[int, ...]
     a0: float
+    readout: ReadoutNumbers
+    shaken: BaseMotion | None = None
 
     @classmethod
     def build(
@@ -71,6 +81,7 @@ class Problem:
         contact: Contact | None = None,
         medium: Medium | None = None,
         forces: Iterable[Force] = (),
+        readout: Readout | None = None,
     ) -> Self:
         """Return the problem of an instrument, with every default filled in.
 
@@ -80,33 +91,88 @@ class Problem:
             When a force needs a value that is not given, two forces count one interaction, a tone drives a
             mode that is not there, or a number is too small or large to compute with.
         """
-        tip, sample = tip or Tip(), sample or Sample()
+        tip, sample, readout = tip or Tip(), sample or Sample(), readout or Readout()
         contact, medium = contact or Contact(), medium or Medium()
+        if tip.radius is None and cantilever.tip_radius is not None:
+            tip = tip.model_copy(update={"radius": cantilever.tip_radius})
         modes = cantilever.resolve(medium)
-        tones = drive.resolve(modes)
+        tones = drive.resolve(modes, readout)
+        shaken = drive.base()
+        _refuse_unknown_fluid(modes, shaken, medium)
         values = instrument_values(modes, tip, sample, contact, medium)
         chosen = tuple(forces)
         _refuse_double_counting(chosen)
         _refuse_extremes(modes, tones, values)
         bound = [_bound(force, values) for force in chosen]
         places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
-        return cls(
+        numbers = ReadoutNumbers(tuple(readout.weights(len(modes), tone.mode) for tone in tones), readout.sees_base)
+        problem = cls(
             modes=modes,
             tones=tones,
             acts_on=drive.acts_on,
             forces=tuple(bound[place] for place in places),
             places=tuple(places),
             a0=contact.a0,
+            readout=numbers,
+            shaken=shaken,
         )
+        tuned = [tone.frequency == "peak" for tone in drive.tones or (drive,)]
+        free = [readout.phase_reference == "free" or (readout.phase_reference is None and peak) for peak in tuned]
+        if not any(free):
+            return problem
+        lags = [tone.phase - cmath.phase(c) for tone, c in zip(tones, problem.detected_free, strict=True)]
+        turns = tuple(math.pi / 2.0 - lag if one else 0.0 for lag, one in zip(lags, free, strict=True))
+        return dataclasses.replace(problem, readout=dataclasses.replace(numbers, turns=turns))
 
     @functools.cached_property
-    def drive(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Amplitude (N) of the force of each tone on each mode, shape (tones, modes)."""
-        force = np.array([[tone.force] * len(self.modes) for tone in self.tones])
-        if self.acts_on == "own_mode":
-            force *= [[float(n == tone.mode) for n in range(len(self.modes))] for tone in self.tones]
+    def drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        r"""Complex amplitude (N) of the force of each tone on each mode, shape (tones, modes).
+
+        Under a force :math:`F_j e^{-i\lambda_j}` on all modes, or on the tone's own; over a shaken base what
+        :meth:`dforce.instrument.BaseMotion.force` says.
+        """
+        force = np.empty((len(self.tones), len(self.modes)), dtype=complex)
+        for j, tone in enumerate(self.tones):
+            for n, mode in enumerate(self.modes):
+                if self.shaken is not None:
+                    force[j, n] = self.shaken.force(mode, tone.frequency) * self.base[j]
+                else:
+                    acts = self.acts_on == "all_modes" or n == tone.mode
+                    force[j, n] = tone.force * cmath.exp(-1j * tone.lag) if acts else 0.0
         force.flags.writeable = False
         return force
+
+    @functools.cached_property
+    def base(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        r"""Complex amplitude (m) of the base at each tone, :math:`Y = \mathrm{Re} \sum_j Y_j e^{i (\omega_j t + \theta_j)}`."""
+        base = np.zeros(len(self.tones), dtype=complex)
+        if self.shaken is not None:
+            for j, tone in enumerate(self.tones):
+                base[j] = tone.base * self.shaken.piezo_response(tone.frequency) * cmath.exp(-1j * tone.lag)
+        base.flags.writeable = False
+        return base
+
+    @functools.cached_property
+    def tip_drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        r"""Complex amplitude (N) of forces that move the tip as the drive does, shape (tones, modes).
+
+        The force on the tip knows only d. So the base's motion at a tone may be counted to the deflection of the tone's own
+        mode: :math:`w_n = z_n + Y_j` obeys the equation of :math:`z_n` under the force :math:`\hat F_{jn} + k_n
+        (1 - r^2 + i r / Q_n) Y_j`, and :math:`d = z_c + \sum_n w_n`. Solvers know the motion as :math:`w_n`.
+        """
+        force = self.drive.copy()
+        for j, tone in enumerate(self.tones):
+            if self.base[j]:
+                mode = self.modes[tone.mode]
+                r = tone.frequency / mode.f0
+                force[j, tone.mode] += mode.k * complex((1.0 - r) * (1.0 + r), r / mode.Q) * self.base[j]
+        force.flags.writeable = False
+        return force
+
+    @property
+    def own_modes(self) -> list[int]:
+        """The mode that each tone is meant for."""
+        return [tone.mode for tone in self.tones]
 
     @functools.cached_property
     def free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
@@ -114,7 +180,7 @@ class Problem:
 
         Mode n moves as :math:`z_n = \mathrm{Re} \sum_j X_{jn} e^{i \omega_j t}` with
 
-        .. math:: X_{jn} = \frac{g_{nj} F_j e^{i \theta_j}}{k_n (1 - r^2 + i r / Q_n)},
+        .. math:: X_{jn} = \frac{\hat F_{jn} e^{i \theta_j}}{k_n (1 - r^2 + i r / Q_n)},
                   \qquad r = \omega_j / \omega_n
         """
         motion = np.empty((len(self.tones), len(self.modes)), dtype=complex)
@@ -126,12 +192,30 @@ class Problem:
         motion.flags.writeable = False
         return motion
 
-    def at_frequency(self, frequency: float, tone: int = 0) -> Self:
-        """Return the problem with another frequency (Hz) of a tone (counted from 0), under the same driving force.
+    @functools.cached_property
+    def detected_free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        """Complex amplitude (m) that the detector reads at each tone without tip–sample forces, shape (tones,)."""
+        phases = np.exp(1j * np.array([tone.phase for tone in self.tones]))
+        read = np.asarray((self.free * self.readout.weights).sum(axis=1) + self.readout.base * self.base * phases)
+        read.flags.writeable = False
+        return read
 
-        The tone's `A0` stays what it was: the free amplitude that this force gives at the frequency before.
+    @property
+    def tip_differs(self) -> bool:
+        """Whether the tip moves otherwise than the detector says."""
+        others = any(weight != 1.0 for weights in self.readout.weights for weight in weights)
+        return others or self.shaken is not None or any(self.readout.turns)
+
+    def at_frequency(self, frequency: float, tone: int = 0) -> Self:
+        """Return the problem with another frequency (Hz) of a tone (counted from 0), under the same driving force or base.
+
+        The tone's `A0` stays what it was: the free amplitude that this drive gives at the frequency before.
         """
         changed = dataclasses.replace(self.tones[tone], frequency=frequency)
+        if self.shaken is not None:
+            moved = changed.base * self.shaken.piezo_response(frequency)
+            force = abs(self.shaken.force(self.modes[changed.mode], frequency) * moved)
+            changed = dataclasses.replace(changed, force=force)
         tones = (*self.tones[:tone], changed, *self.tones[tone + 1 :])
         return dataclasses.replace(self, tones=tones)
 
@@ -199,6 +283,20 @@ def _missing(name: str, path: str) -> str:
     return f"{name} needs {wanted}, which is not given; write {key} under [{section}]"
 
 
+def _refuse_unknown_fluid(modes: tuple[ModeNumbers, ...], shaken: BaseMotion | None, medium: Medium) -> None:
+    """Raise :class:`ParameterError` where fluid is to move with the base and its mass is not known."""
+    if shaken is None or not shaken.fluid_follows:
+        return
+    if medium.name == "vacuum":
+        raise ParameterError("drive.fluid_follows is above 0, but the medium is vacuum: there is no fluid to follow")
+    for n, mode in enumerate(modes, start=1):
+        if mode.added_mass is None:
+            raise ParameterError(
+                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give cantilever.modes.{n}."
+                "added_mass, or a beam in a fluid"
+            )
+
+
 def _refuse_double_counting(forces: tuple[Force, ...]) -> None:
     """Raise :class:`ParameterError` when two forces count the same interaction."""
     for i, second in enumerate(forces):
@@ -235,7 +333,7 @@ def _refuse_extremes(
     for n, mode in enumerate(modes, start=1):
         named |= {f"cantilever mode {n}: {name}": getattr(mode, name) for name in ("f0", "k", "Q")}
     for j, tone in enumerate(tones, start=1):
-        named |= {f"drive tone {j}: {name}": getattr(tone, name) for name in ("frequency", "A0", "force")}
+        named |= {f"drive tone {j}: {name}": getattr(tone, name) for name in ("frequency", "A0", "force", "base")}
     for name, value in named.items():
         if value and math.isfinite(value) and not SMALLEST < abs(value) < LARGEST:
             raise ParameterError(

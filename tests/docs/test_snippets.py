@@ -91,6 +91,7 @@ def glossary():
 SECTIONS = {
     "cantilever": df.Cantilever,
     "drive": df.Drive,
+    "readout": df.Readout,
     "tip": df.Tip,
     "sample": df.Sample,
     "contact": df.Contact,

@@ -13,6 +13,7 @@ import dforce as df
 from dforce import notices, plugins
 from dforce.cli import app
 from dforce.errors import CaseError, ForceError, ParameterError
+from dforce.files import beside
 from dforce.forces import REGISTRY
 from dforce.kernel.compose import compose
 
@@ -181,7 +182,7 @@ def test_a_failed_change_leaves_the_older_models(folder):
 def test_what_is_no_plugin_is_one_sentence(folder, name, words):
     (folder / "folder.py").mkdir()
     (folder / "huge.py").write_text("#" * 1_000_001)
-    with plugins.beside(folder), pytest.raises(ParameterError, match=words) as caught:
+    with beside(folder), pytest.raises(ParameterError, match=words) as caught:
         df.load_plugin(name)
     assert len(str(caught.value)) < 500
 

@@ -72,7 +72,7 @@ def field(model, key):
     [
         ("5", "nm", ""), ("0,5", "um", ""), ("-1", "nm", "is not above 0 nm"), ("2", "m", "is above 1 mm"),
         ("5 GPa", "nm", "which is a pressure or modulus, not a length"), ("abc", "nm", "not a number with a unit"),
-        ("", "nm", "this needs a value"), ("3300", "ft", "1005.84 m is above 1 mm"), ("1,000", "nm", "the comma may mean"),
+        ("3300", "ft", "1005.84 m is above 1 mm"), ("1,000", "nm", "the comma may mean"),
     ],
 )  # fmt: skip
 def test_a_field_says_at_once_what_is_wrong_with_it(typed, unit, sentence):
@@ -80,6 +80,11 @@ def test_a_field_says_at_once_what_is_wrong_with_it(typed, unit, sentence):
     said = check(A0, A0.shapes[0], read(A0, A0.shapes[0], typed, unit))
     assert sentence in said
     assert bool(said) == bool(sentence)
+
+
+def test_a_field_that_needs_a_value_says_so():
+    k = field(df.Mode, "k")
+    assert "this needs a value" in check(k, k.shapes[0], read(k, k.shapes[0], "", "N/m"))
 
 
 def test_a_list_of_values_is_typed_with_semicolons():

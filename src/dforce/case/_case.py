@@ -18,8 +18,9 @@ from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
 from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
+from dforce.files import beside, folder
 from dforce.forces import REGISTRY, Force
-from dforce.instrument import Cantilever, Contact, Drive, Medium, Sample, Tip
+from dforce.instrument import Cantilever, Contact, Drive, Medium, Readout, Sample, Tip
 from dforce.parameters import Parameters, Part, Quantity, part
 from dforce.problem import Problem
 from dforce.refusals import refusal
@@ -60,6 +61,7 @@ class Case(Parameters):
     about: Part[About | None] = part(None, description="source of the case, what it shows, what is unsaid")
     cantilever: Part[Cantilever] = pydantic.Field(description="the cantilever: one mode, several, or a beam")
     drive: Part[Drive] = pydantic.Field(description="the drive: one tone or several")
+    readout: Part[Readout] = part(Readout(), description="the read-out: what the detector makes of the motion")
     tip: Part[Tip] = part(Tip(), description="the tip")
     sample: Part[Sample] = part(Sample(), description="the sample")
     contact: Part[Contact] = part(Contact(), description="where contact begins")
@@ -114,12 +116,14 @@ class Case(Parameters):
     @functools.cached_property
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
-        return Problem.build(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces)
+        return Problem.build(
+            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout
+        )
 
     @functools.cached_property
     def folder(self) -> Path | None:
         """The folder in which its plug-ins and the rows of its sweep are; None without both."""
-        return plugin_files.folder() if self.plugins or (self.sweep is not None and self.sweep.rows) else None
+        return folder() if self.plugins or (self.sweep is not None and self.sweep.rows) else None
 
     @checked
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
@@ -148,7 +152,7 @@ class Case(Parameters):
 
     def _with(self, assignments: list[tuple[str, Any]], sections: dict[str, Any]) -> Self:
         """Return the case with other values and sections, and with its description as long as that is true of it."""
-        with plugin_files.beside(self.folder):
+        with beside(self.folder):
             new = type(self)(**(changed(self, assignments) | sections))
         given_anew = "about" in {path.partition(".")[0] for path in (*sections, *(path for path, _ in assignments))}
         same = all(getattr(new, name) == getattr(self, name) for name in type(self).model_fields if name not in NAMING)

@@ -7,10 +7,10 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dforce import library, plugins
+from dforce import library
 from dforce.case._case import MOST_BYTES, Case
 from dforce.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
-from dforce.files import reason, write_whole
+from dforce.files import beside, reason, write_whole
 from dforce.results import HDF5, is_whole
 from dforce.stores import is_store, open_store
 
@@ -43,7 +43,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     name = shorten(str(path), 200)
     try:
         if is_store(file):
-            with plugins.beside(file.resolve().parent):
+            with beside(file.resolve().parent):
                 return Case.from_toml(str(open_store(file).attrs["case"]))
         if file.is_dir():
             raise CaseError(f"'{name}' is a directory, not a case file")
@@ -62,7 +62,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     except (OSError, ValueError) as error:
         raise CaseError(f"'{name}' cannot be read: {reason(error)}") from None
     try:
-        with plugins.beside(file.resolve().parent):
+        with beside(file.resolve().parent):
             if content.startswith(HDF5):
                 return Case.from_toml(_case_of_results(content))
             if file.suffix.lower() == ".nc":

@@ -8,6 +8,7 @@ from dforce import library
 from dforce.case._case import Case
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
+from dforce.library.cantilevers import cantilevers
 from dforce.parameters import Parameters
 
 
@@ -22,7 +23,8 @@ def case_schema() -> dict[str, Any]:
         description = schema["properties"][field]["description"]
         whole = {"type": "array", "items": choices} if field == "forces" else choices
         schema["properties"][field] = {"description": description, **whole}
-    definitions["Medium"] = {"anyOf": [{"enum": sorted(library.media())}, definitions["Medium"]]}
+    for section, names in (("Medium", sorted(library.media())), ("Cantilever", list(cantilevers()))):
+        definitions[section] = {"anyOf": [{"enum": names}, definitions[section]]}
     for base in ("Force", "Experiment"):
         del definitions[base]
     for section in schema["properties"].values():

@@ -58,9 +58,10 @@ def _plain(value: Any, quantity: Quantity | None, shown: bool, complete: bool) -
 def text_of(case: Parameters, complete: bool) -> str:
     """Return a case as TOML: what stands outside of sections first, then a section each."""
     table = tables(case, shown=True, complete=complete)
-    medium = table.get("medium")
-    if isinstance(medium, dict) and list(medium) == ["name"]:
-        table["medium"] = medium["name"]
+    for section in ("medium", "cantilever"):
+        given = table.get(section)
+        if isinstance(given, dict) and list(given) == ["name"]:
+            table[section] = given["name"]
     sections = {name: part for name, part in table.items() if _is_table(part)}
     head = [_line(name, value) for name, value in table.items() if name not in sections]
     return (

@@ -13,6 +13,7 @@ from dforce.cli import (
     _terminal,
     benchmark,
     cache,
+    cantilevers,
     check,
     curve,
     examples,
@@ -62,7 +63,7 @@ def options(
 options.__doc__ = HELP
 COMMANDS = (
     run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
-    gui.gui, validate.validate, cache.cache,
+    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

@@ -174,8 +174,9 @@ class Curve:
 
     def _state(self, earlier: xr.Dataset, number: int, values: Array) -> States:
         """Return the state that an earlier result has at one of the values."""
-        scales = self.block.scales_of(np.array([0]), values[number : number + 1])
-        return states_of(earlier[MOTION].values[self.visits[number]][None], self.block.lot.example, scales)
+        which, at = np.array([0]), values[number : number + 1]
+        scales, base = self.block.scales_of(which, at), self.block.base_of(which, at)
+        return states_of(earlier[MOTION].values[self.visits[number]][None], self.block.lot.example, scales, base)
 
     def _last_settled(self, earlier: xr.Dataset, taken: int, values: Array) -> Settled | None:
         """Return the last motion that had settled, which a jump is noted from."""

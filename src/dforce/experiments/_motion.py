@@ -28,9 +28,16 @@ def scales_of(problem: Problem) -> Array:
     return np.tile([tone.A0, tone.A0 * 2.0 * math.pi * tone.frequency], len(problem.modes))
 
 
-def rows_of(states: States, scales: Array) -> Array:
+def base_of(problem: Problem) -> Array:
+    """Return what of the numbers of a scaled motion is that of the base."""
+    from dforce.kernel import base_in_motion, tone_table
+
+    return base_in_motion(problem, tone_table(problem))
+
+
+def rows_of(states: States, scales: Array, base: Array) -> Array:
     """Return scaled states as rows in SI: all deflections, all velocities, then memory and branches of the forces."""
-    x = states.x * scales
+    x = (states.x - base) * scales
     return np.concatenate([x[..., ::2], x[..., 1::2], states.memory, states.branch], axis=-1)
 
 
@@ -43,12 +50,12 @@ def split_rows(rows: Array, problem: Problem) -> States:
     return States(np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes), kept, branch)
 
 
-def states_of(rows: Array, problem: Problem, scales: Array) -> States:
+def states_of(rows: Array, problem: Problem, scales: Array, base: Array) -> States:
     """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
     from dforce.solvers.block import States
 
     states = split_rows(rows, problem)
-    return States(states.x / scales, states.memory, states.branch)
+    return States(states.x / scales + base, states.memory, states.branch)
 
 
 def components(problem: Problem) -> dict[str, Any]:
@@ -63,9 +70,10 @@ def components(problem: Problem) -> dict[str, Any]:
 
 def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
     """Return the motions at all points of a block, (problems, values, components), and after how many periods they repeat."""
-    scales = block.scales_of(np.arange(len(values))[:, None], values)
+    which = np.arange(len(values))[:, None]
+    scales, base = block.scales_of(which, values), block.base_of(which, values)
     cycles = np.where(points.cycles > 0, points.cycles * float(block.common), np.nan)
-    return {MOTION: rows_of(points.states, scales), REPEATS: cycles}
+    return {MOTION: rows_of(points.states, scales, base), REPEATS: cycles}
 
 
 def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:
@@ -79,4 +87,4 @@ def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Pr
 
 def motion_of(point: Any, problem: Problem) -> Motion:
     """Return the motion that is kept at one point of a result."""
-    return states_of(point[MOTION].values[None], problem, scales_of(problem)).motion(0)
+    return states_of(point[MOTION].values[None], problem, scales_of(problem), base_of(problem)).motion(0)

@@ -164,10 +164,13 @@ class Branches(Experiment):
 
     def _restored(self, earlier: xr.Dataset, among: ParameterRange) -> list[Curve]:
         """Return the curves of an interrupted result: their motions tell all else."""
-        from dforce.experiments._motion import split_rows
+        from dforce.experiments._motion import base_of, scales_of, split_rows
         from dforce.solvers.continuation import Curve
 
         states, values = split_rows(earlier[MOTION].values, among.problem), earlier[self._name()].values.tolist()
+        for i, value in enumerate(values):
+            problem = among.problem_at(value)
+            states.x[i] += base_of(problem) * scales_of(problem)
         steps, repeats = earlier["corrections"].values.tolist(), (earlier[REPEATS].values // among.common).tolist()
         orbits = [
             replace(among.orbit(value, states.take([i]), steps[i], repeats[i]), special=str(special))
@@ -214,7 +217,7 @@ class Branches(Experiment):
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
     def _dataset(self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array) -> xr.Dataset:
-        from dforce.experiments._motion import rows_of, with_motions
+        from dforce.experiments._motion import base_of, rows_of, scales_of, with_motions
         from dforce.experiments._table import Table
         from dforce.results import describe
         from dforce.solvers.escape import UnstableStates, escape
@@ -227,7 +230,9 @@ class Branches(Experiment):
             table.put((i,), among.steady(orbit), problem)
         data = table.dataset()
         if orbits:
-            rows = np.concatenate([rows_of(orbit.kept, np.ones(1)) for _, orbit in orbits])
+            bases = [base_of(problem) * scales_of(problem) for problem in problems]
+            kept = [rows_of(orbit.kept, np.ones(1), base) for (_, orbit), base in zip(orbits, bases, strict=True)]
+            rows = np.concatenate(kept)
             data = with_motions(data, ("point",), rows, among.problem)
         unstable = UnstableStates(curves, among)
         escapes = [escape(orbit, unstable, problem) for (_, orbit), problem in zip(orbits, problems, strict=True)]

@@ -49,7 +49,7 @@ class Dwell(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
-        from dforce.experiments._motion import rows_of, scales_of, with_motions
+        from dforce.experiments._motion import base_of, rows_of, scales_of, with_motions
         from dforce.experiments._table import Table
         from dforce.results import Status
         from dforce.solvers.block import Block, States
@@ -88,7 +88,9 @@ class Dwell(Experiment):
                     'lower experiment.recorded_periods, or record = "settled"'
                 )
             motion = record_traces(data, integrator, motion, count)
-            data = with_motions(data, (), rows_of(States.of(found.motion), scales_of(problem))[0], problem)
+            data = with_motions(
+                data, (), rows_of(States.of(found.motion), scales_of(problem), base_of(problem))[0], problem
+            )
             record_spectrum(data, integrator, motion, self.recorded_periods)
         progress(1, 1, "")
         return data
@@ -100,18 +102,21 @@ def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, coun
 
     problem, scales = integrator.problem, integrator.scales
     modes, period = len(problem.modes), 1.0 / problem.tones[0].frequency
-    start, blocks = motion.period, []
+    start, blocks, bases = motion.period, [], []
     for _ in range(count):
+        bases.append(base_motion(integrator, motion.period))
         motion, block = integrator.record(motion)
         blocks.append(block[:-1, [*range(2 * modes), -1]])  # the last sample is the next period's first
-    samples = np.concatenate(blocks)
-    z_n, v_n = samples[:, 0 : 2 * modes : 2].T * scales.length, samples[:, 1 : 2 * modes : 2].T * scales.speed
-    z = z_n.sum(0)
-    d = float(data["zc"]) + z
+    samples, base = np.concatenate(blocks), np.concatenate(bases, axis=1)
+    z_n, v_n = samples[:, 0 : 2 * modes : 2].T * scales.length - base, samples[:, 1 : 2 * modes : 2].T * scales.speed
+    z, moved = z_n.sum(0), base.sum(0)
+    d = float(data["zc"]) + moved + z
     # whole periods from the first drive's phase zero: time counts from the start of the record
     data["time"] = ("time", np.arange(len(z)) * period / integrator.points)
     data["deflection"] = ("time", z)
     data["mode_deflection"] = (("mode", "time"), z_n)
+    if problem.shaken is not None:
+        data["base"] = ("time", moved)
     data["velocity"] = ("time", v_n.sum(0))
     data["distance"] = ("time", d)
     data["force"] = ("time", samples[:, -1])
@@ -119,6 +124,16 @@ def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, coun
     data.attrs["record_start_period"] = start
     describe(data)
     return motion
+
+
+def base_motion(integrator: Integrator, period: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return what of each mode's motion (m), as it is solved, is that of the base over a period, (modes, samples)."""
+    problem, out = integrator.problem, np.zeros((len(integrator.problem.modes), integrator.points))
+    turns = period + np.arange(integrator.points) / integrator.points
+    for tone, moved in zip(problem.tones, problem.base, strict=True):
+        ratio = tone.frequency / problem.tones[0].frequency
+        out[tone.mode] += (moved * np.exp(1j * (tone.phase + 2.0 * math.pi * ((ratio * turns) % 1.0)))).real
+    return out
 
 
 def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> None:
@@ -132,8 +147,9 @@ def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, co
     window = min(window_length(frequencies), LONGEST_SPECTRUM)
     longer = []
     for _ in range(window * math.ceil(count / window)):
+        base = base_motion(integrator, motion.period).sum(0)
         motion, block = integrator.record(motion)
-        longer.append(block[:-1, 0 : 2 * modes : 2].sum(1) * integrator.scales.length)
+        longer.append(block[:-1, 0 : 2 * modes : 2].sum(1) * integrator.scales.length - base)
     each = np.repeat(weights(frequencies, len(longer)), integrator.points)
     data["frequency"] = ("frequency", np.fft.rfftfreq(len(each), 1.0 / frequencies[0] / integrator.points))
     data["spectrum"] = ("frequency", amplitude_spectrum(np.concatenate(longer), each))

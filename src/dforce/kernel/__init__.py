@@ -13,7 +13,7 @@ import numpy as np
 from dforce import notices
 from dforce.forces import Force
 from dforce.kernel import store
-from dforce.kernel.compose import OTHERS, compose, compose_solvers, native_types
+from dforce.kernel.compose import FIRST_DRIVE, OTHERS, compose, compose_solvers, native_types
 from dforce.problem import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -52,15 +52,62 @@ def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
 
 
 def tone_table(problem: Problem) -> Array:
-    """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode."""
-    scale = scales(problem)
-    table = np.empty((len(problem.tones), 2 + len(problem.modes)))
+    """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode.
+
+    The drive of a mode, with the base's motion counted to the tone's own, is a complex amplitude: all real parts come first,
+    then all imaginary parts. Real and imaginary part of the base's scaled motion follow, and what the detector's phase is more.
+    """
+    scale, modes = scales(problem), len(problem.modes)
+    table = np.empty((len(problem.tones), FIRST_DRIVE + 2 * modes + 3))
     for j, tone in enumerate(problem.tones):
-        table[j, :2] = TWO_PI * tone.frequency / scale.omega, tone.phase
+        table[j, :FIRST_DRIVE] = TWO_PI * tone.frequency / scale.omega, tone.phase
         for n, mode in enumerate(problem.modes):
             ratio = TWO_PI * mode.f0 / scale.omega
-            table[j, 2 + n] = ratio**2 * problem.drive[j, n] / (mode.k * scale.length)
+            drive = ratio**2 * problem.tip_drive[j, n] / (mode.k * scale.length)
+            table[j, FIRST_DRIVE + n], table[j, FIRST_DRIVE + modes + n] = drive.real, drive.imag
+        base = problem.base[j] / scale.length
+        turn = problem.readout.turns[j] if problem.readout.turns else 0.0
+        table[j, FIRST_DRIVE + 2 * modes :] = base.real, base.imag, turn
     return table
+
+
+def drive_of(tones: Array, modes: int) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    """Return the complex drive that tone tables (..., tones, columns) hold, (..., tones, modes)."""
+    parts = tones[..., FIRST_DRIVE : FIRST_DRIVE + 2 * modes]
+    return np.asarray(parts[..., :modes] + 1j * parts[..., modes:])
+
+
+def base_of(tones: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    """Return the scaled complex motion of the base that tone tables (..., tones, columns) hold, (..., tones)."""
+    return np.asarray(tones[..., -3] + 1j * tones[..., -2])
+
+
+def base_in_motion(problem: Problem, tones: Array, period: int = 0) -> Array:
+    """Return what of the scaled motion that tone tables (..., tones, columns) lead to is that of the base, (..., 2 modes).
+
+    It is that at the start of a period of the first tone. Of the problem only the tones' own modes count.
+    """
+    turns = tones[..., 0] * period
+    base = base_of(tones) * np.exp(1j * (tones[..., 1] + TWO_PI * (turns - np.floor(turns))))
+    moved = np.zeros((*tones.shape[:-2], 2 * len(problem.modes)))
+    for j, n in enumerate(problem.own_modes):
+        moved[..., 2 * n] += base[..., j].real
+        moved[..., 2 * n + 1] -= tones[..., j, 0] * base[..., j].imag
+    return moved
+
+
+def responses(problem: Problem) -> Array:
+    """Return what takes each tone's row to other frequencies, see ``solvers.retune``: (tones, numbers), none under a force."""
+    if problem.shaken is None:
+        return np.empty((len(problem.tones), 0))
+    rows = []
+    for tone in problem.tones:
+        row = np.zeros((3, len(problem.modes)))
+        for n, mode in enumerate(problem.modes):
+            ratio, own, (mass, drag) = mode.f0 / tone.frequency, float(n == tone.mode), problem.shaken.couplings(mode)
+            row[:, n] = mass - own, ratio / mode.Q * (own - drag), ratio**2 * own
+        rows.append([*row.ravel(), tone.frequency / problem.shaken.piezo_f0, problem.shaken.piezo_Q])
+    return np.array(rows)
 
 
 def kink_distances(problem: Problem) -> Array:

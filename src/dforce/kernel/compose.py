@@ -24,6 +24,10 @@ reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"
 entry = njit(**OPTIONS)
 '''
 
+# Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode, and of the base,
+# and what is added to the detector's phase.
+RATIO, PHASE, FIRST_DRIVE = 0, 1, 2
+
 # Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
 
@@ -129,7 +133,8 @@ def _kinematics(modes: int) -> list[str]:
     gains = " + ".join(f"p[{place[i] + 2}]" for i in n)
     slopes = [part for i in n for part in (f"y[{2 * i + 1}]", f"a[{i}]")]
     sums = "\n".join(f"    u{i} = 0.0" for i in n)
-    adds = "\n".join(f"        u{i} += tones[j, {2 + i}] * c" for i in n)
+    re, im = FIRST_DRIVE, FIRST_DRIVE + modes
+    adds = "\n".join(f"        u{i} += tones[j, {re + i}] * c - tones[j, {im + i}] * s" for i in n)
     return [
         f"def distance(y, p):\n    return p[{ZC}] + p[{LENGTH}] * ({x})",
         f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
@@ -142,7 +147,8 @@ def _kinematics(modes: int) -> list[str]:
         f"    return {_tuple([f'w0 * u0[{i}] + w1 * u1[{i}] + w2 * u2[{i}]' for i in n])}",
         f"def row(table, i):\n    return {_tuple([f'table[i, {k}]' for k in n])}",
         f"def drive_at(tones, bases, tau):\n{sums}\n    for j in range(tones.shape[0]):\n"
-        f"        c = math.cos(tones[j, 0] * tau + bases[j])\n{adds}\n    return {_tuple([f'u{i}' for i in n])}",
+        f"        angle = tones[j, 0] * tau + bases[j]\n        c, s = math.cos(angle), math.sin(angle)\n{adds}\n"
+        f"    return {_tuple([f'u{i}' for i in n])}",
     ]
 
 
@@ -179,14 +185,15 @@ def _samples(places: Sequence[int]) -> list[str]:
 
 def _lanes(modes: int, tones: int, parameters: int) -> list[str]:
     places = range(2 * modes)
-    drive = [" + ".join(f"amplitudes[{k * modes + n}, j] * c[{k}]" for k in range(tones)) for n in range(modes)]
+    waves = range(2 * tones)
+    drive = [" + ".join(f"amplitudes[{k * modes + n}, j] * c[{k}]" for k in waves) for n in range(modes)]
     first = [f"p[{k}]" for k in range(OTHERS)]
     others = [f"others[{k}]" for k in range(parameters - OTHERS)]
     return [
         f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
         "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
         f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
-        f"def turns_at(cosine, i):\n    return {_tuple([f'cosine[{k}, i]' for k in range(tones)])}",
+        f"def waves_at(waves, i):\n    return {_tuple([f'waves[{k}, i]' for k in waves])}",
         f"def lane_drive(amplitudes, j, c):\n    return {_tuple(drive)}",
         f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
         f"def whole(p):\n    others = p[{OTHERS}]\n    return {_tuple([*first, *others])}",

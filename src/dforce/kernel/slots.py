@@ -118,13 +118,13 @@ def of_case(p: Any, table: Any, j: int, zc: float) -> Any:
     raise NotImplementedError
 
 
-def turns_at(cosine: Any, i: int) -> Any:
-    """Return the cosine of each tone at time i of a table (tones, times), as a tuple."""
+def waves_at(waves: Any, i: int) -> Any:
+    """Return cosine and minus sine of each tone at time i of a table (2 tones, times), as a tuple."""
     raise NotImplementedError
 
 
 def lane_drive(amplitudes: Any, j: int, c: Any) -> Any:
-    """Return the drive on each mode of lane j: the tones' amplitudes, (tones times modes, lanes), times the cosines c."""
+    """Return the drive on each mode of lane j: the tones' amplitudes, (2 tones times modes, lanes), times the waves c."""
     raise NotImplementedError
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.kernel import Array, drive_of
 from dforce.kernel.compose import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
@@ -41,7 +41,7 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     example
         A problem with the modes and tones of all.
     numbers, tones
-        The kernel's parameters (points, parameters) and tone tables (points, tones, 2 + modes).
+        The kernel's parameters (points, parameters) and tone tables (points, tones, columns).
     a, b
         Observables by name, points first.
     """
@@ -50,9 +50,9 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * len(example.modes)].reshape(count, -1, PER_MODE)
     square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
     driven = [tone.mode for tone in example.tones]
-    at = (np.arange(len(driven)), driven)
     response = square[:, driven] - tones[:, :, 0] ** 2 + 1j * damping[:, driven] * tones[:, :, 0]
-    free = length[:, None] * np.abs(tones[:, :, 2:][:, at[0], at[1]] / response)
+    drive = drive_of(tones, len(example.modes))[:, np.arange(len(driven)), driven]
+    free = length[:, None] * np.abs(drive / response)
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
     largest = np.maximum(np.abs(a["peak_force"]), np.abs(a["min_force"]))

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from dforce import kernel
 from dforce.kernel import Array, Scales
+from dforce.kernel.compose import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables import measure as m
 from dforce.problem import Problem
 
@@ -53,24 +55,31 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
 
 def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Array]:
     """Return the same for many motions at once: `rows` of shape (motions, periods, columns), results (motions, ...)."""
-    length, period = np.array([scales.length]), np.array([1.0 / problem.tones[0].frequency])
-    return finish_each(problem, harmonics, rows, weights, length, period, np.array([problem.a0]))
+    numbers, tones = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
+    return finish_each(problem, harmonics, rows, weights, numbers, tones)
 
 
 def finish_each(
-    problem: Problem, harmonics: int, rows: Array, weights: Array, length: Array, period: Array, a0: Array
+    problem: Problem, harmonics: int, rows: Array, weights: Array, numbers: Array, tables: Array
 ) -> dict[str, Array]:
-    """Return the same for motions of different problems, whose scales and contact distances are arrays (motions,).
+    """Return the same for motions of different problems with as many modes and tones as `problem`.
 
-    Of `problem` only the modes' and tones' numbers count, and which tone drives which mode.
+    `numbers` are the kernel's parameters (motions, parameters), `tables` its tone tables (motions, tones, columns).
     """
     modes, tones = len(problem.modes), len(problem.tones)
+    length, a0, period = numbers[:, LENGTH], numbers[:, CONTACT], 2.0 * np.pi / numbers[:, OMEGA]
     mean = np.einsum("k,ikc->ic", weights, rows)
     pairs = mean[:, m.FIRST :: 2] + 1j * mean[:, m.FIRST + 1 :: 2]
     by_tone = pairs[:, : tones * (modes + 1)].reshape(-1, tones, modes + 1)
-    total = by_tone[:, :, -1]
     of_harmonics = pairs[:, tones * (modes + 1) :][:, :harmonics]
     of_force = pairs[:, tones * (modes + 1) + harmonics :]
+    tip, base = by_tone[:, :, -1].copy(), kernel.base_of(tables)
+    # the base's motion was counted to each tone's own mode
+    by_tone[:, range(tones), problem.own_modes] -= base
+    of_harmonics[:, :1] -= base[:, :1]
+    total = by_tone[:, :, -1] - base
+    if problem.tip_differs:
+        total = detected(problem, by_tone[:, :, :-1], base) * np.exp(-1j * tables[:, :, -1])
     driver = [driving_tone(problem, n) for n in range(modes)]
     of_modes = by_tone[:, driver, range(modes)]
     lengths = length[:, None]
@@ -91,6 +100,14 @@ def finish_each(
             "harmonic_amplitude": np.abs(of_harmonics) * lengths,
             "harmonic_phase": phase_lag(of_harmonics),
         }
+    with_base = of_force * base.conj() * lengths
+    if problem.tip_differs:
+        values |= {"tip_amplitude": np.abs(tip) * lengths, "tip_phase": phase_lag(tip)}
+    if problem.shaken is not None:
+        values |= {
+            "base_amplitude": np.abs(base) * lengths,
+            "base_energy": -np.pi * (tables[:, :, 0] * with_base.imag).sum(axis=1),
+        }
     return values | {
         "mean_deflection": z_mean,
         "min_deflection": z_min,
@@ -106,17 +123,48 @@ def finish_each(
         "peak_velocity": rows[:, :, m.V_MAX].max(1),
         "virial": 0.5 * work.real,
         "dissipated_energy": -np.pi * work.imag,
-        "total_virial": mean[:, m.F_Z] - mean[:, m.F] * z_mean,
+        "total_virial": mean[:, m.F_Z] - mean[:, m.F] * z_mean - 0.5 * with_base.real.sum(axis=1),
         "total_dissipated_energy": -mean[:, m.F_V] * period,
+        "apparent_dissipated_energy": apparent_energy(problem, total, numbers, tables),
         "power": -mean[:, m.F_V],
     }
 
 
 def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
     """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
-    place = m.FIRST + 2 * len(problem.modes)
-    mean = np.einsum("k,ikc->ic", weights, rows[:, :, place : place + 2])
-    return np.asarray(np.abs(mean[:, 0] + 1j * mean[:, 1])) * scales.length
+    after = m.FIRST + 2 * len(problem.modes)
+    mean = np.einsum("k,ikc->ic", weights, rows[:, :, m.FIRST : after])
+    moves, base = (mean[:, ::2] + 1j * mean[:, 1::2]) * scales.length, problem.base[:1]
+    moves[:, problem.tones[0].mode] -= base
+    return np.asarray(np.abs(detected(problem, moves[:, None], base)[:, 0]))
+
+
+def detected(problem: Problem, moves: Complex, base: Complex) -> Complex:
+    """Return what the detector reads of the modes at tones from the first on, (motions, tones, modes), and of the base."""
+    weights = np.array(problem.readout.weights)[: moves.shape[1]]
+    return np.asarray((moves * weights).sum(axis=2) + problem.readout.base * base)
+
+
+def apparent_energy(problem: Problem, total: Complex, numbers: Array, tables: Array) -> Array:
+    r"""Return what amplitude and phase say that the sample takes in a period of each tone (J), (motions, tones).
+
+    .. math:: E = \frac{\pi k r A}{Q} (A_0 \sin\phi - A), \qquad r = \omega / \omega_0
+
+    with the numbers of the tone's own mode, and its free amplitude. It is the energy where a force drives the lever at
+    resonance, and the detector reads that mode alone.
+
+    Source: J. P. Cleveland, B. Anczykowski, A. E. Schmid, V. B. Elings, Appl. Phys. Lett. 72, 2613 (1998).
+    """
+    own, each = problem.own_modes, range(len(problem.tones))
+    count, length = len(problem.modes), numbers[:, LENGTH, None]
+    modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)[:, own]
+    square, damping, gain, w = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2], tables[:, :, 0]
+    base, seen = kernel.base_of(tables), np.array(problem.readout.weights)[each, own]
+    moved = kernel.drive_of(tables, count)[:, each, own] / (square - w * w + 1j * damping * w) - base
+    free = seen * moved + problem.readout.base * base
+    lost = np.abs(free) * -total.imag - np.abs(total) ** 2
+    # k r / Q = damping w / (gain length), as gain = square / (k length)
+    return np.asarray(np.pi * damping * w / gain * length * lost)
 
 
 def driving_tone(problem: Problem, mode: int) -> int:

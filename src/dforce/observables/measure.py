@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce.kernel.compose import FIRST_DRIVE
 from dforce.kernel.link import by_address, inlined, reordered
 from dforce.kernel.slots import distance, evolve, latch_count, memory_size, mode_count, motion, motion_of, rate_of, row
 from dforce.observables.cuts import (
@@ -50,7 +51,7 @@ from dforce.observables.cuts import (
     refine,
 )
 from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, total
-from dforce.observables.pieces import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate
+from dforce.observables.pieces import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate, turning
 
 # columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
 Z, F, F_Z, F_V, CONTACT, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST = range(12)
@@ -70,6 +71,10 @@ def measure(block: Any, period: int, turns: Any, tones: Any, bases: Any, p: Any,
     room = np.empty((ROOM, points + 1))  # taken once: fresh memory costs more than what is done with it
     forces = measure_motion(block, turns, bases, room, out)
     measure_force(block, period, points, tones, bases, turns.cosine, turns.sine, p, kinks, room, forces, out)
+    for j in range(tones.shape[0]):
+        if tones[j, FIRST_DRIVE + 2 * mode_count()] != 0.0 or tones[j, FIRST_DRIVE + 2 * mode_count() + 1] != 0.0:
+            deflection_extremes(block, turns, tones, bases, room, out)
+            return
 
 
 def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> int:
@@ -104,6 +109,30 @@ def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> i
         out[place + 1] = -2.0 * (imaginary * turn_c + real * turn_s) / points
         place += 2
     return place
+
+
+def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: Any, out: Any) -> None:
+    """Write the extremes of the deflection from a base that moves; those of the tip are known then."""
+    points, place = turns.cosine.shape[1] - 1, FIRST_DRIVE + 2 * mode_count()
+    z, v = room[0], room[1]
+    for i in range(points + 1):
+        z[i], v[i] = 0.0, 0.0
+        for n in range(mode_count()):
+            z[i] += block[i, 2 * n]
+            v[i] += block[i, 2 * n + 1]
+    for j in range(tones.shape[0]):
+        c, s = math.cos(bases[j]), math.sin(bases[j])
+        real, imaginary = tones[j, place] * c - tones[j, place + 1] * s, tones[j, place] * s + tones[j, place + 1] * c
+        for i in range(points + 1):
+            z[i] -= real * turns.cosine[j, i] - imaginary * turns.sine[j, i]
+            v[i] += tones[j, 0] * (real * turns.sine[j, i] + imaginary * turns.cosine[j, i])
+    low, high, h = z[0], z[0], TAU / points
+    for i in range(points):
+        low, high = min(low, z[i + 1]), max(high, z[i + 1])
+        if v[i] * v[i + 1] < 0.0:
+            top = cubic(turning(h, z[i], v[i], z[i + 1], v[i + 1]), h, z[i], v[i], z[i + 1], v[i + 1])
+            low, high = min(low, top), max(high, top)
+    out[Z_MIN], out[Z_MAX] = low, high
 
 
 @by_address("void(f8[:,::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[:,::1],{p},f8[::1],f8[:,::1],i8,f8[::1])")
@@ -202,10 +231,12 @@ def accelerations(
     for i in range(d.shape[0]):
         a[i] = rate_of(motion(nothing, f[i], motion_of(block, i), p), p) * p[3]
     for j in range(tones.shape[0]):
-        push = 0.0
+        real, imaginary = 0.0, 0.0
         for n in range(mode_count()):
-            push += tones[j, 2 + n] * p[2] * p[3]
-        with_cosine, with_sine = push * math.cos(bases[j]), push * math.sin(bases[j])
+            real += tones[j, FIRST_DRIVE + n] * p[2] * p[3]
+            imaginary += tones[j, FIRST_DRIVE + mode_count() + n] * p[2] * p[3]
+        c, s = math.cos(bases[j]), math.sin(bases[j])
+        with_cosine, with_sine = real * c - imaginary * s, real * s + imaginary * c
         for i in range(d.shape[0]):
             a[i] += cosine[j, i] * with_cosine - sine[j, i] * with_sine
     for i in range(d.shape[0] - 1):

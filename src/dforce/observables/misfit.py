@@ -43,12 +43,16 @@ def misfit(problem: Problem, values: Mapping[str, Any]) -> Array:
 def misfit_each(example: Problem, values: Mapping[str, Any], numbers: Array, tones: Array) -> Array:
     """Return the same for points of different problems with as many modes and tones as an example.
 
-    `numbers` are the kernel's parameters (points, parameters), `tones` its tone tables (points, tones, 2 + modes).
+    `numbers` are the kernel's parameters (points, parameters), `tones` its tone tables (points, tones, columns).
     """
     c = values["mode_amplitude"] * np.exp(-1j * np.radians(values["mode_phase"]))
     work = 2.0 * values["virial"] - 1j * values["dissipated_energy"] / np.pi
     with np.errstate(invalid="ignore", divide="ignore"):
         f = np.where(c != 0.0, work / np.conj(c), 0.0)
+    base = kernel.base_of(tones) * numbers[:, LENGTH, None]
+    for j, n in enumerate(example.own_modes):
+        if driving_tone(example, n) == j:  # the drive of the tables is that of the mode together with the base
+            c[:, n] += base[:, j]
     return _misfit(example, c, f, values["mean_deflection"], values["mean_force"], numbers, tones)
 
 
@@ -72,8 +76,9 @@ def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numb
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
     square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
     driver = [driving_tone(example, n) for n in range(count)]
-    omega, drive = tones[:, driver, 0], tones[:, driver, 2 + np.arange(count)]
-    largest = np.abs(tones[:, :, 2:] / gain[:, None, :]).max(axis=(1, 2))  # of the driving forces (N)
+    drives = kernel.drive_of(tones, count)
+    omega, drive = tones[:, driver, 0], drives[:, driver, np.arange(count)]
+    largest = np.abs(drives / gain[:, None, :]).max(axis=(1, 2))  # of the driving forces (N)
     left = (square - omega**2 + 1j * damping * omega) * c / length - drive - gain * f
     of_modes = np.abs(left) / np.where(drive != 0.0, np.abs(drive), gain * largest[:, None])
     compliance = (gain / square).sum(axis=1) * length[:, 0]
@@ -92,9 +97,10 @@ def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats
     if settled and repeats:
         wrong |= misfit(problem, values) > GROSS
     elif settled:
-        taken, forces = values["total_dissipated_energy"], np.array([tone.force for tone in problem.tones])
-        slack = GAINED * np.pi * sum(tone.force * tone.A0 for tone in problem.tones)
-        wrong |= taken > (1.0 + GAINED) * np.pi * (values["amplitude"] * forces).sum(axis=1) + slack
+        taken, forces = values["total_dissipated_energy"], np.abs(problem.tip_drive).max(axis=1)
+        tip = values.get("tip_amplitude", values["amplitude"])
+        slack = GAINED * np.pi * (forces @ [tone.A0 for tone in problem.tones])
+        wrong |= taken > (1.0 + GAINED) * np.pi * (tip * forces).sum(axis=1) + slack
         if all(force.is_passive for force in problem.forces):
             wrong |= -taken > slack
         k = 1.0 / sum(1.0 / mode.k for mode in problem.modes)

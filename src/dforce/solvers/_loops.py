@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from dforce.kernel.compose import FIRST_DRIVE
 from dforce.kernel.slots import coasted, distance, force, latch_count, memory_size, mode_count, rate_of, switch
 from dforce.observables.pieces import cubic, turning
 
@@ -32,9 +33,10 @@ def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
         for n in range(mode_count()):
             table[i, n] = 0.0
         for j in range(tones.shape[0]):
-            c = math.cos(tones[j, 0] * (0.5 * h * i) + bases[j])
+            angle = tones[j, 0] * (0.5 * h * i) + bases[j]
+            c, s = math.cos(angle), math.sin(angle)
             for n in range(mode_count()):
-                table[i, n] += tones[j, 2 + n] * c
+                table[i, n] += tones[j, FIRST_DRIVE + n] * c - tones[j, FIRST_DRIVE + mode_count() + n] * s
 
 
 def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:

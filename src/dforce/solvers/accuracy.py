@@ -42,15 +42,13 @@ class _Orbits:
         numbers, tones = block.tables(values)
         flat = self.cases * values.shape[1] + steps
         self.tables = numbers[flat], tones[flat]
-        self.periods = block.periods(values)[places]
         self.error: Array = np.full(len(self.at), np.nan)
 
     def measured(self, rows: Array, some: Any = slice(None)) -> dict[str, Array]:
         """Return the observables of some of them from what was measured."""
-        block, cases = self.block, self.cases[some]
+        block, (numbers, tones) = self.block, (table[some] for table in self.tables)
         even = weights(block.frequencies, block.common)
-        length, a0 = block.lot.length[cases], block.lot.a0[cases]
-        return finish_each(block.lot.example, block.harmonics, rows, even, length, self.periods[some], a0)
+        return finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
 
     def apart(self, a: dict[str, Array], b: dict[str, Array], some: Any = slice(None)) -> Array:
         """Return how far two measurements are apart, (orbits, names); infinite where one is no number."""

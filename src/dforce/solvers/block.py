@@ -25,6 +25,7 @@ from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
+from dforce.solvers.retune import retune
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache
@@ -105,8 +106,10 @@ class Block:
         self.numbers = lot.numbers.copy()
         self.unit = lot.length
         self.reference = 1.0 / lot.period
+        self.responses = np.empty((len(lot), len(example.tones), 0))
         if parameter == FREQUENCY:
             self.numbers[:, 0] = zc
+            self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
         self._tip = kernel.Tip(self._kernel, len(example.modes), CALLED)
@@ -194,25 +197,39 @@ class Block:
         turns = np.arange(periods)[:, None] * tones[:, 0]
         phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
         angles = math.pi / self.points * np.arange(2 * self.points + 1) * tones[:, :1]
+        angles = phases[:, :, None] + angles
+        waves = np.stack([np.cos(angles), -np.sin(angles)], axis=2).reshape(periods, 2 * len(tones), -1)
         turns = turns_of(tones[:, 0], self.points, self.harmonics)
-        return Drive(phases, np.cos(phases[:, :, None] + angles), turns, self.points, periods)
-
-    def periods(self, values: Array) -> Array:
-        """Return the period of the first tone (s) of each problem at its values of the parameter, (problems, values)."""
-        return np.broadcast_to(self.lot.period[:, None], values.shape) if self.parameter == DISTANCE else 1.0 / values
+        return Drive(phases, waves, turns, self.points, periods)
 
     def tables(self, values: Array) -> tuple[Array, Array]:
         """Return the kernel's parameters and tone tables at each value of each problem, (problems values, ...)."""
         steps = values.shape[1]
-        numbers, tones = (np.repeat(table, steps, axis=0) for table in (self.numbers, self.lot.tones))
+        numbers = np.repeat(self.numbers, steps, axis=0)
         if self.parameter == FREQUENCY:  # as `place_column` does
             ratio = (values / self.reference[:, None]).reshape(-1, 1)
             numbers[:, [SPEED, OMEGA]] *= ratio
             for n in range(self.size // 2):
                 first = FIRST_MODE + PER_MODE * n
                 numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
-            tones[:, :, 2:] /= ratio[:, :, None] ** 2
-        return numbers, tones
+        return numbers, self._tones_at(np.repeat(np.arange(len(values)), steps), values.ravel())
+
+    def _tones_at(self, which: Indices, values: Array) -> Array:
+        """Return the tone tables of problems at values of the parameter, one for each."""
+        tones = self.lot.tones[which]
+        if self.parameter == FREQUENCY:
+            for rows, responses, g in zip(tones, self.responses[which], values / self.reference[which], strict=True):
+                for row, response in zip(rows, responses, strict=True):
+                    retune(row, response, self.size // 2, g)
+        return tones
+
+    def base_of(self, which: Any, values: Array) -> Array:
+        """Return what of each number of scaled motions is that of the base, for problems at values of the parameter."""
+        which, values = np.broadcast_arrays(which, values)
+        if self.lot.example.shaken is None:
+            return np.zeros((*values.shape, self.size))
+        tones = self._tones_at(which.ravel(), values.ravel())
+        return kernel.base_in_motion(self.lot.example, tones).reshape(*values.shape, self.size)
 
     def scales_of(self, which: Any, values: Array) -> Array:
         """Return the unit (m, m/s) of each number of a motion, for problems at values of the parameter."""
@@ -227,8 +244,8 @@ class Block:
         tip = self._tip.at(kernel.parameters(self.lot.example, 0.0), names)
         return Model(
             _columns(self.numbers[which]), _columns(self.lot.kinks[which]), np.ascontiguousarray(self.lot.tones[which]),
-            self.parameter, np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]),
-            self.memory_scale, self.hysteresis, tip,
+            np.ascontiguousarray(self.responses[which]), self.parameter, np.ascontiguousarray(self.unit[which]),
+            np.ascontiguousarray(self.reference[which]), self.memory_scale, self.hysteresis, tip,
         )  # fmt: skip
 
     def follow(

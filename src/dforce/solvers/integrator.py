@@ -175,10 +175,11 @@ def free_amplitudes(integrator: Integrator, period: int = 0) -> np.ndarray[Any, 
 
 
 def with_amplitudes(integrator: Integrator, amplitudes: np.ndarray[Any, Any], period: int = 0) -> Motion:
-    """Return the state at the start of a period that moves with these amplitudes; forces' memories are at rest."""
+    """Return the state at the start of a period that deflects with these amplitudes; forces' memories are at rest."""
     omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
-    x = amplitudes.sum(0).real / integrator.scales.length
-    v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed
+    base = kernel.base_in_motion(integrator.problem, integrator.tones, period)
+    x = amplitudes.sum(0).real / integrator.scales.length + base[::2]
+    v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed + base[1::2]
     y = tuple(float(value) for pair in zip(x, v, strict=True) for value in pair)
     return Motion(y, np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
 

@@ -27,7 +27,7 @@ from dforce.kernel.slots import (
     pushed,
     put_column,
     rate_of,
-    turns_at,
+    waves_at,
     yielding,
 )
 from dforce.observables.pieces import cubic, cubic_rate
@@ -71,16 +71,17 @@ def smooth_step(
     "i8(f8[:,:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],{p})"
 )
 def advance_lanes(
-    block: Any, numbers: Any, drive: Any, kinks: Any, tones: Any, phases: Any, period: int, points: int, cosine: Any,
+    block: Any, numbers: Any, drive: Any, kinks: Any, tones: Any, phases: Any, period: int, points: int, waves: Any,
     crossed: Any, nothing: Any, work: Any, p: Any,
 ) -> int:  # fmt: skip
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
     block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
-    turns. Returns the row where the period ends. `numbers`, `kinks` and `drive` (each tone on each mode) have one column a
-    lane, tones[j] is the tone table of lane j, with `phases` at the start of the period. `cosine` holds the cosine of each
-    tone at the ends and middles of the steps, (tones, 2 points + 1). `crossed` is scratch,
-    `nothing` an empty array in the place of memory and branches. Each lane's own numbers take the place of those of `p`.
+    turns. Returns the row where the period ends. `numbers`, `kinks` and `drive` (real parts of each tone on each mode, then
+    imaginary ones) have one column a lane, tones[j] is the tone table of lane j, with `phases` at the start of the period.
+    `waves` holds cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed`
+    is scratch, `nothing` an empty array in the place of memory and branches. Each lane's own numbers take the place of those
+    of `p`.
     """
     h = TAU / points
     rows, size = block.shape[0], block.shape[2]
@@ -88,7 +89,7 @@ def advance_lanes(
     cuts = np.empty((place + SCRATCH, LANES))
     for i in range(points):
         here, there = block[i % rows], block[(i + 1) % rows]
-        c0, c1, c2 = turns_at(cosine, 2 * i), turns_at(cosine, 2 * i + 1), turns_at(cosine, 2 * i + 2)
+        c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
         for j in range(size):
             p = parameters_of(numbers, j)
             u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)

@@ -12,7 +12,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.kernel import Array
-from dforce.kernel.compose import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel.compose import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import PHASE_ERROR, ROUND
@@ -39,7 +39,7 @@ class Lot:
     numbers
         The kernel's parameters, with 0 in the place of zc, shape (problems, parameters).
     tones
-        The kernel's tone tables, shape (problems, tones, 2 + modes).
+        The kernel's tone tables, shape (problems, tones, columns).
     kinks, jumps
         Distances (m) at which the forces are not smooth, and not continuous, shape (problems, kinks).
     """
@@ -78,11 +78,6 @@ class Lot:
         """Periods of the drive (s)."""
         return np.asarray(2.0 * math.pi / self.numbers[:, OMEGA])
 
-    @property
-    def a0(self) -> Array:
-        """Distances (m) where contact begins."""
-        return self.numbers[:, CONTACT]
-
     @functools.cached_property
     def decay(self) -> Indices:
         """Decay times of the slowest mode, in periods of the drive."""
@@ -98,17 +93,18 @@ class Lot:
         raised = ROUND * np.ceil(needs / ROUND).astype(np.int64)
         return np.where(needs <= settings.points_per_period, settings.points_per_period, raised)
 
-    def moving(self, tones: Any, amplitude: Any, phase: Any) -> Array:
-        """Return scaled motions at the start of a period: mode `tones` with an amplitude (m) and phase lag (rad)."""
-        out = np.zeros((len(self), 2 * len(self.example.modes)))
+    def moving(self, mode: int, amplitude: float, phase: float) -> Array:
+        """Return scaled motions at the start of a period: a mode deflects by an amplitude (m) with a phase lag (rad)."""
+        out = kernel.base_in_motion(self.example, self.tones)
         turn = (amplitude / self.length) * np.exp(1j * (self.tones[:, 0, 1] - phase))
-        out[:, 2 * tones], out[:, 2 * tones + 1] = turn.real, -turn.imag
+        out[:, 2 * mode] += turn.real
+        out[:, 2 * mode + 1] -= turn.imag
         return out
 
     def free(self) -> Array:
         """Return the scaled motions without tip–sample forces at the start of a period."""
         modes = self._modes()
-        drive = self.tones[:, 0, 2:] * np.exp(1j * self.tones[:, :1, 1])
+        drive = kernel.drive_of(self.tones[:, 0], modes.shape[1]) * np.exp(1j * self.tones[:, :1, 1])
         motion = drive / (modes[:, :, 0] - 1.0 + 1j * modes[:, :, 1])
         return np.stack([motion.real, -motion.imag], axis=2).reshape(len(self), -1)
 

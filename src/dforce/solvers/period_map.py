@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.compose import FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
+from dforce.kernel.compose import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
 from dforce.kernel.slots import from_vector, mode_count, of_case
 from dforce.observables.measure import measure
 from dforce.solvers.lanes import FAR, advance_lanes, padded
+from dforce.solvers.retune import retune
 from dforce.solvers.rk4 import advance
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
@@ -32,7 +33,9 @@ class Model(NamedTuple):
     numbers, kinks
         The kernel's parameters and the distances (m) where a force is not smooth, one column a problem.
     tones
-        The kernel's tone tables, (problems, tones, 2 + modes).
+        The kernel's tone tables, (problems, tones, columns).
+    responses
+        What takes the tones to other frequencies, (problems, tones, numbers).
     parameter
         What is varied: DISTANCE (m) or FREQUENCY (Hz) of the first tone.
     unit
@@ -50,6 +53,7 @@ class Model(NamedTuple):
     numbers: Any
     kinks: Any
     tones: Any
+    responses: Any
     parameter: int
     unit: Any
     reference: Any
@@ -65,8 +69,8 @@ class Drive(NamedTuple):
     ----------
     phases
         Phase of each tone at the start of each period of a common period, (periods, tones).
-    cosine
-        Its cosine at the ends and middles of all steps, (periods, tones, 2 points + 1).
+    waves
+        Its cosine and minus its sine at the ends and middles of all steps, (periods, 2 tones, 2 points + 1).
     turns
         What deflection and force are measured with.
     points, periods
@@ -74,7 +78,7 @@ class Drive(NamedTuple):
     """
 
     phases: Any
-    cosine: Any
+    waves: Any
     turns: Any
     points: int
     periods: int
@@ -114,24 +118,25 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
         numbers[k, j] = model.numbers[k, case]
     for k in range(kinks.shape[0]):
         kinks[k, j] = model.kinks[k, case]
-    square = 1.0
+    ratio = 1.0
     if model.parameter == DISTANCE:
         numbers[ZC, j] = value
     else:  # times are scaled by the first tone's frequency
         ratio = value / model.reference[case]
-        square = ratio * ratio
         numbers[SPEED, j] *= ratio
         numbers[OMEGA, j] *= ratio
         for n in range(mode_count()):
             first = FIRST_MODE + PER_MODE * n
-            numbers[first, j] /= square
+            numbers[first, j] /= ratio * ratio
             numbers[first + 1, j] /= ratio
-            numbers[first + 2, j] /= square
+            numbers[first + 2, j] /= ratio * ratio
     for k in range(tones.shape[1]):
-        tones[j, k, 0], tones[j, k, 1] = model.tones[case, k, 0], model.tones[case, k, 1]
-        for n in range(mode_count()):
-            tones[j, k, 2 + n] = model.tones[case, k, 2 + n] / square
-            drive[k * mode_count() + n, j] = tones[j, k, 2 + n]
+        for n in range(tones.shape[2]):
+            tones[j, k, n] = model.tones[case, k, n]
+        if model.parameter == FREQUENCY:
+            retune(tones[j, k], model.responses[case, k], mode_count(), ratio)
+        for n in range(2 * mode_count()):
+            drive[2 * k * mode_count() + n, j] = tones[j, k, FIRST_DRIVE + n]
 
 
 def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, room: Any) -> None:
@@ -155,7 +160,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
     lanes = padded(total) if smooth else total
     numbers, kinks = np.empty((model.numbers.shape[0], lanes)), np.empty((model.kinks.shape[0], lanes))
     tones = np.empty((lanes, model.tones.shape[1], model.tones.shape[2]))
-    forcing, starts = np.empty((model.tones.shape[1] * mode_count(), lanes)), np.empty((size, lanes))
+    forcing, starts = np.empty((model.tones.shape[1] * size, lanes)), np.empty((size, lanes))
     for j in range(lanes):
         s, e = (which[j // each], lead(each) + j % each) if j < total else (which[0], 0)
         case, value = slots.case[s], slots.value[s]
@@ -194,7 +199,7 @@ def march_lanes(
             block[0, k, j] = starts[k, j]
     for period in range(drive.periods):
         end = advance_lanes(
-            block, numbers, forcing, kinks, tones, drive.phases[period], period, drive.points, drive.cosine[period],
+            block, numbers, forcing, kinks, tones, drive.phases[period], period, drive.points, drive.waves[period],
             crossed, nothing, work, model.tip,
         )  # fmt: skip
         if kept:
@@ -234,7 +239,7 @@ def march_columns(
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
-                tabulate_steps(tones[j], drive.cosine[period], table)
+                tabulate_steps(tones[j], drive.waves[period], table)
                 y = advance(
                     y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
                     work[0], work, record, p,
@@ -271,13 +276,14 @@ def repeats(memory: Any, memory_before: Any, scale: Any, branch: Any, branch_bef
     return same
 
 
-def tabulate_steps(tones: Any, cosine: Any, table: Any) -> None:
+def tabulate_steps(tones: Any, waves: Any, table: Any) -> None:
     """Write the drive of one problem on each mode at the ends and middles of the steps, (2 points + 1, modes)."""
     for i in range(table.shape[0]):
         for n in range(mode_count()):
             table[i, n] = 0.0
             for k in range(tones.shape[0]):
-                table[i, n] += tones[k, 2 + n] * cosine[k, i]
+                re, im = tones[k, FIRST_DRIVE + n], tones[k, FIRST_DRIVE + mode_count() + n]
+                table[i, n] += re * waves[2 * k, i] + im * waves[2 * k + 1, i]
 
 
 def take_measure(

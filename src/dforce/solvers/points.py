@@ -126,11 +126,10 @@ class Points:
     def columns(self, block: Block, values: Array) -> dict[str, Array]:
         """Return the observables of all points, (problems, values, ...), NaN where there is none, at these values (SI)."""
         shape = self.cycles.shape
-        periods = block.periods(values)
-        length, a0 = (np.repeat(numbers, shape[1]) for numbers in (block.lot.length, block.lot.a0))
+        numbers, tones = block.tables(values)
         even = weights(block.frequencies, block.common)
         rows = self.rows.reshape(-1, *self.rows.shape[2:])
-        out = finish_each(block.lot.example, block.harmonics, rows, even, length, periods.ravel(), a0)
+        out = finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
         modulus, angle = multipliers(self.monodromy.reshape(-1, block.size, block.size))
         out |= {
             "settling_periods": self.settling.ravel(), "drift": self.residual.ravel(),

@@ -354,8 +354,8 @@ class Walk:
 
 def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
     """Return states rounded as a result in SI keeps them: so a run that goes on from there does as it would have done."""
-    scales = block.scales_of(cases, at)
-    return States(states.x * scales / scales, states.memory, states.branch)
+    scales, base = block.scales_of(cases, at), block.base_of(cases, at)
+    return States((states.x - base) * scales / scales + base, states.memory, states.branch)
 
 
 def one_way(at: float, values: Array) -> Array:

@@ -19,7 +19,7 @@ from dforce.experiments import Dwell
 from dforce.parameters import Quantity
 from dforce.sweeps._rows import read_rows
 
-INSTRUMENT = ("cantilever", "drive", "tip", "sample", "contact", "medium", "forces")
+INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
 DISTANCE = "experiment.zc"
 ROW = "case"  # dimension of cases that are given one by one
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB

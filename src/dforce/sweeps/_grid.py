@@ -19,6 +19,7 @@ from dforce.case._paths import changed, with_number
 from dforce.errors import DForceError, ParameterError
 from dforce.forces import Force
 from dforce.kernel import TWO_PI, Array, signature
+from dforce.kernel.compose import FIRST_DRIVE
 from dforce.problem import Problem
 from dforce.solvers.lot import Lot
 from dforce.sweeps._axes import Axis, dims_of
@@ -70,7 +71,14 @@ class Grid:
             case = with_number(case, axis.path, value)
         try:
             return Problem.build(
-                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces
+                case.cantilever,
+                case.drive,
+                case.tip,
+                case.sample,
+                case.contact,
+                case.medium,
+                case.forces,
+                case.readout,
             )
         except DForceError as error:
             where = ", ".join(f"{axis.path} = {value:g}" for axis, value in self._values(place))
@@ -143,17 +151,20 @@ class Grid:
 
         example = self.example
         modes = piece(MODES).reshape(len(numbers), -1, 3)
-        tones = piece(TONES).reshape(len(numbers), -1, 4)
+        tones = piece(TONES).reshape(len(numbers), len(example.tones), -1)
         f0, k, Q = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
         length, omega = tones[:, 0, 2], TWO_PI * tones[:, 0, 0]
         ratio = TWO_PI * f0 / omega[:, None]
         per_mode = np.stack([ratio**2, ratio / Q, ratio**2 / (k * length[:, None])], axis=2)
         first = np.stack([np.zeros(len(numbers)), length, length * omega, omega, piece(CONTACT)[:, 0]], axis=1)
         laws, kinks, jumps = ([piece(f"{part} {place}") for place in example.places] for part in FORCE_PARTS)
-        table = np.empty((len(numbers), len(example.tones), 2 + len(example.modes)))
-        acts = (example.drive != 0.0)[None]
+        count = len(example.modes)
+        table = np.zeros((len(numbers), len(example.tones), FIRST_DRIVE + 2 * count + 3))
+        drive = tones[:, :, 6:].reshape(len(numbers), -1, count, 2)
         table[:, :, 0], table[:, :, 1] = TWO_PI * tones[:, :, 0] / omega[:, None], tones[:, :, 1]
-        table[:, :, 2:] = acts * (ratio**2)[:, None, :] * tones[:, :, 3:] / (k * length[:, None])[:, None, :]
+        scaled = (ratio**2)[:, None, :, None] * drive / (k * length[:, None])[:, None, :, None]
+        table[:, :, FIRST_DRIVE:-3] = np.moveaxis(scaled, 3, 2).reshape(len(numbers), -1, 2 * count)
+        table[:, :, -3:-1], table[:, :, -1] = tones[:, :, 3:5] / length[:, None, None], tones[:, :, 5]
         return Lot(
             example, np.concatenate([first, per_mode.reshape(len(numbers), -1), *laws], axis=1), table,
             _distinct(_joined(kinks, len(numbers))), _joined(jumps, len(numbers)),
@@ -169,7 +180,11 @@ def _piece(problem: Problem, name: str) -> list[float]:
     if name == MODES:
         return [number for mode in problem.modes for number in (mode.f0, mode.k, mode.Q)]
     if name == TONES:
-        return [number for tone in problem.tones for number in (tone.frequency, tone.phase, tone.A0, tone.force)]
+        rows, turns = [], problem.readout.turns or (0.0,) * len(problem.tones)
+        for tone, base, turn, drive in zip(problem.tones, problem.base, turns, problem.tip_drive, strict=True):
+            numbers = tone.frequency, tone.phase, tone.A0, base.real, base.imag, turn
+            rows += [*numbers, *drive.view(float)]  # real and imaginary part in turns
+        return rows
     if name == CONTACT:
         return [problem.a0]
     part, place = name.split()

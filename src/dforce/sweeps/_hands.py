@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from dforce import plugins
 from dforce.case import Case
 from dforce.errors import ParameterError, ResultError
+from dforce.files import beside
 from dforce.solvers.crew import Crew, Stopped, cores
 from dforce.sweeps._axes import Axis
 from dforce.sweeps._part import solve
@@ -166,7 +166,7 @@ def _case_of(sent: Sent) -> Case:
     for name, content in sent.plugins:
         file = Path(str(folder), Path(name).name)
         file.write_bytes(content)
-    with plugins.beside(folder):
+    with beside(folder):
         return Case.from_toml(sent.text)
 
 

@@ -182,10 +182,11 @@ class Part:
         if not self.grid.alike or len(lot.example.tones) > 1:
             return [initial_motion(block.integrator(case, 0.0), start) for case in range(len(lot))]
         rest = initial_motion(block.integrator(0, 0.0), "rest")
+        mode = lot.example.tones[0].mode
         if isinstance(start, InitialMotion):
-            rows = lot.moving(lot.example.tones[0].mode, start.amplitude, start.phase)
+            rows = lot.moving(mode, start.amplitude, start.phase)
         else:
-            rows = lot.free() if start == "free" else np.zeros_like(lot.free())
+            rows = lot.free() if start == "free" else lot.moving(mode, 0.0, 0.0)
         return [dataclasses.replace(rest, y=tuple(row)) for row in rows.tolist()]
 
     def _array(self, name: str, inner: tuple[int, ...]) -> Array:

@@ -39,11 +39,10 @@ def equation(problem: Problem, zc: float) -> TipEquation | None:
         # a hair beside the other region's edge: of two events at one time the integrator would see one
         edge = a0 * (1.0 - 1e-9)
         regions = [region, Region(edge, edge)]
-    if law is None or regions is None:
+    if law is None or regions is None or problem.shaken is not None:
         return None
     drives = [
-        (tone.frequency, list(map(float, row)), tone.phase)
-        for tone, row in zip(problem.tones, problem.drive, strict=True)
+        (tone.frequency, row.tolist(), tone.phase) for tone, row in zip(problem.tones, problem.drive, strict=True)
     ]
     modes = [(mode.f0, mode.k, mode.Q) for mode in problem.modes]
     return TipEquation(modes, drives, zc, law, regions, length=problem.tones[0].A0)

@@ -6,6 +6,7 @@ and averages at once.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -66,28 +67,53 @@ def closures(problem: Problem, values: Mapping[str, Any], mean_squares: Any) -> 
     virials, energies, works = [], [], []
     for n, mode in enumerate(problem.modes):
         j = driving_tone(problem, n)
-        r, push = problem.tones[j].frequency / mode.f0, float(problem.drive[j, n])
-        a, lag = float(values["mode_amplitude"][n]), math.radians(float(values["mode_phase"][n]))
-        virial = 0.5 * mode.k * a * ((1.0 - r * r) * a - push / mode.k * math.cos(lag))
-        energy = math.pi * push * a * math.sin(lag) - math.pi * mode.k * r * a * a / mode.Q
+        r, a = problem.tones[j].frequency / mode.f0, float(values["mode_amplitude"][n])
+        given = problem.drive[j, n] * a * cmath.exp(1j * math.radians(float(values["mode_phase"][n])))
+        virial = 0.5 * mode.k * (1.0 - r * r) * a * a - 0.5 * given.real
+        energy = math.pi * given.imag - math.pi * mode.k * r * a * a / mode.Q
         # a tip that is stuck moves next to nothing
-        work = math.pi * push * max(a, LEAST * problem.tones[j].A0)
+        work = math.pi * abs(problem.tip_drive[j, n]) * max(a, LEAST * problem.tones[j].A0)
         virials.append(abs(float(values["virial"][n]) - virial) / work)
         energies.append(abs(float(values["dissipated_energy"][n]) - energy) / work)
         works.append(work)
     out["virial"], out["energy"] = max(virials), max(energies)
     damping = sum(m.k / (TAU * m.f0 * m.Q) * v2 for m, v2 in zip(problem.modes, mean_squares, strict=True))
-    power = sum(
-        0.5 * tone.force * TAU * tone.frequency * a * math.sin(math.radians(lag))
-        for tone, a, lag in zip(problem.tones, values["amplitude"], values["phase"], strict=True)
-    )
     total, period = float(values["total_dissipated_energy"]), 1.0 / problem.tones[0].frequency
+    power = sum(
+        0.5 * TAU * tone.frequency * float((drive * moved.conj()).imag.sum())
+        for tone, drive, moved in zip(problem.tones, problem.tip_drive, _moves(problem, values), strict=True)
+    )
     out["total energy"] = abs(total - (power - damping) * period) / sum(works)
     if not any(force.dissipative or force.timed for force in problem.forces):
         out["conserved energy"] = abs(total) / sum(works)
         if "multiplier_modulus" in values:
             out["multipliers"] = _area(problem, np.asarray(values["multiplier_modulus"]))
     return out
+
+
+def _moves(problem: Problem, values: Mapping[str, Any]) -> Any:
+    """Return the complex amplitude (m) of each mode at each tone, as it is solved, (tones, modes).
+
+    A force on all modes works on the tip alone: there the first mode stands for all. Else it is known of one tone, or of two
+    modes of which each tone is meant for one.
+    """
+    base, tones, modes = problem.base, len(problem.tones), len(problem.modes)
+    names = ("tip_amplitude", "tip_phase") if problem.tip_differs else ("amplitude", "phase")
+    tip = np.asarray(values[names[0]]) * np.exp(-1j * np.radians(values[names[1]]))
+    own = np.asarray(values["mode_amplitude"]) * np.exp(-1j * np.radians(values["mode_phase"]))
+    moves = np.zeros((tones, modes), dtype=complex)
+    if problem.shaken is None and problem.acts_on == "all_modes":
+        moves[:, 0] = tip
+    elif tones == 1:
+        moves[0] = own
+        moves[0, problem.tones[0].mode] += base[0]
+    elif modes == 2 and sorted(problem.own_modes) == [0, 1]:
+        for j, n in enumerate(problem.own_modes):
+            moves[j, n] = own[n] + base[j]
+            moves[j, 1 - n] = tip[j] - moves[j, n]
+    else:
+        moves[:] = np.nan
+    return moves
 
 
 def _area(problem: Problem, multipliers: Any) -> float:

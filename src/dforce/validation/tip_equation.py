@@ -1,6 +1,6 @@
 """The tip equation written a second time, from its formulas, for SciPy's DOP853; it uses nothing of dForce.
 
-    m z'' + (m w0 / Q) z' + k z = sum_j F_j cos(w_j t + theta_j) + F(d, d')    for each mode,    d = zc + sum z
+    m z'' + (m w0 / Q) z' + k z = Re sum_j F_j e^(i (w_j t + theta_j)) + F(d, d')    for each mode,    d = zc + sum z
 
 Regions of the force with an edge (contact, a neck) are followed as flags that flip at events, so that DOP853 only ever
 sees smooth functions. What is measured are integrals that it solves along with the motion.
@@ -8,6 +8,7 @@ sees smooth functions. What is measured are integrals that it solves along with 
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -38,7 +39,7 @@ class TipEquation:
     """
 
     modes: Sequence[tuple[float, float, float]]  # f0, k, Q
-    drives: Sequence[tuple[float, Sequence[float], float]]  # frequency, force on each mode, phase
+    drives: Sequence[tuple[float, Sequence[complex], float]]  # frequency, force on each mode, phase
     zc: float
     force: Callable[..., float]
     regions: Sequence[Region] = ()
@@ -124,7 +125,7 @@ class TipEquation:
             f = self.force(d, rate, flags, memory)
             a = []
             for n, (w0, k, Q) in enumerate(rest):
-                push = f + sum(forces[n] * math.cos(w * t + phase) for w, forces, phase in drives)
+                push = f + sum((forces[n] * cmath.exp(1j * (w * t + phase))).real for w, forces, phase in drives)
                 a.append(push * w0 * w0 / k - w0 * v[n] / Q - w0 * w0 * z[n])
             change = self.flow(d, rate, flags, memory) if self.flow else []
             turn, share = drives[0][0] * t, tip / self.length

@@ -157,7 +157,8 @@ class Evidence:
         if found.size:
             nearest = float(found.min())
         elif self.range_of_zc is not None:
-            nearest = self.range_of_zc[0] - float(np.abs(self.problem.free).sum())
+            free = np.abs(self.problem.free).sum() + np.abs(self.problem.base).sum()
+            nearest = self.range_of_zc[0] - float(free)
         else:
             nearest = 0.0
         return max(nearest, self.problem.a0)

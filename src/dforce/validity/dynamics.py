@@ -112,7 +112,7 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
         mode = seen.problem.modes[tone.mode]
         widths = abs(tone.frequency - mode.f0) / (mode.f0 / mode.Q)
         if widths > 1.0:
-            peak = tone.force * mode.Q / mode.k
+            peak = float(abs(seen.problem.at_frequency(mode.f0, number).free[number, tone.mode]))
             return Advice(
                 "drive_off_resonance", widths, 1.0,
                 f"The drive is {widths:.2g} line widths off resonance, and A0 is the free amplitude there: at f0 the same "

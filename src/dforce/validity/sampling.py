@@ -162,7 +162,9 @@ def energy_gained(seen: Evidence) -> Advice | None:
     if array is None or any(force.timed for force in seen.problem.forces):
         return None
     given = -float(np.nanmin(array, initial=math.inf))
-    most = sum(math.pi * tone.force * tone.A0 for tone in seen.problem.tones)
+    problem = seen.problem
+    sizes = np.array([tone.A0 for tone in problem.tones]) + np.abs(problem.base)
+    most = float(math.pi * np.abs(problem.tip_drive).max(axis=1) @ sizes)
     if not given > GAINED * most:
         return None
     return Advice(
@@ -177,11 +179,13 @@ def energy_gained(seen: Evidence) -> Advice | None:
 
 def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
     """Look for amplitudes that the drive cannot keep up against the damping of the mode, whatever a passive sample does."""
-    array, problem = seen.array("amplitude"), seen.problem
+    problem = seen.problem
+    array = seen.array("tip_amplitude" if problem.tip_differs else "amplitude")
     if array is None or len(problem.tones) > 1 or any(force.timed for force in problem.forces):
         return None
     tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
-    most, found = tone.force * mode.Q / mode.k, float(np.nanmax(array, initial=0.0))
+    most = float(abs(problem.tip_drive[0, tone.mode]) * mode.Q / mode.k + abs(problem.base[0]))
+    found = float(np.nanmax(array, initial=0.0))
     if found <= BEYOND * most:
         return None
     return Advice(

@@ -1,0 +1,33 @@
+"""`dforce cantilevers`: the cantilevers known by name."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._terminal import DONE, Json, Traceback, print_json
+
+
+def cantilevers(
+    name: Annotated[str | None, typer.Argument(show_default=False, help="Show this cantilever alone.")] = None,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """List the cantilevers known by name, or show one, with the nominal values of their makers."""
+    known = df.cantilevers()
+    if name is None:
+        if json:
+            print_json([vars(probe) for probe in known.values()])
+        else:
+            typer.echo(known.as_text())
+        return DONE
+    if name not in known:
+        raise df.ParameterError(f"there is no cantilever '{df.shorten(name)}'{df.nearest(name, known)}")
+    probe = known[name]
+    if json:
+        print_json(vars(probe))
+        return DONE
+    typer.echo(probe.as_text())
+    return DONE

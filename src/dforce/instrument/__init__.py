@@ -1,0 +1,28 @@
+"""The instrument: cantilever, drive, read-out, tip, sample, contact and medium, as a user describes them."""
+
+from dforce.instrument.base import BaseMotion, Piezo
+from dforce.instrument.drive import Drive, Tone, ToneNumbers
+from dforce.instrument.lever import Beam, Cantilever, Mode, ModeNumbers
+from dforce.instrument.medium import Medium
+from dforce.instrument.readout import Readout, ReadoutNumbers
+from dforce.instrument.sample import Contact, Sample, effective_modulus
+from dforce.instrument.tip import Tip
+
+__all__ = [
+    "BaseMotion",
+    "Beam",
+    "Cantilever",
+    "Contact",
+    "Drive",
+    "Medium",
+    "Mode",
+    "ModeNumbers",
+    "Piezo",
+    "Readout",
+    "ReadoutNumbers",
+    "Sample",
+    "Tip",
+    "Tone",
+    "ToneNumbers",
+    "effective_modulus",
+]

@@ -1,0 +1,235 @@
+"""The drive: tones that push the tip, or shake the base, so that each gives its mode a free amplitude."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
+
+import pydantic
+
+from dforce.errors import ParameterError
+from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
+from dforce.instrument.lever import MOST_MODES, ModeNumbers
+from dforce.instrument.readout import Readout
+from dforce.parameters import MaybeNumber, Number, Parameters, Part, param, part
+
+FARTHEST = 1000.0  # free amplitudes: a base that has to move more cannot drive its mode
+
+if TYPE_CHECKING:
+
+    class MaybeTuned:
+        """A frequency, or how it is found, or nothing."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> float | Literal["peak"] | None: ...
+        def __set__(self, owner: object, value: float | str | None) -> None: ...
+else:
+    MaybeTuned = float | Literal["peak"] | None
+
+
+@dataclass(frozen=True)
+class ToneNumbers:
+    """One tone of the drive.
+
+    Attributes
+    ----------
+    frequency
+        Hz.
+    phase
+        Phase at time zero (rad).
+    A0
+        Free amplitude of its mode (m), as the detector reads it.
+    mode
+        Its mode, counted from 0.
+    force
+        Amplitude of the force that drives its mode (N).
+    lag
+        Lag of the force, or of the base, behind the drive signal (rad).
+    base
+        Amplitude of the base far below the piezo's resonance (m); 0 under a force.
+    """
+
+    frequency: float
+    phase: float
+    A0: float
+    mode: int
+    force: float
+    lag: float = 0.0
+    base: float = 0.0
+
+
+def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
+    r"""Return the force (N) that moves a free mode by the amplitude `A0` (m) at a frequency (Hz).
+
+    .. math:: F = k A_0 \sqrt{(1 - r^2)^2 + (r / Q)^2}, \qquad r = \omega / \omega_0
+
+    which is :math:`k A_0 / Q` at resonance.
+    """
+    r = frequency / mode.f0
+    return mode.k * A0 * math.hypot((1.0 - r) * (1.0 + r), r / mode.Q)
+
+
+class Tone(Parameters):
+    """One tone of the drive, by the free amplitude that it gives its mode, or by the amplitude of the base."""
+
+    A0: MaybeNumber = param(
+        None, unit="m", symbol="A_0", above="0 nm", high="1 mm",
+        doc="free amplitude; of its mode, at its frequency",
+    )  # fmt: skip
+    base_amplitude: MaybeNumber = param(
+        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the shaken base; in the place of A0"
+    )
+    frequency: MaybeTuned = param(
+        None, unit="Hz", symbol="f", above="0 Hz", high="10 GHz",
+        doc="drive frequency; peak: where the free response of its mode is largest; left out: the f0 of its mode",
+    )  # fmt: skip
+    mode: int | None = pydantic.Field(
+        default=None,
+        ge=1,
+        le=MOST_MODES,
+        description="mode that the tone is meant for, from 1; left out: the tone's place in the list",
+    )
+    phase: Number = param(
+        "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the tone at time zero"
+    )
+    lag: Number = param(
+        "0 deg", symbol=r"\lambda", low="-360 deg", high="360 deg",
+        doc="lag of the force, or of the base, behind the drive signal; such as of photothermal drive",
+    )  # fmt: skip
+
+    @pydantic.model_validator(mode="after")
+    def _an_amplitude(self) -> Self:
+        if self.A0 is None and self.base_amplitude is None:
+            raise ParameterError("has neither A0 (free amplitude) nor base_amplitude; give one of them")
+        if self.A0 is not None and self.base_amplitude is not None:
+            raise ParameterError("has both A0 and base_amplitude; give one of them")
+        return self
+
+
+class Drive(Parameters):
+    """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or a shaken base."""
+
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag"), "several tones": ("tones",),
+    }  # fmt: skip
+
+    A0: MaybeNumber = param(
+        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of several tones each has its own"
+    )
+    base_amplitude: MaybeNumber = param(
+        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the shaken base; in the place of A0"
+    )
+    frequency: MaybeTuned = param(
+        None, unit="Hz", symbol="f", above="0 Hz", high="10 GHz",
+        doc="drive frequency; peak: where the free response of its mode is largest; left out: the f0 of its mode",
+    )  # fmt: skip
+    mode: int | None = pydantic.Field(
+        default=None, ge=1, le=MOST_MODES, description="mode that is driven, from 1; left out: 1"
+    )
+    phase: Number = param(
+        "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the drive at time zero"
+    )
+    lag: Number = param(
+        "0 deg", symbol=r"\lambda", low="-360 deg", high="360 deg",
+        doc="lag of the force, or of the base, behind the drive signal; such as of photothermal drive",
+    )  # fmt: skip
+    tones: Part[tuple[Tone, ...]] = part((), max_length=MOST_MODES, description="tones, instead of a single one")
+    excitation: Literal["force", "base"] = pydantic.Field(
+        default="force",
+        title="Driven by",
+        description="force: magnetic or photothermal, a force on the tip; base: a piezo shakes the base of the lever",
+    )
+    acts_on: Literal["all_modes", "own_mode"] = pydantic.Field(
+        default="all_modes",
+        title="A tone acts on",
+        description="all_modes: a tone is a force on the tip, so on every mode; own_mode: only on its own",
+    )
+    fluid_follows: Number = param(
+        0.0, unit="1", symbol="s", low=0.0, high=1.0,
+        doc="share of the fluid that moves with a shaken base; 0: at rest, 1: the whole cell is shaken",
+    )  # fmt: skip
+    piezo: Part[Piezo | None] = part(None, description="resonance of the piezo that shakes the base")
+
+    @pydantic.model_validator(mode="after")
+    def _one_description(self) -> Self:
+        single = [name for name in self.ways["one tone"] if getattr(self, name)]
+        if self.tones and single:
+            raise ParameterError(f"drive has both {single[0]} and tones; give only one of them")
+        if not self.tones and self.base_amplitude is None:
+            self.needed("A0")
+        if self.A0 is not None and self.base_amplitude is not None:
+            raise ParameterError("drive has both A0 and base_amplitude; give one of them")
+        self._of_a_base()
+        return self
+
+    def _of_a_base(self) -> None:
+        if self.excitation == "base":
+            if self.acts_on == "own_mode":
+                raise ParameterError("drive.acts_on goes with a force; a shaken base acts on every mode")
+            return
+        for name in ("fluid_follows", "piezo"):
+            if getattr(self, name):
+                raise ParameterError(f'drive.{name} goes with a shaken base; write excitation = "base"')
+        if self.base_amplitude is not None or any(tone.base_amplitude is not None for tone in self.tones):
+            raise ParameterError('drive.base_amplitude goes with a shaken base; write excitation = "base"')
+
+    def base(self) -> BaseMotion | None:
+        """Return how the base is shaken; None under a force."""
+        if self.excitation == "force":
+            return None
+        return BaseMotion(self.fluid_follows, *((self.piezo.f0, self.piezo.Q) if self.piezo else ()))
+
+    def resolve(self, modes: tuple[ModeNumbers, ...], readout: Readout) -> tuple[ToneNumbers, ...]:
+        """Return the tones with mode, frequency, force and base filled in.
+
+        Raises
+        ------
+        ParameterError
+            When a tone is meant for a mode that the cantilever does not have, or the base cannot drive its mode.
+        """
+        base = self.base()
+        if self.tones:
+            return tuple(
+                _tone(f"drive.tones.{place}", tone, tone.mode or place, modes, base, readout)
+                for place, tone in enumerate(self.tones, start=1)
+            )
+        return (_tone("drive", self, self.mode or 1, modes, base, readout),)
+
+
+def _tone(
+    path: str,
+    given: Tone | Drive,
+    number: int,
+    modes: tuple[ModeNumbers, ...],
+    base: BaseMotion | None,
+    readout: Readout,
+) -> ToneNumbers:
+    if number > len(modes):
+        count = "1 mode" if len(modes) == 1 else f"{len(modes)} modes"
+        raise ParameterError(f"{path}.mode = {number}, but the cantilever has only {count}")
+    mode = modes[number - 1]
+    seen = readout.weights(len(modes), number - 1)[number - 1]
+    if given.frequency == "peak":
+        frequency = mode.f0 * peak_ratio(mode, base, f"{path}.frequency")
+    else:
+        frequency = mode.f0 if given.frequency is None else given.frequency
+    if base is None:
+        A0 = given.needed("A0")
+        force = drive_force(mode, A0 / abs(seen), frequency)
+        return ToneNumbers(frequency, given.phase, A0, number - 1, force, given.lag)
+    push = base.force(mode, frequency)  # N per meter of the base
+    r = frequency / mode.f0
+    response = abs(seen * push / (mode.k * complex((1.0 - r) * (1.0 + r), r / mode.Q)) + readout.sees_base)
+    if response * FARTHEST < 1.0:
+        raise ParameterError(
+            f"{path}: the base cannot drive mode {number} at {frequency:.6g} Hz; it would have to move by more than "
+            f"{FARTHEST:g} times A0"
+        )
+    if given.base_amplitude is not None:
+        moved, A0 = given.base_amplitude, response * given.base_amplitude
+    else:
+        A0 = given.needed("A0")
+        moved = A0 / response
+    static = moved / abs(base.piezo_response(frequency))
+    return ToneNumbers(frequency, given.phase, A0, number - 1, abs(push) * moved, given.lag, static)

@@ -1,0 +1,265 @@
+"""The lever: modes as they were measured, or a rectangular beam."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import pydantic
+
+from dforce import beam
+from dforce.errors import ParameterError, nearest, shorten
+from dforce.files import folder
+from dforce.instrument.medium import Medium
+from dforce.library.cantilevers import cantilevers, own_cantilevers
+from dforce.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
+
+MOST_MODES = 10
+DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
+
+
+@dataclass(frozen=True)
+class ModeNumbers:
+    """One mode as it is in its medium.
+
+    Attributes
+    ----------
+    f0, k, Q
+        Resonance frequency (Hz), spring constant (N/m) and quality factor.
+    base_coupling
+        How strongly a base that moves drives it; 1 for a point mass.
+    added_mass
+        Share of the fluid in its mass; None where it is not known.
+    """
+
+    f0: float
+    k: float
+    Q: float
+    base_coupling: float = 1.0
+    added_mass: float | None = None
+
+
+class Mode(Parameters):
+    """One eigenmode of the cantilever, a point mass m = k / (2 pi f0)^2 on a spring with viscous damping."""
+
+    f0: Number = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
+    k: Number = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
+    # at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
+    Q: Number = param(
+        unit="1",
+        symbol="Q",
+        above=0.5,
+        high=1e9,
+        doc="quality factor; above 0.5, so that the mode oscillates",
+    )
+    base_coupling: MaybeNumber = param(
+        None, unit="1", symbol=r"\chi", low=-10.0, high=10.0,
+        doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
+    )  # fmt: skip
+    added_mass: MaybeNumber = param(
+        None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
+    )
+
+
+class Beam(Parameters):
+    """A rectangular cantilever by material and size; its modes follow from Euler–Bernoulli theory.
+
+    In a fluid, frequencies and quality factors follow from Sader's hydrodynamic function
+    (:func:`dforce.beam.fluid_mode`). Valid for length far above width far above thickness.
+    """
+
+    title_of: ClassVar[str] = "cantilever.beam"
+    # silicon along <110>: M. A. Hopcroft, W. D. Nix, T. W. Kenny, J. Microelectromech. Syst. 19, 229 (2010)
+    example: ClassVar[Mapping[str, Any]] = {
+        "youngs_modulus": "169 GPa", "density": "2330 kg/m^3", "length": "225 um", "width": "30 um", "thickness": "3 um",
+    }  # fmt: skip
+
+    youngs_modulus: Number = param(
+        unit="Pa", symbol="E", above="0 GPa", high="10 TPa", doc="Young's modulus of the beam"
+    )
+    density: Number = param(unit="kg/m^3", symbol=r"\rho_c", above=0.0, high=1e5, doc="density of the beam")
+    length: Number = param(unit="m", symbol="L", above="0 um", high="0.1 m", doc="length of the beam")
+    width: Number = param(unit="m", symbol="b", above="0 um", high="0.1 m", doc="width of the beam")
+    thickness: Number = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
+    modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
+    Q: Numbers = param(
+        (), unit="1", symbol="Q", above=0.5, high=1e9,
+        doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
+    )  # fmt: skip
+
+    @pydantic.field_validator("Q", mode="before")
+    @classmethod
+    def _one_or_many(cls, given: Any) -> Any:
+        return given if isinstance(given, list | tuple) else (given,)
+
+    @pydantic.model_validator(mode="after")
+    def _a_Q_for_each(self) -> Self:
+        if self.Q and len(self.Q) != self.modes:
+            raise ParameterError(
+                f"cantilever.beam.Q has {len(self.Q)} values for {self.modes} modes; give one for each"
+            )
+        return self
+
+    def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
+        """Return the modes in a medium; in a fluid f0 is by Sader's theory, and so is Q unless it is given.
+
+        Raises
+        ------
+        ParameterError
+            When Q is not given and the medium does not tell it.
+        """
+        return tuple(self._mode(n, medium) for n in range(1, self.modes + 1))
+
+    def _mode(self, n: int, medium: Medium) -> ModeNumbers:
+        free = beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
+        f0, Q, added_mass = free.frequency, self.Q[n - 1] if self.Q else math.nan, 0.0
+        if medium.density and medium.viscosity:
+            wet = beam.fluid_mode(
+                free.frequency, self.density, self.width, self.thickness, medium.density, medium.viscosity
+            )
+            f0, Q, added_mass = wet.frequency, self.Q[n - 1] if self.Q else wet.Q, wet.added_mass
+        elif not self.Q:
+            why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
+            raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
+        if Q <= 0.5:
+            raise ParameterError(f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5")
+        return ModeNumbers(f0, free.stiffness, Q, beam.base_coupling(n), added_mass)
+
+
+class Cantilever(Parameters):
+    """The cantilever: one mode by `f0`, `k` and `Q`, several by `modes`, or a rectangular `beam`."""
+
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "one mode": ("name", "library", "f0", "k", "Q", "tip_radius", "base_coupling", "added_mass"),
+        "several modes": ("modes",), "a beam": ("beam",),
+    }  # fmt: skip
+
+    name: str | None = pydantic.Field(
+        default=None,
+        max_length=50,
+        examples=list(cantilevers()),
+        description="a cantilever known by name: its nominal f0, k and tip radius, where they are not given",
+    )
+    library: str | None = pydantic.Field(
+        default=None, max_length=500, description="a CSV file of your own that the name is looked up in"
+    )
+    f0: MaybeNumber = param(
+        None,
+        unit="Hz",
+        symbol="f_0",
+        above="0 Hz",
+        high="10 GHz",
+        doc="resonance frequency; of several modes each has its own",
+    )
+    k: MaybeNumber = param(
+        None,
+        unit="N/m",
+        symbol="k",
+        above="0 N/m",
+        high="1e8 N/m",
+        doc="spring constant; of several modes each has its own",
+    )
+    Q: MaybeNumber = param(
+        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
+    )
+    base_coupling: MaybeNumber = param(
+        None, unit="1", symbol=r"\chi", low=-10.0, high=10.0,
+        doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
+    )  # fmt: skip
+    added_mass: MaybeNumber = param(
+        None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
+    )
+    tip_radius: MaybeNumber = param(
+        None, unit="m", symbol="R", above="0 nm", high="1 mm",
+        doc="radius of the tip of a cantilever known by name; tip.radius comes first",
+    )  # fmt: skip
+    modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
+    beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _name_alone(cls, data: Any) -> Any:
+        return {"name": data} if isinstance(data, str) else data
+
+    @pydantic.model_validator(mode="after")
+    def _known_values(self) -> Self:
+        if self.name is None:
+            if self.library is not None:
+                raise ParameterError("cantilever.library needs a name to look up: give cantilever.name")
+            return self
+        if self.modes or self.beam is not None:
+            raise ParameterError(
+                f"cantilever has both name and {'modes' if self.modes else 'beam'}; give only one of them"
+            )
+        if self.library is not None and self.f0 is not None and self.k is not None:
+            return self  # it holds what it needs, wherever its file is
+        known = cantilevers() if self.library is None else own_cantilevers(folder() / self.library)
+        if self.name not in known:
+            raise ParameterError(f"cantilever = '{shorten(self.name)}' is not known{nearest(self.name, known)}")
+        for field in ("f0", "k", "Q", "tip_radius"):
+            value = getattr(known[self.name], field)
+            if getattr(self, field) is None and value is not None:
+                self.quantities()[field].check(value)
+                self.__dict__[field] = value
+                if self.library is not None:  # a case has to mean the same where the file is not
+                    self.model_fields_set.add(field)
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _one_description(self) -> Self:
+        given = [name for name in self.ways["one mode"] if getattr(self, name) is not None]
+        ways = [
+            *(["f0, k, Q"] if given else []),
+            *(["modes"] if self.modes else []),
+            *(["beam"] if self.beam else []),
+        ]
+        if len(ways) > 1:
+            raise ParameterError(f"cantilever has both {ways[0]} and {ways[1]}; give only one of them")
+        if not ways:
+            raise ParameterError("cantilever is empty; give f0, k and Q, or a list of modes, or a beam")
+        if given:
+            for name in ("f0", "k", *(("Q",) if not self._has_sizes() else ())):
+                self.needed(name)
+        return self
+
+    def _has_sizes(self) -> bool:
+        """Whether the sizes of a shipped cantilever are known, which tell its Q in air."""
+        return self.name is not None and self.library is None and cantilevers()[self.name].length is not None
+
+    def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
+        """Return the modes as they are in the medium; given modes are taken as measured there.
+
+        Raises
+        ------
+        ParameterError
+            When the Q of a cantilever known by name is not given, and the medium is no gas that tells it.
+        """
+        if self.beam is not None:
+            return self.beam.resolve(medium)
+        if self.modes:
+            return tuple(_measured(mode, n, mode.Q) for n, mode in enumerate(self.modes, start=1))
+        mode = _measured(self, 1, self._nominal_Q(medium) if self.Q is None else self.Q)
+        return (mode,)
+
+    def _nominal_Q(self, medium: Medium) -> float:
+        """Return Q in a gas from nominal f0, k and sizes, by Sader's theory."""
+        probe = cantilevers()[str(self.name)]
+        if not medium.density or not medium.viscosity:
+            raise ParameterError(
+                f'cantilever.Q is missing, and makers give none for {self.name}; give Q, or write medium = "air"'
+            )
+        if medium.density > DENSEST:
+            raise ParameterError(
+                f"f0 of {self.name} is nominal in air, and a liquid lowers it and Q: give cantilever.f0 and Q as measured there"
+            )
+        length, width = float(probe.length or 0.0), float(probe.width or 0.0)
+        at_one = beam.sader_stiffness(self.needed("f0"), 1.0, length, width, medium.density, medium.viscosity)
+        return self.needed("k") / at_one
+
+
+def _measured(given: Mode | Cantilever, n: int, Q: float) -> ModeNumbers:
+    """Return a mode that was given by its numbers."""
+    coupling = beam.base_coupling(n) if given.base_coupling is None else given.base_coupling
+    return ModeNumbers(given.needed("f0"), given.needed("k"), Q, coupling, given.added_mass)

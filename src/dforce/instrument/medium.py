@@ -1,0 +1,54 @@
+"""The medium: what the cantilever moves in."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import pydantic
+
+from dforce import library, units
+from dforce.errors import ParameterError, nearest, shorten
+from dforce.parameters import MaybeNumber, Number, Parameters, param
+
+
+class Medium(Parameters):
+    """What the cantilever moves in: a name (`medium = "water"`), numbers, or a name and some numbers."""
+
+    name: str | None = pydantic.Field(
+        default=None,
+        max_length=50,
+        examples=sorted(library.media()),
+        description="a known medium: air, water or vacuum, with its values at 298.15 K",
+    )
+    density: MaybeNumber = param(None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid")
+    viscosity: MaybeNumber = param(None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid")
+    permittivity: MaybeNumber = param(
+        None,
+        unit="1",
+        symbol=r"\epsilon",
+        low=1.0,
+        high=1e6,
+        doc="relative permittivity between tip and sample",
+    )
+    temperature: Number = param(
+        "298.15 K", symbol="T", above="0 K", high="1e4 K",
+        doc="temperature; the values of a medium known by name stay those at 298.15 K",
+    )  # fmt: skip
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _name_alone(cls, data: Any) -> Any:
+        return {"name": data} if isinstance(data, str) else data
+
+    @pydantic.model_validator(mode="after")
+    def _known_values(self) -> Self:
+        if self.name is None:
+            return self
+        known = library.media()
+        if self.name not in known:
+            raise ParameterError(f"medium = '{shorten(self.name)}' is not known{nearest(self.name, known)}")
+        for field in ("density", "viscosity", "permittivity"):
+            if getattr(self, field) is None:
+                # not marked as given by the user, so that a case written to a file keeps the name alone
+                self.__dict__[field] = units.parse(known[self.name][field], self.quantities()[field].unit)
+        return self

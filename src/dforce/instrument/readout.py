@@ -1,0 +1,97 @@
+"""The read-out: what the detector makes of the motion, and what its phase is measured against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import pydantic
+
+from dforce import beam
+from dforce.errors import ParameterError
+from dforce.parameters import Numbers, Parameters, param
+
+
+@dataclass(frozen=True)
+class ReadoutNumbers:
+    """What the detector reads.
+
+    Attributes
+    ----------
+    weights
+        By which each mode's deflection counts at each tone, a row for each tone.
+    base
+        By which the base's motion counts.
+    turns
+        What is added to the phase at each tone (rad).
+    """
+
+    weights: tuple[tuple[float, ...], ...]
+    base: float = 0.0
+    turns: tuple[float, ...] = ()
+
+
+class Readout(Parameters):
+    """What the detector reads: amplitude and phase of a result, A0 and the set point are in its terms."""
+
+    kind: Literal["deflection", "optical_lever", "interferometer"] = pydantic.Field(
+        default="deflection",
+        title="Detector",
+        description="deflection: as the modes move; optical_lever: by the slope at the lever's end; interferometer: the tip's "
+        "place, its base included",
+    )
+    calibrated: Literal["static", "each_mode"] = pydantic.Field(
+        default="static",
+        title="Lever of light calibrated",
+        description="static: by a force curve on a hard sample; each_mode: each mode by itself",
+    )
+    mode_sensitivity: Numbers = param(
+        (), unit="1", symbol="s_n", low=-1e3, high=1e3,
+        doc="sensitivity of the lever of light to each mode over that to a steady force; left out: of a uniform beam",
+    )  # fmt: skip
+    phase_reference: Literal["drive", "free"] | None = pydantic.Field(
+        default=None,
+        title="Phase counts from",
+        description="drive: lag behind the drive; free: 90 degrees in free motion; left out: the drive, or the free motion "
+        'where the frequency is "peak"',
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _of_a_lever_of_light(self) -> Self:
+        if self.kind != "optical_lever":
+            for name, given in (
+                ("mode_sensitivity", self.mode_sensitivity),
+                ("calibrated", self.calibrated == "each_mode"),
+            ):
+                if given:
+                    raise ParameterError(f'readout.{name} goes with kind = "optical_lever"')
+        if 0.0 in self.mode_sensitivity:
+            raise ParameterError("readout.mode_sensitivity has a 0; a mode that is not seen has no calibration")
+        return self
+
+    def sensitivities(self, modes: int) -> tuple[float, ...]:
+        """Return by how much each mode's deflection counts, before each is calibrated by itself.
+
+        Raises
+        ------
+        ParameterError
+            When there is not one sensitivity for each mode.
+        """
+        if self.kind != "optical_lever":
+            return (1.0,) * modes
+        given = self.mode_sensitivity or tuple(beam.lever_factor(n) for n in range(1, modes + 1))
+        if len(given) != modes:
+            raise ParameterError(
+                f"readout.mode_sensitivity has {len(given)} values for {modes} modes; give one for each"
+            )
+        return given
+
+    def weights(self, modes: int, mode: int) -> tuple[float, ...]:
+        """Return by how much each of the modes counts at a tone that is meant for one of them (from 0)."""
+        given = self.sensitivities(modes)
+        return tuple(one / given[mode] for one in given) if self.calibrated == "each_mode" else given
+
+    @property
+    def sees_base(self) -> float:
+        """By how much the base's motion counts."""
+        return 1.0 if self.kind == "interferometer" else 0.0

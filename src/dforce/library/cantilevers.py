@@ -1,0 +1,120 @@
+"""Cantilevers by name: nominal values of makers, as data, and those of a file of the user's own.
+
+A file is a CSV table with a head: `name`, `f0`, `k`, and, where known, `Q`, `length`, `width`, `thickness`, `tip_radius`,
+`maker` and `source`; numbers in SI or with a unit. Sizes are shipped where they agree with f0 and k of a rectangular silicon
+beam.
+"""
+
+from __future__ import annotations
+
+import csv
+import functools
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from dforce import units
+from dforce.errors import ParameterError, shorten
+from dforce.listing import Shown, aligned, html_table
+
+UNITS = {"f0": "Hz", "k": "N/m", "Q": "1", "length": "m", "width": "m", "thickness": "m", "tip_radius": "m"}
+WORDS = ("name", "maker", "source")
+MOST_BYTES = 1_000_000  # a larger file is no list of cantilevers
+NOMINAL = "f0 is uncertain by 20 to 30 %, k by a factor of 2 to 4: measure f0 and Q, and calibrate k"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A cantilever known by name, with its nominal values in SI: None where they are not known."""
+
+    name: str
+    f0: float
+    k: float
+    Q: float | None = None
+    length: float | None = None
+    width: float | None = None
+    thickness: float | None = None
+    tip_radius: float | None = None
+    maker: str = ""
+    source: str = ""
+
+    def cells(self) -> tuple[str, ...]:
+        """Return what a table shows of it: name, maker, f0, k, tip radius."""
+        shown = (units.show(self.f0, "Hz", 4), units.show(self.k, "N/m", 4))
+        return (self.name, self.maker, *shown, "" if self.tip_radius is None else units.show(self.tip_radius, "m", 3))
+
+    def as_text(self) -> str:
+        """Return all that is known of it, a line for each value."""
+        numbers = [(key, getattr(self, key), unit) for key, unit in UNITS.items()]
+        lines = [
+            (key.replace("_", " "), units.show(value, unit, 4)) for key, value, unit in numbers if value is not None
+        ]
+        return aligned([*lines, ("maker", self.maker), ("source", self.source), ("nominal", NOMINAL)])
+
+
+HEAD = ("name", "maker", "f0", "k", "tip radius")
+
+
+class Probes(Shown, dict[str, Probe]):
+    """What :func:`cantilevers` returns: a dict by name, shown as a table."""
+
+    def as_text(self) -> str:
+        """Return a row for each."""
+        return f"{aligned([HEAD, *(probe.cells() for probe in self.values())])}\nnominal values: {NOMINAL}"
+
+    def as_html(self) -> str:
+        """Return a row for each."""
+        return html_table([probe.cells() for probe in self.values()], HEAD)
+
+
+@functools.cache
+def cantilevers() -> Probes:
+    """Return the known cantilevers by name, in SI, with their makers' nominal values; the dict shows itself as a table."""
+    text = (resources.files(__package__) / "cantilevers.csv").read_text(encoding="utf-8")
+    return _read(text.splitlines(), "the shipped list")
+
+
+def own_cantilevers(file: Path) -> Probes:
+    """Return the cantilevers of a user's own file.
+
+    Raises
+    ------
+    ParameterError
+        When it cannot be read, or is no such table.
+    """
+    name = shorten(file.name)
+    if file.suffix != ".csv":
+        raise ParameterError(f"cantilever.library = '{name}' is no CSV file: its name has to end in .csv")
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise ParameterError(f"cantilever.library = '{name}' cannot be read: {error.strerror}") from None
+    if len(content) > MOST_BYTES:
+        raise ParameterError(f"cantilever.library = '{name}' is too large to be a list of cantilevers")
+    try:
+        return _read(content.decode("utf-8-sig").splitlines(), f"cantilever.library = '{name}'")
+    except UnicodeDecodeError:
+        raise ParameterError(f"cantilever.library = '{name}' is no text in UTF-8") from None
+
+
+def _read(lines: Iterable[str], what: str) -> Probes:
+    table = csv.DictReader(lines)
+    for column in ("name", "f0", "k"):
+        if column not in (table.fieldnames or ()):
+            raise ParameterError(f"{what} has no column '{column}'; its first line has to name the columns")
+    for column in table.fieldnames or ():
+        if column not in (*UNITS, *WORDS):
+            raise ParameterError(f"{what} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
+    found = Probes()
+    for number, row in enumerate(table, start=1):
+        given = {key: (row.get(key) or "").strip() for key in (*UNITS, *WORDS)}
+        try:
+            numbers = {key: units.parse(given[key], unit) for key, unit in UNITS.items() if given[key]}
+        except ParameterError as error:
+            raise ParameterError(f"{what}, cantilever {number}: a number {error}") from None
+        if not given["name"] or not {"f0", "k"} <= set(numbers) or not all(value > 0.0 for value in numbers.values()):
+            raise ParameterError(f"{what}, cantilever {number}: give a name, f0 and k, and no number below 0")
+        words = {key: given[key] for key in WORDS}
+        found[given["name"]] = Probe(**words, **numbers)  # type: ignore[arg-type]
+    return found

@@ -1,0 +1,34 @@
+"""Takes the drive of a tone to another frequency: a force stays what it is, a base goes on moving as its piezo lets it.
+
+Scaled by the tone's own frequency, g times the one that the numbers hold at, a force drives a mode by its value over g^2. A
+base that moves by Y drives it by (c0 + i c1 / g + c2 / g^2) Y, the parts of inertia, drag and spring.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dforce.kernel.compose import FIRST_DRIVE
+
+
+def retune(tone: Any, response: Any, modes: int, g: float) -> None:
+    """Change the row of a tone table to g times its frequency; `response` is the tone's row of ``kernel.responses``."""
+    if response.shape[0] == 0:
+        for n in range(2 * modes):
+            tone[FIRST_DRIVE + n] /= g * g
+        return
+    place, w, damping = FIRST_DRIVE + 2 * modes, response[3 * modes], response[3 * modes + 1]
+    # the piezo's response over that at the frequency before
+    above_real, above_imaginary = 1.0 - w * w, w / damping
+    below_real, below_imaginary = 1.0 - w * w * g * g, w * g / damping
+    size = below_real * below_real + below_imaginary * below_imaginary
+    real = (above_real * below_real + above_imaginary * below_imaginary) / size
+    imaginary = (above_imaginary * below_real - above_real * below_imaginary) / size
+    base_real = tone[place] * real - tone[place + 1] * imaginary
+    base_imaginary = tone[place] * imaginary + tone[place + 1] * real
+    tone[place], tone[place + 1] = base_real, base_imaginary
+    for n in range(modes):
+        with_cosine = response[n] + response[2 * modes + n] / (g * g)
+        with_sine = response[modes + n] / g
+        tone[FIRST_DRIVE + n] = with_cosine * base_real - with_sine * base_imaginary
+        tone[FIRST_DRIVE + modes + n] = with_cosine * base_imaginary + with_sine * base_real

@@ -1,0 +1,120 @@
+"""Cantilevers known by name: what is shipped is plausible, and a file of one's own does the same."""
+
+import pytest
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce import beam
+from dforce.cli import app
+from dforce.errors import ParameterError
+from dforce.instrument import Medium
+
+SILICON, DENSITY = 169e9, 2330.0
+
+
+@pytest.mark.parametrize("probe", df.cantilevers().values(), ids=df.cantilevers())
+def test_what_is_shipped_is_plausible(probe):
+    assert 5e3 < probe.f0 < 3e6
+    assert 0.01 < probe.k < 100.0
+    assert probe.Q is None  # no maker gives one
+    assert 0.5e-9 < probe.tip_radius < 50e-9
+    assert probe.maker
+    assert "memory" not in probe.source
+    if probe.length is not None:  # sizes that do not fit are not shipped
+        assert probe.length > probe.width > probe.thickness
+        mode = beam.vacuum_mode(1, SILICON, DENSITY, probe.length, probe.width, probe.thickness)
+        assert mode.stiffness == pytest.approx(probe.k, rel=0.12)
+        assert mode.frequency == pytest.approx(probe.f0, rel=0.12)
+
+
+def test_doubtful_cantilevers_are_not_shipped():
+    known = df.cantilevers()
+    assert len(known) == 50
+    assert not {"55AC-NA", "TESPA", "RTESPA-300", "BL-AC40TS"} & set(known)
+
+
+def test_a_name_gives_nominal_values_and_numbers_beside_it_come_first():
+    case = df.Case(
+        cantilever="PPP-NCHR", drive={"A0": 10e-9}, medium="air", forces=[{"model": "van_der_waals", "hamaker": 1e-19}]
+    )
+    (mode,), probe = case.problem.modes, df.cantilevers()["PPP-NCHR"]
+    assert (mode.f0, mode.k) == (probe.f0, probe.k)
+    assert case.problem.forces[0].radius == probe.tip_radius
+    assert case.to_toml().startswith('cantilever = "PPP-NCHR"')
+    assert df.Case.from_toml(case.to_toml()) == case
+    measured = case.replace("cantilever.f0", "312 kHz").replace("tip.radius", "12 nm")
+    assert measured.problem.modes[0].f0 == 312e3
+    assert measured.problem.forces[0].radius == 12e-9
+
+
+def test_Q_in_air_is_the_one_for_which_sader_finds_the_nominal_k():
+    lever, air = df.Cantilever(name="FMR"), Medium(name="air")
+    (mode,), probe = lever.resolve(air), df.cantilevers()["FMR"]
+    k = beam.sader_stiffness(probe.f0, mode.Q, probe.length, probe.width, air.density, air.viscosity)
+    assert k == pytest.approx(probe.k, rel=1e-12)
+
+
+def test_a_file_of_ones_own_is_read_once_and_the_case_keeps_what_it_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my.csv").write_text("name,f0,k,Q,tip_radius\nmine,71.3 kHz,2.1 N/m,180,9 nm\n", encoding="utf-8")
+    case = df.Case(cantilever={"name": "mine", "library": "my.csv"}, drive={"A0": 10e-9})
+    assert (case.cantilever.f0, case.cantilever.k, case.cantilever.Q) == (71.3e3, 2.1, 180.0)
+    (tmp_path / "my.csv").unlink()
+    assert df.Case.from_toml(case.to_toml()).problem == case.problem
+
+
+def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
+    (tmp_path / "my.csv").write_text("name,f0,k\nmine,71300,2.1\n", encoding="utf-8")
+    text = 'cantilever = { name = "mine", library = "my.csv", Q = 180 }\ndrive = { A0 = "10 nm" }\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    assert df.load_case(tmp_path / "case.toml").problem.modes[0].k == 2.1
+
+
+@pytest.mark.parametrize(
+    ("lever", "medium", "message"),
+    [
+        ("PPP-NCHRR", "air", "cantilever = 'PPP-NCHRR' is not known; did you mean 'PPP-NCHR'?"),
+        ("PPP-NCHR", "water", "give cantilever.f0 and Q as measured there"),
+        ("PPP-NCHR", "vacuum", "makers give none for PPP-NCHR"),
+        ("PNP-DB-A", "air", "cantilever.Q (quality factor) is missing"),
+        ({"name": "FMR", "beam": {"length": 1e-4}}, "air", "cantilever.beam"),
+        ({"name": "FMR", "modes": [{"f0": 1, "k": 1, "Q": 1}]}, "air", "cantilever has both name and modes"),
+        ({"f0": 1, "k": 1, "Q": 1, "library": "my.csv"}, "air", "cantilever.library needs a name"),
+        ({"name": "mine", "library": "none.csv"}, "air", "cantilever.library = 'none.csv' cannot be read"),
+        ({"name": "mine", "library": "none.txt"}, "air", "its name has to end in .csv"),
+    ],
+)
+def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):
+    with pytest.raises(ParameterError) as raised:
+        df.Case(cantilever=lever, drive={"A0": 10e-9}, medium=medium)
+    assert message in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("name,f0\nmine,1\n", "has no column 'k'"),
+        ("name,f0,k,colour\nmine,1,1,red\n", "has a column 'colour'"),
+        ("name,f0,k\nmine,1 nm,1\n", "cantilever 1: a number"),
+        ("name,f0,k\nmine,1 kHz,-1\n", "no number below 0"),
+        ("name,f0,k\nother,1 kHz,1\n", "cantilever = 'mine' is not known"),
+    ],
+)
+def test_a_file_that_is_no_list_is_refused(tmp_path, monkeypatch, text, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(ParameterError) as raised:
+        df.Cantilever(name="mine", library="my.csv", Q=100)
+    assert message in str(raised.value)
+
+
+def test_the_command_lists_them_and_says_that_they_are_nominal():
+    run = CliRunner().invoke
+    listed = run(app, ["cantilevers"])
+    assert listed.exit_code == 0
+    assert all(name in listed.output for name in df.cantilevers())
+    assert "nominal" in listed.output
+    one = run(app, ["cantilevers", "FMR"])
+    assert "75 kHz" in one.output
+    assert "pyDAMPF" in one.output
+    assert run(app, ["cantilevers", "FRM"]).exit_code == 2
