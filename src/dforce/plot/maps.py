@@ -130,7 +130,9 @@ def _lines(axes: Axes, x: Floats, y: Floats, values: Floats, levels: Any) -> Non
     chosen = [level for level in chosen if finite.min() < level < finite.max()]
     if len(chosen):
         lines = axes.contour(x, y, np.ma.masked_invalid(values), levels=chosen, colors="black", linewidths=0.8)
-        halo: list[AbstractPathEffect] = [withStroke(linewidth=2.4, foreground="white")]  # seen on dark and light colors
+        halo: list[AbstractPathEffect] = [
+            withStroke(linewidth=2.4, foreground="white")
+        ]  # seen on dark and light colors
         lines.set_path_effects(halo)
         for label in axes.clabel(lines, fontsize="small", fmt="%g"):
             label.set_path_effects(halo)
