@@ -88,6 +88,7 @@ CALLS = {
     "plot.draw": {"results": CURVE},
     "plot.force_curve": {"dataset": synthetic.force_curve()},
     "plot.force_distance": {"dataset": TRACES},
+    "plot.map": {"dataset": synthetic.grid(), "x": "A0", "y": "youngs_modulus", "quantity": "peak_force"},
     "plot.overview": {"dataset": CURVE},
     "plot.phase_portrait": {"dataset": TRACES},
     "plot.resonance": {"dataset": CURVE},

@@ -78,6 +78,8 @@ def text() -> str:
         parts.append(_section(f'kind = "{kind}"', model, "~", skip=("kind",)))
     parts += [_section(title, model, "~") for title, model in INNER]
     parts.append(_section("[solver]", df.SolverSettings, "-"))
+    parts.append(_section("[sweep]", df.Sweep, "-"))
+    parts.append(_section("over.PATH = { ... }, a range of values", df.Range, "~"))
     return "\n\n".join(parts)
 
 

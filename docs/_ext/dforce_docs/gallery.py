@@ -9,7 +9,13 @@ import matplotlib as mpl
 
 from ran_page import forget_own_models
 
-TUTORIALS = ("soft_sample_in_liquid.py", "why_the_phase_jumps.py", "bimodal_contrast.py", "your_own_force.py")
+TUTORIALS = (
+    "soft_sample_in_liquid.py",
+    "why_the_phase_jumps.py",
+    "bimodal_contrast.py",
+    "gentle_on_soft_samples.py",
+    "your_own_force.py",
+)
 
 
 class Order:

@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import FigureBase
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 
 from dforce.errors import ParameterError, checked, nearest
@@ -86,7 +87,8 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
     if axis.dims != (name,) or axis.dtype.kind not in "fi" or axis.size < 2:
         raise ParameterError(f"'{name}' is no parameter with two or more numbers of a grid, so there is no map over it")
     scale, unit = reader_unit(axis)
-    return np.asarray(axis.values, dtype=float) / scale, axis_text(axis, unit)
+    name = str(axis.attrs.get("long_name", name)).partition(";")[0]  # without what is said behind it
+    return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)
 
 
 def _is_log(at: Floats) -> bool:
@@ -128,4 +130,9 @@ def _lines(axes: Axes, x: Floats, y: Floats, values: Floats, levels: Any) -> Non
     chosen = [level for level in chosen if finite.min() < level < finite.max()]
     if len(chosen):
         lines = axes.contour(x, y, np.ma.masked_invalid(values), levels=chosen, colors="black", linewidths=0.8)
-        axes.clabel(lines, fontsize="small", fmt="%g")
+        halo: list[AbstractPathEffect] = [
+            withStroke(linewidth=2.4, foreground="white")
+        ]  # seen on dark and light colors
+        lines.set_path_effects(halo)
+        for label in axes.clabel(lines, fontsize="small", fmt="%g"):
+            label.set_path_effects(halo)
