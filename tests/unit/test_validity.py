@@ -169,6 +169,13 @@ SPEAKS = {
     "debye_length_and_gap": [dlvo(zc="4 nm", **LOW), tapping(dlvo(**LOW), min_distance=3e-10, peak_force=1e-11, min_force=0.0)],
     "debye_length_and_radius": [dlvo("4 nm", **LOW)],
     "low_Q": [over(cantilever__Q=2)],
+    "base_in_liquid": [over(cantilever__Q=2, drive__excitation="base")],
+    "apparent_dissipation": [
+        tapping(
+            over(cantilever__Q=2, drive__excitation="base"), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0
+        ),
+    ],
+    "nominal_lever": [over(cantilever={"name": "FMR", "Q": 100}), over(cantilever={"name": "FMR", "k": 2.1, "Q": 100})],
     "mode_left_out": [
         over(cantilever__Q=50), over(cantilever={"beam": BEAM}),
         tapping(CALM, harmonic_amplitude=harmonics(5e-12), max_indentation=2e-10),
@@ -259,7 +266,13 @@ SILENT = {
         tapping(dlvo(**LOW), min_distance=3e-10, peak_force=1e-8, min_force=0.0),
     ],
     "debye_length_and_radius": [dlvo(**LOW)],
-    "low_Q": [CALM, over(cantilever__Q=10)],
+    "low_Q": [CALM, over(cantilever__Q=10), over(cantilever__Q=2, drive__excitation="base")],
+    "base_in_liquid": [CALM, over(cantilever__Q=2), over(drive__excitation="base")],
+    "apparent_dissipation": [
+        tapping(over(cantilever__Q=2), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0),
+        tapping(over(drive__excitation="base"), apparent_dissipated_energy=1e-22, total_dissipated_energy=0.0),
+    ],
+    "nominal_lever": [CALM, over(cantilever={"name": "FMR", "f0": 71e3, "k": 2.1, "Q": 100})],
     "mode_left_out": [
         CALM, over(cantilever__Q=5), over(cantilever={"beam": BEAM | {"Q": 200}}), df.example("figure-6"),
         tapping(over(cantilever__Q=50), harmonic_amplitude=harmonics(1e-12), max_indentation=2e-10),

@@ -14,31 +14,14 @@ from dforce.instrument import Beam, Medium, ModeNumbers
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
 
-LOW_Q = 10.0  # there a shaken base moves by a tenth of the amplitude
 LINE_WIDTHS = 3.0
+SHARP = 10.0  # Q from which on a mode has a line that a harmonic hits or misses
 HIGHEST = 10  # harmonic that a tap still drives visibly
 LEFT_OUT = 0.1  # of the indentation: the peak force then changes by 15 %
 ATOMIC = 2.5  # diameter of an atom over the intermolecular distance
 NOISY = 0.1  # of the free amplitude
 BLURRED = 0.1  # change of the mean force by the thermal motion
 ALWAYS = 0.999  # share of the period in contact
-
-
-def low_Q(seen: Evidence) -> Advice | None:
-    """Compare the quality factors of the driven modes with those at which base and fluid move visibly."""
-    modes = seen.problem.modes
-    number = min((tone.mode for tone in seen.problem.tones), key=lambda n: modes[n].Q)
-    Q = modes[number].Q
-    if Q >= LOW_Q:
-        return None
-    more = " Mode 2 rings at each tap, too: give it as well." if len(modes) == 1 else ""
-    return Advice(
-        "low_Q", Q, LOW_Q,
-        f"Mode {number + 1} has Q = {Q:.3g}, and the drive is taken as a force on the tip. With a shaken base (acoustic "
-        f"drive) the base moves by A0/Q, {percent(1.0 / Q)} of the free amplitude, which the photodiode does not see; "
-        f"compare with directly driven levers only.{more}",
-        "X. Xu, A. Raman, J. Appl. Phys. 102, 034303 (2007)", (seen.of_mode(number, "Q"),),
-    )  # fmt: skip
 
 
 @functools.lru_cache(maxsize=16)
@@ -80,7 +63,7 @@ def mode_left_out(seen: Evidence) -> Advice | None:
         "beam, which is left out"
     )
     remedy = "Give the modes up to this one, as measured."
-    if not seen.computed and detuning < LINE_WIDTHS and mode.Q >= LOW_Q:
+    if not seen.computed and detuning < LINE_WIDTHS and mode.Q >= SHARP:
         text = f"{where}: taps may drive it, which a run tells. {remedy}"
         return Advice("mode_left_out", detuning, LINE_WIDTHS, text, STARK, about)
     if not seen.deepest:
@@ -238,7 +221,6 @@ def _static_snap_in(forces: tuple[Force, ...], a0: float, k: float) -> float | N
 
 
 PIECES = (
-    low_Q,
     mode_left_out,
     drive_off_resonance,
     small_amplitude,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from dforce.library.cantilevers import NOMINAL
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
 
@@ -78,4 +79,18 @@ def _values(seen: Evidence) -> Iterator[tuple[str, float, Usual]]:
                 yield seen.path(force, field), value, usual_here
 
 
-PIECES = (unusual_value,)
+def nominal_lever(seen: Evidence) -> Advice | None:
+    """Look for a cantilever that is known by its name alone."""
+    lever = seen.case.cantilever
+    taken = [field for field in ("f0", "k") if lever.name is not None and field not in lever.model_fields_set]
+    if not taken:
+        return None
+    return Advice(
+        "nominal_lever", len(taken), 0.0,
+        f"{' and '.join(taken)} of {lever.name} {'are' if len(taken) > 1 else 'is'} the maker's nominal "
+        f"{'values' if len(taken) > 1 else 'value'}: {NOMINAL}, and write them beside the name.",
+        "tolerances of thickness: f0 goes as the thickness, k as its cube", tuple(f"cantilever.{field}" for field in taken),
+    )  # fmt: skip
+
+
+PIECES = (unusual_value, nominal_lever)

@@ -1,0 +1,74 @@
+"""Where the way in which the lever is driven and read decides what amplitude and phase mean."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._evidence import Evidence
+
+LOW_Q = 10.0  # there a shaken base moves by some 6 % of the amplitude
+VISIBLE = 0.1  # of the free amplitude, that the base moves by
+MISLED = 0.02  # of the drive's work in a period, that amplitude and phase err by
+XU_RAMAN = "X. Xu, A. Raman, J. Appl. Phys. 102, 034303 (2007)"
+
+
+def low_Q(seen: Evidence) -> Advice | None:
+    """Compare the quality factors of the modes that a force drives with those at which a base and the fluid move visibly."""
+    problem = seen.problem
+    number = min((tone.mode for tone in problem.tones), key=lambda n: problem.modes[n].Q)
+    mode = problem.modes[number]
+    if problem.shaken is not None or mode.Q >= LOW_Q or not mode.base_coupling:
+        return None
+    share = 1.0 / (abs(mode.base_coupling) * math.hypot(1.0, mode.Q))
+    more = " Mode 2 rings at each tap, too: give it as well." if len(problem.modes) == 1 else ""
+    return Advice(
+        "low_Q", mode.Q, LOW_Q,
+        f"Mode {number + 1} has Q = {mode.Q:.3g}, and the drive is taken as a force on the tip. A shaken base (acoustic drive) "
+        f"would move by {percent(share)} of the free amplitude and give other phases and energies: if yours is shaken, write "
+        f'excitation = "base" under [drive].{more}',
+        XU_RAMAN, (seen.of_mode(number, "Q"),),
+    )  # fmt: skip
+
+
+def base_in_liquid(seen: Evidence) -> Advice | None:
+    """Compare the motion of a shaken base with the free amplitude."""
+    problem = seen.problem
+    shares = [abs(base) / tone.A0 for base, tone in zip(problem.base, problem.tones, strict=True)]
+    number = int(np.argmax(shares))
+    if problem.shaken is None or shares[number] <= VISIBLE:
+        return None
+    base = shown(float(abs(problem.base[number])), "m")
+    return Advice(
+        "base_in_liquid", shares[number], VISIBLE,
+        f"The base moves by {base}, {percent(shares[number])} of the free amplitude: the tip moves otherwise than it deflects "
+        "(tip_amplitude, tip_phase), and how much of the fluid follows the base changes the drive several times over. Compare "
+        "drive.fluid_follows = 0 and 1 before you compare with an experiment.",
+        XU_RAMAN, ("drive.excitation", "drive.fluid_follows"),
+    )  # fmt: skip
+
+
+def apparent_dissipation(seen: Evidence) -> Advice | None:
+    """Compare the energy that amplitude and phase seem to tell with the one that the sample takes."""
+    problem = seen.problem
+    apparent, taken = seen.values("apparent_dissipated_energy"), seen.values("total_dissipated_energy")
+    if not problem.tip_differs or not apparent.size or apparent.shape != taken.shape:
+        return None
+    tone = problem.tones[0]
+    work = math.pi * tone.force * tone.A0
+    wrong = int(np.argmax(np.abs(apparent - taken)))
+    off = float(abs(apparent[wrong] - taken[wrong])) / work
+    if off <= MISLED:
+        return None
+    return Advice(
+        "apparent_dissipation", off, MISLED,
+        f"Amplitude and phase seem to tell that the sample takes {shown(float(apparent[wrong]), 'J')} a period, and it takes "
+        f"{shown(float(taken[wrong]), 'J')}: the usual formula is that of a force that drives one mode, and of its deflection. "
+        "Take total_dissipated_energy, or compare apparent_dissipated_energy with an experiment.",
+        "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998)", ("drive.excitation", "readout.kind"),
+    )  # fmt: skip
+
+
+PIECES = (low_Q, base_in_liquid, apparent_dissipation)
