@@ -22,6 +22,10 @@ from dforce.sweeps._result import Found, Layout, table
 from dforce.sweeps._states import NEEDED, states_of
 
 LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+TRIES = 2  # of a block
+TRIES_OF_DEAD = (
+    8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
+)
 AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
 
@@ -98,6 +102,9 @@ class Hands(Protocol):
     def points(self) -> int:
         """Return how many points of the blocks under way are done, as far as that is known."""
 
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+
     def check(self) -> None:
         """Raise :class:`ResultError` when nothing can be computed any more."""
 
@@ -128,6 +135,10 @@ class Threads:
     def points(self) -> int:
         """Return how many points of the blocks under way are done."""
         return sum(crew.done for crew in list(self._crews.values()))
+
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+        return TRIES
 
     def check(self) -> None:
         """Find nothing wrong."""
@@ -209,6 +220,12 @@ class Cluster:
     def points(self) -> int:
         """Know nothing of the blocks under way."""
         return 0
+
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+        from distributed import KilledWorker
+
+        return TRIES_OF_DEAD if isinstance(error, KilledWorker) else TRIES
 
     def check(self) -> None:
         """Raise :class:`ResultError` when the scheduler is gone."""

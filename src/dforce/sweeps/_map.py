@@ -39,7 +39,6 @@ MOST_POINTS = 65_536  # in a block: all their quantities are some 30 MB
 PILOT = 8  # cases that say how long one takes
 MOST_JUMPS = 16  # of a curve that a store holds
 MOST_STATES = 16  # of a curve at a set point that a store holds
-TRIES = 2  # of a block, before it is left out
 LOOK = 0.2  # s between looks at the blocks
 LIMITS = {"jump": MOST_JUMPS, "crossing": MOST_STATES}
 Place = Mapping[str, slice]
@@ -229,7 +228,7 @@ class _Run:
             raise ResultError(LOST) from None
         except Exception as error:
             self.hands.check()
-            if attempt < TRIES:
+            if attempt < self.hands.tries(error):
                 self._submit(place, attempt + 1)
                 return
             where = ", ".join(f"{dim} {part.start + 1} to {part.stop}" for dim, part in place.items())
