@@ -261,3 +261,15 @@ def test_points_of_a_sweep_that_did_not_settle_are_counted_inside_the_grid_too()
     result = df.sweep(moving, over={"sample.youngs_modulus": [1e9, 2e9, 3e9]})
     (piece,) = (piece for piece in df.advice_in(result) if piece.name == "not_settled")
     assert piece.found == 3
+
+
+def test_a_curve_that_comes_to_repeat_as_another_one_does_takes_its_turn_once():
+    """Pressed to a stiff sample the motion loses its period and finds it again, after as many periods as its neighbor's."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="25 kHz", k="0.05 N/m", Q=3.0), drive=df.Drive(A0="3 nm"), tip=df.Tip(radius="10 nm"),
+        sample=df.Sample(youngs_modulus="2043.8762 MPa", poisson_ratio=0.5), forces=[df.forces.Hertz()],
+        experiment=df.Approach(zc={"start": "5.5 nm", "stop": "-0.5 nm", "points": 121}),
+    )  # fmt: skip
+    both = df.sweep(case, {"drive.A0": ["0.5 nm", "4 nm"]})
+    alone = df.sweep(case, {"drive.A0": ["4 nm"]})
+    np.testing.assert_array_equal(both.amplitude.isel(A0=1), alone.amplitude.isel(A0=0))

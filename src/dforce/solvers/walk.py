@@ -91,8 +91,9 @@ class Walk:
             at_start = going[self.done[going] % CHUNK == 0]
             self.state.put(at_start, as_kept(self.block, at_start, self.state.take(at_start), self.at[at_start]))
             before = int(self.done.sum())
-            for cycles in np.unique(self.cycles[going]):
-                some = going[self.cycles[going] == cycles]
+            of_going = self.cycles[going]  # a copy: while some go on, others may come to repeat after as many periods
+            for cycles in np.unique(of_going):
+                some = going[of_going == cycles]
                 if cycles > 0:
                     self._follow(some, int(cycles))
                 else:
