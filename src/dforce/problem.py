@@ -170,6 +170,11 @@ class Problem:
         return force
 
     @property
+    def lagging(self) -> bool:
+        """Whether :attr:`tip_drive` may have imaginary parts."""
+        return self.shaken is not None or any(tone.lag != 0.0 for tone in self.tones)
+
+    @property
     def own_modes(self) -> list[int]:
         """The mode that each tone is meant for."""
         return [tone.mode for tone in self.tones]

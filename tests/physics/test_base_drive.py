@@ -287,6 +287,12 @@ def test_a_lag_of_the_drive_turns_the_phase_alone():
     assert late.phase.item() == pytest.approx(plain.phase.item() + 45.0, abs=1e-7)  # by whole samples
 
 
+def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
+    asked = case(WATER, {"A0": 10e-9}, experiment={"kind": "dwell", "zc": 7e-9})
+    phase = df.sweep(asked, over={"drive.lag": [0.0, math.pi / 4.0]}).phase.values.ravel()
+    assert phase[1] - phase[0] == pytest.approx(45.0, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("lever", "drive", "message"),
     [

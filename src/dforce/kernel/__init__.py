@@ -186,9 +186,10 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
         Entry functions by name, written over :mod:`dforce.kernel.slots`.
     """
     modes, tones = len(problem.modes), len(problem.tones)
-    key = (modes, tones, tuple(signature(force) for force in problem.forces), tuple(entries.items()))
+    forces = tuple(signature(force) for force in problem.forces)
+    key = (modes, tones, forces, tuple(entries.items()), problem.lagging)
     if key not in _KERNELS:
-        module = store.load(compose(modes, tones, problem.forces, entries))
+        module = store.load(compose(modes, tones, problem.forces, entries, problem.lagging))
         what = " + ".join(force.name for force in problem.forces) or "a free tip"
         _KERNELS[key] = Kernel(module, f"the tip equation for {what}")
     return _KERNELS[key]

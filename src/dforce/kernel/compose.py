@@ -76,7 +76,9 @@ def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: 
     return "\n\n".join(linker.text) + "\n"
 
 
-def compose(modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
+def compose(
+    modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]], lagging: bool = True
+) -> str:
     """Return the text of a module with the composed tip equation and the given entry functions.
 
     Parameters
@@ -87,6 +89,8 @@ def compose(modes: int, tones: int, forces: Sequence[Force], entries: dict[str, 
         Bound forces; only their laws, layouts and numbers of states matter, not their parameters' values.
     entries
         The functions to be called from Python, by name, written over :mod:`dforce.kernel.slots`.
+    lagging
+        Whether the drive may have imaginary parts; lanes take longer with them.
     """
     sizes = _sizes(modes, forces)
     linker = Linker(sizes)
@@ -94,7 +98,7 @@ def compose(modes: int, tones: int, forces: Sequence[Force], entries: dict[str, 
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
     count = parameter_count(modes) + sum(len(force.numbers()) for force in forces)
     counts = [f"def {name}():\n    return {value}" for name, value in sizes.items()]
-    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, tones, count)):
+    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, tones, count, lagging)):
         linker.emit(text, "inlined")
     for text in _forces(linker, modes, forces):
         linker.emit(text, "inlined")
@@ -183,10 +187,11 @@ def _samples(places: Sequence[int]) -> list[str]:
     ]
 
 
-def _lanes(modes: int, tones: int, parameters: int) -> list[str]:
+def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
     places = range(2 * modes)
-    waves = range(2 * tones)
-    drive = [" + ".join(f"amplitudes[{k * modes + n}, j] * c[{k}]" for k in waves) for n in range(modes)]
+    waves = range(0, 2 * tones, 1 if lagging else 2)
+    products = [[f"amplitudes[{k * modes + n}, j] * c[{i}]" for i, k in enumerate(waves)] for n in range(modes)]
+    drive = [" + ".join(terms) for terms in products]
     first = [f"p[{k}]" for k in range(OTHERS)]
     others = [f"others[{k}]" for k in range(parameters - OTHERS)]
     return [

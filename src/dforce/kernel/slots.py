@@ -119,7 +119,7 @@ def of_case(p: Any, table: Any, j: int, zc: float) -> Any:
 
 
 def waves_at(waves: Any, i: int) -> Any:
-    """Return cosine and minus sine of each tone at time i of a table (2 tones, times), as a tuple."""
+    """Return cosine and minus sine of each tone at time i of a table (2 tones, times), as a tuple, as far as they count."""
     raise NotImplementedError
 
 

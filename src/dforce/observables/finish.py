@@ -73,13 +73,12 @@ def finish_each(
     by_tone = pairs[:, : tones * (modes + 1)].reshape(-1, tones, modes + 1)
     of_harmonics = pairs[:, tones * (modes + 1) :][:, :harmonics]
     of_force = pairs[:, tones * (modes + 1) + harmonics :]
-    tip, base = by_tone[:, :, -1].copy(), kernel.base_of(tables)
+    tip, base = by_tone[:, :, -1], kernel.base_of(tables)
     # the base's motion was counted to each tone's own mode
     by_tone[:, range(tones), problem.own_modes] -= base
     of_harmonics[:, :1] -= base[:, :1]
-    total = by_tone[:, :, -1] - base
-    if problem.tip_differs:
-        total = detected(problem, by_tone[:, :, :-1], base) * np.exp(-1j * tables[:, :, -1])
+    read = detected(problem, by_tone[:, :, :-1], tip, base)
+    total = read * np.exp(-1j * tables[:, :, -1]) if problem.readout.turns else read
     driver = [driving_tone(problem, n) for n in range(modes)]
     of_modes = by_tone[:, driver, range(modes)]
     lengths = length[:, None]
@@ -89,8 +88,8 @@ def finish_each(
     z_max = rows[:, :, m.Z_MAX].max(1) * length
     d_min = rows[:, :, m.D_MIN].min(1)
     values = {
-        "amplitude": np.abs(total) * lengths,
-        "amplitude_ratio": np.abs(total[:, 0]),  # lengths are in units of A0
+        "amplitude": np.abs(read) * lengths,
+        "amplitude_ratio": np.abs(read[:, 0]),  # lengths are in units of A0
         "phase": phase_lag(total),
         "mode_amplitude": np.abs(of_modes) * lengths,
         "mode_phase": phase_lag(of_modes),
@@ -132,15 +131,21 @@ def finish_each(
 
 def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
     """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
-    after = m.FIRST + 2 * len(problem.modes)
+    after = m.FIRST + 2 * (len(problem.modes) + 1)
     mean = np.einsum("k,ikc->ic", weights, rows[:, :, m.FIRST : after])
-    moves, base = (mean[:, ::2] + 1j * mean[:, 1::2]) * scales.length, problem.base[:1]
-    moves[:, problem.tones[0].mode] -= base
-    return np.asarray(np.abs(detected(problem, moves[:, None], base)[:, 0]))
+    pairs, base = mean[:, ::2] + 1j * mean[:, 1::2], problem.base[:1] / scales.length
+    moves, tip = pairs[:, None, :-1], pairs[:, -1:]
+    moves[:, 0, problem.tones[0].mode] -= base
+    return np.asarray(np.abs(detected(problem, moves, tip, base)[:, 0])) * scales.length
 
 
-def detected(problem: Problem, moves: Complex, base: Complex) -> Complex:
-    """Return what the detector reads of the modes at tones from the first on, (motions, tones, modes), and of the base."""
+def detected(problem: Problem, moves: Complex, tip: Complex, base: Complex) -> Complex:
+    """Return what the detector reads at tones from the first on, (motions, tones).
+
+    Given are the deflections of the modes, (motions, tones, modes), the tip's motion, (motions, tones), and the base's.
+    """
+    if not problem.tip_differs:
+        return tip
     weights = np.array(problem.readout.weights)[: moves.shape[1]]
     return np.asarray((moves * weights).sum(axis=2) + problem.readout.base * base)
 

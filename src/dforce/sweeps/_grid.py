@@ -172,8 +172,8 @@ class Grid:
 
 
 def _laws(problem: Problem) -> list[Any]:
-    """Return what of the forces decides how they are computed."""
-    return [(signature(force), force.timed) for force in problem.forces]
+    """Return what decides how a problem is computed, beside its numbers."""
+    return [problem.lagging, *((signature(force), force.timed) for force in problem.forces)]
 
 
 def _piece(problem: Problem, name: str) -> list[float]:
