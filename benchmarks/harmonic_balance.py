@@ -63,7 +63,7 @@ class Balance:
             r = mode.f0 / first
             answer = r**2 / mode.k / (r**2 - omega**2 + 1j * omega * r / mode.Q)
             self.filter += answer
-            self.free += answer * (problem.drive[0, n] * drive[0] + problem.drive[1, n] * drive[1])
+            self.free += answer * (problem.drive[0, n].real * drive[0] + problem.drive[1, n].real * drive[1])
 
     def back(self, spectrum):
         return np.fft.irfft2(spectrum, self.grid)

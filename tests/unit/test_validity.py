@@ -402,7 +402,7 @@ def test_a_steep_wall_passed_in_too_few_samples_is_told():
 
 
 def test_a_contact_sampled_too_coarsely_is_told_and_the_samples_advised_are_enough():
-    coarse = df.run(STIFF)
+    coarse = df.run(STIFF.replace("solver.points_per_period", 256))
     (piece,) = (one for one in df.advice_in(coarse) if one.name == "contact_sampling")
     advised = int(piece.text.rstrip(".").split()[-1])
     better, best = (df.run(STIFF.replace("solver.points_per_period", points)) for points in (advised, 8 * advised))

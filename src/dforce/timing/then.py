@@ -14,7 +14,7 @@ Rates = Callable[[float, Any], list[float]]
 
 
 def python_rates(problem: Problem, zc: float) -> Rates:
-    """Return dy/dtau of a problem whose only force is a Hertz contact, as plain Python in scaled units."""
+    """Return dy/dtau of a problem whose only force is a Hertz contact, driven by a force without lag, as plain Python in scaled units."""
     first = problem.tones[0]
     length = first.A0
     stiffness, a0 = problem.forces[0].numbers()
@@ -22,7 +22,7 @@ def python_rates(problem: Problem, zc: float) -> Rates:
         ((mode.f0 / first.frequency) ** 2, mode.f0 / first.frequency / mode.Q, 1.0 / (mode.k * length))
         for mode in problem.modes
     ]
-    tones = [(tone.frequency / first.frequency, problem.drive[j]) for j, tone in enumerate(problem.tones)]
+    tones = [(tone.frequency / first.frequency, problem.drive[j].real) for j, tone in enumerate(problem.tones)]
 
     def rates(tau: float, y: Any) -> list[float]:
         depth = a0 - zc - length * sum(y[0::2])
