@@ -182,11 +182,9 @@ def test_memory_and_branches_are_the_same_in_every_solver(way):
 
 def test_memory_and_branches_are_carried_from_distance_to_distance():
     """Not so where the sample is forgotten: it takes tens of periods more to sag again."""
-    zc = np.linspace(17e-9, 13e-9, 5)
+    zc, same = np.linspace(17e-9, 13e-9, 5), {"points_per_period": 256, "settle_tolerance": 1e-8}
     curves = {
-        method: df.approach(
-            soft(REMEMBERING, method=method, points_per_period=256, settle_tolerance=1e-8), zc=zc, direction="both"
-        )
+        method: df.approach(soft(REMEMBERING, method=method, **same), zc=zc, direction="both")
         for method in ("transient", "periodic")
     }
     assert (curves["periodic"].status == df.Status.OK).all()

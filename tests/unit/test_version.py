@@ -20,9 +20,8 @@ def test_citation_names_the_version_that_is_installed() -> None:
 
 def test_the_page_on_a_package_index_has_no_link_into_the_source() -> None:
     about = importlib.metadata.metadata("dforce")
-    text = str(
-        about.get_payload() or about["Description"]
-    )  # the backport of this module, if loaded, keeps it elsewhere
+    # a backport of importlib.metadata, once it is loaded, keeps the text among the headers
+    text = str(about.get_payload() or about["Description"])
     assert "# dForce" in text and 'pip install "dforce[gui]"' in text and "```toml" in text
     targets = re.findall(r"\]\(([^)]*)\)", text)
     assert targets and all(target.startswith(("https://", "#")) for target in targets)

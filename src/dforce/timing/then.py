@@ -14,7 +14,7 @@ Rates = Callable[[float, Any], list[float]]
 
 
 def python_rates(problem: Problem, zc: float) -> Rates:
-    """Return dy/dtau of a problem whose only force is a Hertz contact, driven by a force without lag, as plain Python in scaled units."""
+    """Return dy/dtau of a problem whose only force is a Hertz contact, driven without lag, as plain Python in scaled units."""
     first = problem.tones[0]
     length = first.A0
     stiffness, a0 = problem.forces[0].numbers()
