@@ -61,10 +61,7 @@ class Status(enum.IntEnum):
     FAILED = 4, "the motion grew beyond all bounds, so that there is no result here"
     UNRESOLVED = 5, "the force is too steep for the samples, so that there is no result here"
     INACCURATE = 6, "the motion settled, but its numbers are less accurate than asked for"
-    BROKEN = (
-        7,
-        "the computation of these cases ended with an error, so that there is no result here; `notes` says which",
-    )
+    BROKEN = 7, "computing these cases ended with an error, which `notes` tells"
 
     @property
     def meaning(self) -> str:
