@@ -10,7 +10,7 @@ from pathlib import Path
 from served import Window, chromium
 
 import dforce as df
-from dforce.timing.server import served
+from dforce.checks.benchmark.server import served
 
 TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
 WAIT = 120_000  # ms

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 import dforce as df
+from dforce.checks.benchmark.server import STARTING, Server
 from dforce.gui.server import find_browser
-from dforce.timing.server import STARTING, Server
 
 FLAGS = (
     "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",

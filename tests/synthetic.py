@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from dforce.results import Status, describe, provenance
+from dforce.results.dataset import Status, describe, provenance
 
 CASE = """\
 title = "Synthetic, in air"

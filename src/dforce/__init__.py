@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from dforce import forces, plot
-    from dforce.bars import ProgressBar
     from dforce.case import About, Case, Range, Sweep, case_schema, example, load_case, save_case
-    from dforce.errors import (
+    from dforce.checks.battery import check_force
+    from dforce.checks.benchmark import benchmark
+    from dforce.checks.benchmark.accuracy import cost_of_accuracy
+    from dforce.checks.validation import validate, validation_page
+    from dforce.core.errors import (
         CaseError,
         DForceError,
         ForceError,
@@ -19,6 +22,13 @@ if TYPE_CHECKING:
         nearest,
         shorten,
     )
+    from dforce.core.files import check_target, write_whole
+    from dforce.core.log import listening
+    from dforce.core.notation import first_sentence, html_symbol, plain_math, unmarked
+    from dforce.core.parameters import Parameters, Quantity, param, shared
+    from dforce.core.progress import ProgressBar
+    from dforce.core.stopping import late_stop_waits, sigterm_as_ctrl_c
+    from dforce.core.units import parse, show, split_unit, unit_choices, usual_unit
     from dforce.experiments import (
         EXPERIMENTS,
         Approach,
@@ -32,41 +42,44 @@ if TYPE_CHECKING:
         InitialMotion,
         Span,
     )
-    from dforce.files import check_target, write_whole
-    from dforce.findings import Finding, count_status, summary
-    from dforce.forces import Force
+    from dforce.findings.motion_at import motion_at
+    from dforce.findings.report import Report, report
+    from dforce.findings.set_point import at_set_point, regime
+    from dforce.findings.summary import Finding, count_status, summary
+    from dforce.forces import Force, load_plugin
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
-    from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
+    from dforce.kernel.cache import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
-    from dforce.notation import first_sentence, html_symbol, plain_math, unmarked
-    from dforce.notices import listening
-    from dforce.parameters import Parameters, Quantity, param, shared
-    from dforce.plugins import load_plugin
-    from dforce.prescribed import force_along, force_curve
+    from dforce.maps import sweep
     from dforce.problem import values_used
-    from dforce.reports import Report, report
-    from dforce.results import Status, read, reader_unit, write
-    from dforce.revisit import motion_at
+    from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding, row_of
+    from dforce.results.dataset import Status, read, reader_unit, write
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
-    from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding, row_of
-    from dforce.setpoint import at_set_point, regime
     from dforce.solvers import SolverSettings
-    from dforce.stopping import late_stop_waits, sigterm_as_ctrl_c
-    from dforce.sweeps import sweep
-    from dforce.testing import check_force
-    from dforce.timing import benchmark
-    from dforce.timing.accuracy import cost_of_accuracy
-    from dforce.units import parse, show, split_unit, unit_choices, usual_unit
-    from dforce.validation import validate, validation_page
+    from dforce.spectroscopy import force_along, force_curve
     from dforce.validity import Advice, advice, advice_in
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {
-    "validity": ("Advice", "advice", "advice_in"),
-    "bars": ("ProgressBar",),
-    "case": ("About", "Case", "Range", "Sweep", "case_schema", "example", "load_case", "save_case"),
-    "errors": (
+    "case": (
+        "About",
+        "Case",
+        "Range",
+        "Sweep",
+        "case_schema",
+        "example",
+        "load_case",
+        "save_case",
+    ),
+    "checks.battery": ("check_force",),
+    "checks.benchmark": ("benchmark",),
+    "checks.benchmark.accuracy": ("cost_of_accuracy",),
+    "checks.validation": (
+        "validate",
+        "validation_page",
+    ),
+    "core.errors": (
         "CaseError",
         "DForceError",
         "ForceError",
@@ -76,13 +89,41 @@ _HOMES = {
         "nearest",
         "shorten",
     ),
-    "findings": ("Finding", "count_status", "summary"),
+    "core.files": (
+        "check_target",
+        "write_whole",
+    ),
+    "core.log": ("listening",),
+    "core.notation": (
+        "first_sentence",
+        "html_symbol",
+        "plain_math",
+        "unmarked",
+    ),
+    "core.parameters": (
+        "Parameters",
+        "Quantity",
+        "param",
+        "shared",
+    ),
+    "core.progress": ("ProgressBar",),
+    "core.stopping": (
+        "late_stop_waits",
+        "sigterm_as_ctrl_c",
+    ),
+    "core.units": (
+        "parse",
+        "show",
+        "split_unit",
+        "unit_choices",
+        "usual_unit",
+    ),
     "experiments": (
-        "EXPERIMENTS",
         "Approach",
         "Basins",
         "Branches",
         "Dwell",
+        "EXPERIMENTS",
         "Experiment",
         "FrequencyGrid",
         "FrequencySweep",
@@ -90,7 +131,24 @@ _HOMES = {
         "InitialMotion",
         "Span",
     ),
-    "forces": ("Force",),
+    "findings.motion_at": ("motion_at",),
+    "findings.report": (
+        "Report",
+        "report",
+    ),
+    "findings.set_point": (
+        "at_set_point",
+        "regime",
+    ),
+    "findings.summary": (
+        "Finding",
+        "count_status",
+        "summary",
+    ),
+    "forces": (
+        "Force",
+        "load_plugin",
+    ),
     "instrument": (
         "Beam",
         "Cantilever",
@@ -104,30 +162,49 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
-    "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
+    "kernel.cache": (
+        "KernelCache",
+        "clear_kernel_cache",
+        "kernel_cache",
+    ),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
-    "notation": ("first_sentence", "html_symbol", "plain_math", "unmarked"),
-    "notices": ("listening",),
-    "parameters": ("Parameters", "Quantity", "param", "shared"),
-    "plugins": ("load_plugin",),
+    "maps": ("sweep",),
     "problem": ("values_used",),
-    "prescribed": ("force_along", "force_curve"),
-    "reports": ("Report", "report"),
-    "files": ("check_target", "write_whole"),
-    "results": ("Status", "read", "reader_unit", "write"),
-    "revisit": ("motion_at",),
-    "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run"),
-    "series": ("Line", "Picture", "drawable", "goes_along", "lines_of", "pictures_of", "rounding", "row_of"),
+    "results.curves": (
+        "Line",
+        "Picture",
+        "drawable",
+        "goes_along",
+        "lines_of",
+        "pictures_of",
+        "rounding",
+        "row_of",
+    ),
+    "results.dataset": (
+        "Status",
+        "read",
+        "reader_unit",
+        "write",
+    ),
+    "runs": (
+        "approach",
+        "basins",
+        "branches",
+        "dwell",
+        "frequency_sweep",
+        "run",
+    ),
     "solvers": ("SolverSettings",),
-    "setpoint": ("at_set_point", "regime"),
-    "stopping": ("late_stop_waits", "sigterm_as_ctrl_c"),
-    "sweeps": ("sweep",),
-    "testing": ("check_force",),
-    "timing": ("benchmark",),
-    "timing.accuracy": ("cost_of_accuracy",),
-    "validation": ("validate", "validation_page"),
-    "units": ("parse", "show", "split_unit", "unit_choices", "usual_unit"),
+    "spectroscopy": (
+        "force_along",
+        "force_curve",
+    ),
+    "validity": (
+        "Advice",
+        "advice",
+        "advice_in",
+    ),
 }
 _MODULES = ("forces", "plot")
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

@@ -12,7 +12,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from dforce.errors import ForceError, ParameterError, checked, nearest
+from dforce.core.errors import ForceError, ParameterError, checked, nearest
+from dforce.core.parameters import Parameters
 from dforce.forces import REGISTRY, Force
 from dforce.instrument import (
     BaseMotion,
@@ -28,7 +29,6 @@ from dforce.instrument import (
     ToneNumbers,
     effective_modulus,
 )
-from dforce.parameters import Parameters
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
 

@@ -8,13 +8,13 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from dforce.bars import ProgressBar
 from dforce.case import Case
-from dforce.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked
+from dforce.core.progress import ProgressBar
+from dforce.core.quantities import MOTION
+from dforce.core.stopping import at_end, late_stop_waits
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
-from dforce.experiments._experiment import Progress
-from dforce.quantities import MOTION
-from dforce.stopping import at_end, late_stop_waits
+from dforce.experiments.plan import Progress
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     ParameterError
         When the case has no experiment, or `resume` is the result of another case.
     """
-    from dforce.results import provenance
+    from dforce.results.dataset import provenance
 
     if case.experiment is None:
         raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')

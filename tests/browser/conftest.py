@@ -8,8 +8,8 @@ import urllib.parse
 import pytest
 from served import Window, chromium
 
+from dforce.checks.benchmark.server import served
 from dforce.gui.server import find_browser
-from dforce.timing.server import served
 
 WAIT = 60_000  # ms; generous, so that a loaded machine is not taken for a defect
 

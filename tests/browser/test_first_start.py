@@ -5,8 +5,8 @@ from __future__ import annotations
 from served import Window
 
 import dforce as df
+from dforce.checks.benchmark.server import served
 from dforce.gui.document import FIRST
-from dforce.timing.server import served
 
 COLD = 540_000  # ms; some 30 s on a machine that does nothing else
 

@@ -7,8 +7,8 @@ import contextlib
 import pytest
 
 import dforce as df
+from dforce.checks.benchmark.server import served
 from dforce.gui.document import FIRST
-from dforce.timing.server import served
 
 AMPLITUDE = "drive.A0"
 

@@ -12,8 +12,8 @@ import urllib.parse
 import pytest
 
 import dforce as df
+from dforce.checks.benchmark.server import served
 from dforce.gui.document import FIRST
-from dforce.timing.server import served
 
 
 def ask(server, path="/", method="GET", headers=None, body=None, known=True):

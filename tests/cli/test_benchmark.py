@@ -14,10 +14,10 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
+from dforce.checks.benchmark import many_users
+from dforce.checks.benchmark.server import Server
+from dforce.checks.benchmark.table import Table
 from dforce.cli import app
-from dforce.timing import people
-from dforce.timing.server import Server
-from dforce.timing.table import Table
 
 # the window's packages are left out where the lowest versions of all others are tried
 with_window = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, reason="NiceGUI is not installed")
@@ -39,7 +39,7 @@ def test_a_quick_benchmark_gives_ratios_spread_and_machine():
 
 @with_window
 def test_few_people_at_the_window_all_see_their_last_value():
-    median, late, slowest, behind, *memory = people.measures(*people.FEW, lambda name: None)
+    median, late, slowest, behind, *memory = many_users.measures(*many_users.FEW, lambda name: None)
     assert median.name == "the window, 5 people at once for 2 s: a value to its curves, median"
     assert median.value is not None
     assert 0.0 < median.value <= late.value <= slowest.value and median.unit == "s"
@@ -64,8 +64,8 @@ def test_what_is_short_is_timed_more_often_by_the_clock_of_the_table():
 
 
 def test_without_what_the_window_needs_the_benchmark_says_so(monkeypatch):
-    monkeypatch.setattr(people, "NEEDED", ("numpy", "a_package_that_is_not_there"))
-    (measure,) = people.measures(*people.FEW, lambda name: None)
+    monkeypatch.setattr(many_users, "NEEDED", ("numpy", "a_package_that_is_not_there"))
+    (measure,) = many_users.measures(*many_users.FEW, lambda name: None)
     assert measure.value is None
     assert measure.name == "the window: it needs a_package_that_is_not_there, which is not installed"
 
@@ -80,7 +80,7 @@ def test_a_server_that_ends_at_once_is_said_with_its_reason(tmp_path):
 def test_people_are_behind_until_they_see_their_last_value_and_what_was_overtaken_is_not_timed():
     from dforce.gui.chart import packed
 
-    person = people.Person(None, 0)
+    person = many_users.Person(None, 0)
     sent = []
 
     async def emit(name, message):

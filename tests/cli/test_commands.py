@@ -460,7 +460,7 @@ STOPPED_LATE = """
 import os, signal, sys
 import dforce as df, synthetic
 from dforce.cli import main
-from dforce.stopping import at_end
+from dforce.core.stopping import at_end
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 write = df.write

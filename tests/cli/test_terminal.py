@@ -12,8 +12,8 @@ import synthetic
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce import notices
 from dforce.cli import app
+from dforce.core import log
 from dforce.validity import attributes
 
 SAID = df.Advice(
@@ -160,7 +160,7 @@ def test_models_with_their_parameters_are_the_long_list():
 def test_what_is_compiled_in_parts_is_told_once(tmp_path, monkeypatch):
     def run(case, progress=None, resume=None):
         for name in ("hertz", "the solvers") * 2:
-            notices.announce(f"Compiling {name}")
+            log.announce(f"Compiling {name}")
         return synthetic.approach()
 
     monkeypatch.chdir(tmp_path)

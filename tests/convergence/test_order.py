@@ -2,7 +2,7 @@
 
 import pytest
 
-from dforce.validation.orders import SLOPES, errors, measured
+from dforce.checks.validation.orders import SLOPES, errors, measured
 
 TO_TOLERANCE = [slope for slope in SLOPES if slope.setting == "relative_tolerance"]
 

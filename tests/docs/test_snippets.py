@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import dforce as df
-from dforce.quantities import AXES, JUMPS, OBSERVABLES, TRACES
+from dforce.core.quantities import AXES, JUMPS, OBSERVABLES, TRACES
 from ran_page import Page, fences, forget_own_models, ran_blocks
 
 ROOT = Path(__file__).parents[2]

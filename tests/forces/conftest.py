@@ -2,7 +2,7 @@
 
 import pytest
 
-from dforce.testing import INSTRUMENT
+from dforce.checks.battery import INSTRUMENT
 
 A0 = INSTRUMENT["contact.a0"]
 

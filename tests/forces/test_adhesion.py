@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from dforce.errors import ParameterError
+from dforce.checks.battery import follow
+from dforce.core.errors import ParameterError
 from dforce.forces import DMT, JKR, AdhesionHysteresis, MaugisDugdale
 from dforce.forces.maugis_dugdale import contact
-from dforce.testing import follow
 
 from .conftest import A0, same
 

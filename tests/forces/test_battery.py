@@ -9,10 +9,10 @@ from typing import Literal
 import pytest
 
 import dforce.forces
-from dforce.errors import ForceError, ParameterError
+from dforce.checks.battery import INSTRUMENT, check_force
+from dforce.core.errors import ForceError, ParameterError
+from dforce.core.parameters import param, shared
 from dforce.forces import REGISTRY, Force
-from dforce.parameters import param, shared
-from dforce.testing import INSTRUMENT, check_force
 
 SHIPPED = {name: model for name, model in REGISTRY.items() if model.__module__.startswith("dforce.forces.")}
 

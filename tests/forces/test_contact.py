@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from dforce.checks.battery import INSTRUMENT
 from dforce.forces import DMT, Hertz, KelvinVoigt, Sneddon, VanDerWaals
-from dforce.testing import INSTRUMENT
 
 from .conftest import A0, same
 

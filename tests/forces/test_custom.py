@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 import dforce as df
 from dforce import kernel
-from dforce.errors import ParameterError
+from dforce.checks.battery import INSTRUMENT, compile_function
+from dforce.core.errors import ParameterError
 from dforce.forces import DMT, Custom
-from dforce.kernel.compose import compose
-from dforce.testing import INSTRUMENT, compile_function
+from dforce.kernel.codegen import compose
 
 A0, R, E_EFF = INSTRUMENT["contact.a0"], INSTRUMENT["tip.radius"], INSTRUMENT["contact.E_eff"]
 AS_DMT = "where(d > a0, -H*R/(6*d**2), 4/3*E_eff*sqrt(R)*indentation**1.5 - H*R/(6*a0**2))"

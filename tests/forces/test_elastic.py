@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from dforce.checks.battery import INSTRUMENT
 from dforce.forces import BottomEffect, Hertz, Sneddon, Tatara
 from dforce.forces._layer import contact
-from dforce.testing import INSTRUMENT
 
 from .conftest import A0, same
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dforce.forces._exponential import PER_E, exponential, raised
-from dforce.kernel.link import compile_function
+from dforce.kernel.linker import compile_function
 
 
 @pytest.fixture(scope="module", params=["interpreted", "compiled"])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dforce.errors import ParameterError
+from dforce.checks.battery import follow
+from dforce.core.errors import ParameterError
 from dforce.forces import (
     DLVO,
     Capillary,
@@ -18,7 +19,6 @@ from dforce.forces import (
     Solvation,
     VanDerWaals,
 )
-from dforce.testing import follow
 
 from .conftest import A0, same
 

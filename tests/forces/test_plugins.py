@@ -10,12 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce import notices, plugins
 from dforce.cli import app
-from dforce.errors import CaseError, ForceError, ParameterError
-from dforce.files import beside
-from dforce.forces import REGISTRY
-from dforce.kernel.compose import compose
+from dforce.core import log
+from dforce.core.errors import CaseError, ForceError, ParameterError
+from dforce.core.files import beside
+from dforce.forces import REGISTRY, _plugins
+from dforce.kernel.codegen import compose
 
 GOOD = '''
 from math import exp
@@ -66,8 +66,8 @@ periods = 10
 def said(monkeypatch):
     """Return what is announced; models of the test's own are forgotten after it."""
     sentences, before = [], dict(REGISTRY)
-    monkeypatch.setattr(notices, "announce", sentences.append)
-    monkeypatch.setattr(plugins, "_LOADED", {})
+    monkeypatch.setattr(log, "announce", sentences.append)
+    monkeypatch.setattr(_plugins, "_LOADED", {})
     yield sentences
     REGISTRY.clear()
     REGISTRY.update(before)

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import dawsn
 
-from dforce.errors import ParameterError
+from dforce.checks.battery import follow
+from dforce.core.errors import ParameterError
 from dforce.forces import SLS, GeneralizedMaxwell, Hertz, KelvinVoigt, PowerLaw, SLSSimple
-from dforce.testing import follow
 
 from .conftest import A0, same
 

@@ -10,7 +10,7 @@ import types
 import pytest
 
 import dforce as df
-from dforce import notices
+from dforce.core import log
 from dforce.gui import compute
 from dforce.gui.compute import Job, Latest, in_thread, live_curve
 from dforce.gui.document import Document
@@ -102,7 +102,7 @@ def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(monkeypatch):
     now = [0.0]
     clock = types.SimpleNamespace(monotonic=lambda: now[0])  # a busy machine's would count what others take
     monkeypatch.setattr(compute, "time", clock)
-    monkeypatch.setattr(notices, "time", clock)
+    monkeypatch.setattr(log, "time", clock)
     result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))
     heard = []
 
@@ -111,8 +111,8 @@ def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(monkeypatch):
         try:
             for done in range(10):
                 if done in (0, 5):
-                    with notices.done_once():
-                        notices.announce(f"Compiling {done}")
+                    with log.done_once():
+                        log.announce(f"Compiling {done}")
                         now[0] += 2.0 * compute.PATIENCE
                 now[0] += 0.05 * compute.PATIENCE
                 progress(done, 10, "")

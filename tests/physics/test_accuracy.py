@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.checks.validation.draws import draw
 from dforce.observables.deviation import DEVIATIONS, deviations
-from dforce.solvers.lot import Lot
-from dforce.validation.draws import draw
+from dforce.solvers.problem_batch import Lot
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
 VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples leave 1e-3 of the peak force
@@ -81,7 +81,7 @@ def test_what_cannot_be_kept_is_told(monkeypatch):
 def test_numbers_that_are_far_off_are_no_numbers(monkeypatch):
     for module in ("accuracy", "refine"):
         monkeypatch.setattr(f"dforce.solvers.{module}.MOST_SAMPLES", 512)
-    monkeypatch.setattr("dforce.experiments._table.WORTHLESS", 1e-9)
+    monkeypatch.setattr("dforce.experiments.table.WORTHLESS", 1e-9)
     found = df.run(VISCOUS.set("solver.accuracy=1e-8", "experiment.zc=['6 nm']"))
     assert (found.status == df.Status.UNRESOLVED).all()
     assert np.isnan(found.peak_force).all()

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce import beam, kernel
-from dforce.errors import ParameterError
+from dforce import kernel
+from dforce.checks.validation.comparison import find
+from dforce.checks.validation.draws import draw
+from dforce.checks.validation.identities import closures, limit
+from dforce.core.errors import ParameterError
 from dforce.experiments import InitialMotion
-from dforce.solvers.lot import Lot
+from dforce.instrument import beam
+from dforce.solvers.problem_batch import Lot
 from dforce.solvers.retune import retune
-from dforce.validation.comparison import find
-from dforce.validation.draws import draw
-from dforce.validation.identities import closures, limit
 
 WATER = {"f0": 25e3, "k": 0.1, "Q": 2.5}
 SECOND = {"f0": 160e3, "k": 4.0, "Q": 5}
@@ -150,8 +151,8 @@ def test_the_tables_of_a_lot_are_those_of_each_problem():
         experiment={"kind": "dwell", "zc": 7e-9},
     )
     over = {"drive.tones.1.A0": [5e-9, 12e-9], "cantilever.modes.1.Q": [2.0, 30.0], "sample.youngs_modulus": [1e7, 1e9]}
-    from dforce.sweeps._axes import make_axes
-    from dforce.sweeps._grid import Grid
+    from dforce.maps._axes import make_axes
+    from dforce.maps._grid import Grid
 
     grid = Grid(asked, make_axes(asked, over))
     numbers = np.arange(grid.size)
@@ -172,7 +173,7 @@ def test_a_sweep_starts_and_finds_what_single_runs_do(start):
 
 
 def test_vectorized_starts_are_those_of_single_runs():
-    from dforce.experiments._experiment import initial_motion
+    from dforce.experiments.plan import initial_motion
     from dforce.solvers.block import Block
 
     asked = case(drive=BASE | {"phase": 0.7})

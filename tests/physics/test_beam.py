@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from dforce import beam
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.instrument import beam
 
 SILICON = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 28e-6, "thickness": 3e-6}
 AIR, WATER = (1.18, 1.86e-5), (997.0, 8.59e-4)

@@ -8,7 +8,7 @@ import pytest
 
 import dforce as df
 from dforce import runs
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
 from dforce.solvers import continuation, search
 
 NM = 1e-9

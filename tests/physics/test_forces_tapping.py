@@ -7,15 +7,15 @@ import pytest
 
 import dforce as df
 from dforce import kernel
-from dforce.experiments._experiment import initial_motion
+from dforce.experiments.plan import initial_motion
 from dforce.forces import REGISTRY
-from dforce.kernel.compose import compose
+from dforce.integrators.adaptive import advance
+from dforce.integrators.loops import phases, tabulate
+from dforce.integrators.rk4 import advance as advance_rk4
+from dforce.kernel.codegen import compose
 from dforce.observables.measure import F_V, FIRST, F, Z, measure
 from dforce.problem import Problem
-from dforce.solvers._loops import phases, tabulate
-from dforce.solvers.adaptive import advance
 from dforce.solvers.integrator import INTEGRATORS, sample_count
-from dforce.solvers.rk4 import advance as advance_rk4
 
 TAU = 2 * math.pi
 # 38 decay times of a lever with Q = 5: the free motion has died out to 1e-16, and the memory below with it

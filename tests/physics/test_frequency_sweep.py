@@ -7,8 +7,8 @@ import pytest
 
 import dforce as df
 from dforce import runs
-from dforce.errors import ParameterError
-from dforce.validation.curves import random_case
+from dforce.checks.validation.curves import random_case
+from dforce.core.errors import ParameterError
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import dforce as df
-from dforce.experiments._experiment import initial_motion
+from dforce.checks.validation.comparison import mean_squares
+from dforce.checks.validation.identities import closures, limit
+from dforce.checks.validation.motions import averages
+from dforce.experiments.plan import initial_motion
 from dforce.problem import Problem
 from dforce.solvers.integrator import INTEGRATORS
 from dforce.solvers.transient import steady
-from dforce.validation.comparison import mean_squares
-from dforce.validation.identities import closures, limit
-from dforce.validation.motions import averages
 
 SAMPLES = 512  # for random cases: with the usual 256 a strong, short attraction misses the tolerances once in 75
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag, jkr
 from dforce.observables.finish import finish, phase_lag
 from dforce.problem import Problem
 from dforce.solvers.integrator import INTEGRATORS
-from dforce.validation.tip_equation import Region, TipEquation, dmt_with_drag, jkr
 
 A0 = 0.165e-9
 WALL = df.Case(  # a Lennard-Jones wall that is passed within one of 256 steps
@@ -122,7 +122,7 @@ def test_fewer_elements_of_a_viscoelastic_contact_are_enough():
 
     The default of 48, two thirds of them in contact, is good to 1e-4, and half as many to 1e-3.
     """
-    from dforce.testing import follow
+    from dforce.checks.battery import follow
 
     def tap(t):
         phase = 2.0 * np.pi * 70e3 * t

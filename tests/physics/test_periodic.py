@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.validation.curves import SAME, agreement, both_ways, random_case
+from dforce.checks.validation.curves import SAME, agreement, both_ways, random_case
 
 NM = 1e-9
 SEEDS = range(6)

@@ -6,7 +6,7 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import dforce as df
-from dforce.validation.tip_equation import Region, TipEquation, dmt_with_drag
+from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
 
 # one kernel each; a force that jumps at contact, a sudden neck and a memory besides those that are smooth or have a kink
 FAMILIES = {

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.experiments._experiment import initial_motion
+from dforce.experiments.plan import initial_motion
+from dforce.observables.averaging import common_period, weights, window_length
 from dforce.observables.finish import finish
-from dforce.observables.window import common_period, weights, window_length
 from dforce.solvers.integrator import INTEGRATORS
 
 TWO_MODES = df.Cantilever(modes=[{"f0": "50 kHz", "k": 0.9, "Q": 10}, {"f0": "310 kHz", "k": 35.2, "Q": 60}])

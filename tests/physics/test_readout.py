@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce import beam
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.instrument import beam
 
 WATER = {"f0": 25e3, "k": 0.1, "Q": 2.5}
 SECOND = {"f0": 160e3, "k": 4.0, "Q": 5}

@@ -7,12 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
+from dforce.checks.validation import published
+from dforce.checks.validation.checks import compare, half_a_digit
+from dforce.checks.validation.disagreements import Tally
+from dforce.checks.validation.draws import FAMILIES, draw
 from dforce.cli import app
 from dforce.forces import REGISTRY
-from dforce.validation import published
-from dforce.validation.checks import compare, half_a_digit
-from dforce.validation.disagreements import Tally
-from dforce.validation.draws import FAMILIES, draw
 
 ENTRIES = [entry for table in published.TABLES for entry in published.entries(table)]
 

@@ -4,10 +4,9 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce import beam
 from dforce.cli import app
-from dforce.errors import ParameterError
-from dforce.instrument import Medium
+from dforce.core.errors import ParameterError
+from dforce.instrument import Medium, beam
 
 SILICON, DENSITY = 169e9, 2330.0
 

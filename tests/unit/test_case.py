@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from dforce import forces, library
 from dforce.case import About, Case, case_schema, example, load_case, save_case
-from dforce.errors import CaseError, DForceError, ParameterError, shorten
+from dforce.core.errors import CaseError, DForceError, ParameterError, shorten
 from dforce.experiments import Approach, Dwell
 from dforce.instrument import Cantilever, Drive, Medium, Sample, Tip
 

@@ -100,7 +100,7 @@ def client(processes: Processes) -> Iterator[Any]:
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut every map into blocks of one case."""
-    monkeypatch.setattr("dforce.sweeps._map.MOST_POINTS", 9)
+    monkeypatch.setattr("dforce.maps._map.MOST_POINTS", 9)
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:

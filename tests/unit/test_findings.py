@@ -9,9 +9,9 @@ import pytest
 import synthetic
 
 import dforce as df
-from dforce.findings import count_status, number, summary
-from dforce.jumps import jumps
-from dforce.results import Status
+from dforce.findings.jumps import jumps
+from dforce.findings.summary import count_status, number, summary
+from dforce.results.dataset import Status
 
 
 def by_name(dataset, direction=""):

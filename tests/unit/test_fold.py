@@ -5,7 +5,7 @@ import textwrap
 
 import pytest
 
-from dforce.kernel.fold import fold
+from dforce.kernel.specialize import fold
 
 NONE, SOME = (
     {"memory_size": 0, "latch_count": 0, "mode_count": 1},

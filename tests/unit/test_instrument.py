@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dforce import forces, library
-from dforce.errors import ForceError, ParameterError
+from dforce.core.errors import ForceError, ParameterError
+from dforce.core.parameters import shared
 from dforce.instrument import (
     Beam,
     Cantilever,
@@ -22,7 +23,6 @@ from dforce.instrument import (
     Tone,
     effective_modulus,
 )
-from dforce.parameters import shared
 from dforce.problem import Problem, instrument_values
 
 SILICON = {

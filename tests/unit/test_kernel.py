@@ -18,20 +18,20 @@ from numba.core.errors import TypingError
 import dforce as df
 from dforce import kernel
 from dforce.forces import Force
-from dforce.kernel import store
-from dforce.kernel.compose import OTHERS, compose
+from dforce.integrators import adaptive, rk4
+from dforce.integrators.lanes import LANES, advance_lanes
+from dforce.kernel import cache
+from dforce.kernel.codegen import OTHERS, compose
 from dforce.problem import Problem
-from dforce.solvers import adaptive, rk4
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
-from dforce.solvers.lanes import LANES, advance_lanes
-from dforce.solvers.lot import Lot
+from dforce.solvers.problem_batch import Lot
 
 PROBE = """
 import os
 import sys
 import dforce as df
 from dforce import kernel
-from dforce.kernel.slots import distance, force, rate_of
+from dforce.kernel.vocabulary import distance, force, rate_of
 from dforce.problem import Problem
 
 def probe(y, p):
@@ -214,12 +214,12 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_modules_are_named_by_their_text_and_by_what_compiles_it(folder, monkeypatch):
-    first, second = store.place("a = 1\n"), store.place("a = 2\n")
+    first, second = cache.place("a = 1\n"), cache.place("a = 2\n")
     assert first != second
     assert first.is_relative_to(folder)
-    assert store.place("a = 1\n") == first
-    monkeypatch.setattr(store.importlib.metadata, "version", lambda name: "another")
-    assert store.place("a = 1\n") != first
+    assert cache.place("a = 1\n") == first
+    monkeypatch.setattr(cache.importlib.metadata, "version", lambda name: "another")
+    assert cache.place("a = 1\n") != first
 
 
 def test_a_changed_law_is_a_new_module(tmp_path):
@@ -234,28 +234,28 @@ def test_a_changed_law_is_a_new_module(tmp_path):
         spec = importlib.util.spec_from_file_location("pull", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        names.append(store.fingerprint(compose(1, 1, [module.Pull()], {})))
+        names.append(cache.fingerprint(compose(1, 1, [module.Pull()], {})))
     assert names[0] != names[1]
 
 
 def test_a_module_cut_short_by_a_crash_is_written_again(folder):
-    path = store.place("c = 1\n")
+    path = cache.place("c = 1\n")
     path.write_text("c =", encoding="utf-8")
-    assert store.place("c = 1\n") == path
+    assert cache.place("c = 1\n") == path
     assert path.read_text(encoding="utf-8") == "c = 1\n"
 
 
 def test_only_the_oldest_kernels_are_forgotten_and_nothing_else_is_touched(folder, monkeypatch):
-    monkeypatch.setattr(store, "MOST_KERNELS", 3)
+    monkeypatch.setattr(cache, "MOST_KERNELS", 3)
     mine = folder / "my photographs"
     mine.mkdir(parents=True)
     (mine / "kernel_of_truth.py").write_text("", encoding="utf-8")
     os.utime(mine, (1, 1))
-    paths = [store.place(f"d = {i}\n") for i in range(3)]
+    paths = [cache.place(f"d = {i}\n") for i in range(3)]
     for age, path in enumerate(paths):
         os.utime(path.parent, (1000.0 + age, 1000.0 + age))
-    store.place("d = 0\n")  # used again: now the newest
-    latest = store.place("d = 3\n")
+    cache.place("d = 0\n")  # used again: now the newest
+    latest = cache.place("d = 3\n")
     assert [path.exists() for path in (*paths, latest)] == [True, False, True, True]
     assert mine.exists()
 

@@ -12,9 +12,9 @@ import sys
 import pytest
 
 import dforce as df
-from dforce.errors import ParameterError
-from dforce.kernel import store
-from dforce.kernel.kept import CODE, keep, kept
+from dforce.core.errors import ParameterError
+from dforce.kernel import cache
+from dforce.kernel.cache_files import CODE, keep, kept
 
 NUMBERS = itertools.count()
 TEXT = """
@@ -44,8 +44,8 @@ def text(folder):
 
 def started(text):
     """Load a module as a new process would."""
-    sys.modules.pop(f"kernel_{store.fingerprint(text)}", None)
-    return store.load(text)
+    sys.modules.pop(f"kernel_{cache.fingerprint(text)}", None)
+    return cache.load(text)
 
 
 def counts(module):
@@ -71,10 +71,10 @@ def test_damaged_code_is_compiled_once_more_and_kept_again(folder, text, damage)
     for path in files:
         path.write_bytes(damage(path.read_bytes()))
     again = started(text)
-    assert not store.is_compiled(again, "outer")  # so that it announces itself, and other processes wait
+    assert not cache.is_compiled(again, "outer")  # so that it announces itself, and other processes wait
     assert again.outer(1.0) == wanted and counts(again) == (0, 1)
     third = started(text)
-    assert store.is_compiled(third, "outer")
+    assert cache.is_compiled(third, "outer")
     assert third.outer(1.0) == wanted and counts(third) == (1, 0)
 
 
@@ -89,7 +89,7 @@ def test_code_that_is_whole_but_cannot_be_used_is_compiled_once_more(folder, tex
 
 
 def test_a_text_that_is_damaged_is_never_run(folder, text):
-    path = next(folder.glob("*/*.py"), None) or store.place(text)
+    path = next(folder.glob("*/*.py"), None) or cache.place(text)
     wanted = started(text).outer(1.0)
     path.write_text("raise SystemExit", encoding="utf-8")
     assert started(text).outer(1.0) == wanted
@@ -97,7 +97,7 @@ def test_a_text_that_is_damaged_is_never_run(folder, text):
 
 
 def test_code_of_other_python_is_passed_over(folder, text):
-    path = store.place(text).with_suffix(CODE)
+    path = cache.place(text).with_suffix(CODE)
     keep(path, marshal.dumps("no code"))
     assert started(text).outer(1.0) > 2000.0
 
@@ -128,9 +128,9 @@ def test_a_full_disk_leaves_no_half_file(folder, monkeypatch):
 def test_a_setting_of_numba_that_changes_the_code_is_another_kernel(monkeypatch):
     import numba
 
-    first = store.fingerprint("a = 1\n")
+    first = cache.fingerprint("a = 1\n")
     monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
-    assert store.fingerprint("a = 1\n") != first
+    assert cache.fingerprint("a = 1\n") != first
 
 
 @pytest.mark.parametrize(
@@ -155,4 +155,4 @@ def test_numba_that_cannot_be_loaded_says_why(monkeypatch):
     with pytest.raises(
         ParameterError, match=r"numba, the compiler that dForce computes with, cannot be loaded: .*parallel"
     ):
-        store.check_compiler()
+        cache.check_compiler()

@@ -4,7 +4,7 @@ import pytest
 
 from dforce import library
 from dforce.case import Case, example
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
 
 NAMES = {
     "table-1-am", "table-1-bimodal", "figure-2", "figure-3-air", "figure-3-water", "figure-4-hard",

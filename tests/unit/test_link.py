@@ -7,8 +7,8 @@ import numba
 import numpy as np
 import pytest
 
-from dforce.errors import ForceError
-from dforce.kernel.link import Linker, compile_function
+from dforce.core.errors import ForceError
+from dforce.kernel.linker import Linker, compile_function
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
 
 import dforce as df
-from dforce import bars
+from dforce.core import progress
 
 
 class Reader(html.parser.HTMLParser):
@@ -125,7 +125,7 @@ def test_the_examples_are_a_table_and_a_dict_all_the_same():
 
 
 def test_what_a_user_wrote_is_text_in_every_table():
-    from dforce.listing import html_table
+    from dforce.core.listing import html_table
 
     assert "script" not in Reader(html_table([("<script>alert(1)</script>",)], ("<script>",))).tags
 
@@ -173,14 +173,14 @@ def test_a_bar_in_a_notebook_is_replaced_in_place_and_taken_away(notebook):
 
 
 def test_a_quick_run_in_a_notebook_shows_no_bar(notebook, monkeypatch):
-    monkeypatch.setattr(bars, "WAIT", 100.0)  # so that every run is quick, the first one with its imports too
+    monkeypatch.setattr(progress, "WAIT", 100.0)  # so that every run is quick, the first one with its imports too
     with capture_output() as captured:
         df.run(df.example("table-1-am"), progress=True)
     assert all("<progress" not in text for text in updates(captured))
 
 
 def test_a_bar_appears_by_itself_while_nothing_is_reported(notebook, monkeypatch):
-    monkeypatch.setattr(bars, "WAIT", 0.0)
+    monkeypatch.setattr(progress, "WAIT", 0.0)
     with capture_output() as captured, df.ProgressBar("compiling"):
         time.sleep(0.3)
     assert any("<progress></progress> compiling" in text for text in updates(captured))
@@ -189,7 +189,7 @@ def test_a_bar_appears_by_itself_while_nothing_is_reported(notebook, monkeypatch
 def test_progress_is_asked_for_by_true(monkeypatch):
     seen = []
 
-    class Bar(bars.ProgressBar):
+    class Bar(progress.ProgressBar):
         def __call__(self, done, total, note):
             seen.append((self.title, done, total))
 

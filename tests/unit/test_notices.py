@@ -6,14 +6,14 @@ import sys
 import pytest
 
 import dforce as df
-from dforce import bars, notices
+from dforce.core import log, progress
 
 
 def test_a_listener_hears_the_same_sentence_once_in_a_row_and_each_new_one():
     heard = []
     with df.listening(heard.append):
         for text in ("compiling one", "compiling one", "compiling another", "compiling another"):
-            notices.announce(text)
+            log.announce(text)
     assert heard == ["compiling one", "compiling another"]
 
 
@@ -36,8 +36,8 @@ def closed():
 @pytest.mark.parametrize("make", [FullDisk, closed, lambda: None])
 def test_a_run_goes_on_where_nothing_can_be_told(make, monkeypatch, capsys):
     monkeypatch.setattr(sys, "stderr", make())
-    monkeypatch.setattr(bars, "WAIT", 0.0)
-    notices.announce("compiling")
+    monkeypatch.setattr(progress, "WAIT", 0.0)
+    log.announce("compiling")
     with df.ProgressBar("a run") as bar:
         for done in range(3):
             bar(done, 3, "")

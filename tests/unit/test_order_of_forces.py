@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.kernel.compose import compose
-from dforce.solvers.lot import Lot
-from dforce.sweeps._axes import make_axes
-from dforce.sweeps._grid import Grid
+from dforce.kernel.codegen import compose
+from dforce.maps._axes import make_axes
+from dforce.maps._grid import Grid
+from dforce.solvers.problem_batch import Lot
 from dforce.validity._evidence import Evidence
 
 F = df.forces

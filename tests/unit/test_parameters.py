@@ -5,8 +5,8 @@ import math
 import pydantic
 import pytest
 
-from dforce.errors import ParameterError, shorten
-from dforce.parameters import Parameters, param, shared
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.parameters import Parameters, param, shared
 
 
 class Knob(Parameters):

@@ -15,9 +15,9 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine, TightLayoutEngine
 
 import dforce as df
 from dforce import plot
-from dforce.errors import ParameterError, ResultError
+from dforce.core.errors import ParameterError, ResultError
 from dforce.plot._style import figure_of, thin
-from dforce.results import Status
+from dforce.results.dataset import Status
 
 
 def texts(axes):

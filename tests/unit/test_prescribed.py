@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
 
 F = df.forces
 A0, R, E_EFF = 0.165e-9, 20e-9, 1e9 / 0.91

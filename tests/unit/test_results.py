@@ -15,9 +15,10 @@ import pytest
 import synthetic
 import xarray as xr
 
-from dforce import files, results
-from dforce.errors import ResultError
-from dforce.results import Status, describe, read, write
+from dforce.core import files
+from dforce.core.errors import ResultError
+from dforce.results import dataset
+from dforce.results.dataset import Status, describe, read, write
 
 READ = 5e-16  # the table is exact; the fast number reader of pandas may miss the last binary digit or two
 
@@ -274,9 +275,9 @@ def test_variables_say_their_unit_name_and_symbol():
     ],
 )  # fmt: skip
 def test_the_unit_suits_the_reader(size, unit, name, shown):
-    assert results.unit_for(size, unit, name)[1] == shown
+    assert dataset.unit_for(size, unit, name)[1] == shown
 
 
 def test_the_scale_of_a_readers_unit_is_right():
-    assert 1.602176634e-19 / results.unit_for(1.602176634e-19, "J")[0] == pytest.approx(1.0)
-    assert results.reader_unit(synthetic.dwell().velocity) == (pytest.approx(1e-3), "mm/s")
+    assert 1.602176634e-19 / dataset.unit_for(1.602176634e-19, "J")[0] == pytest.approx(1.0)
+    assert dataset.reader_unit(synthetic.dwell().velocity) == (pytest.approx(1e-3), "mm/s")

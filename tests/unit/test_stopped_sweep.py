@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.solvers.crew import Crew
+from dforce.core.parallel import Crew
 
 CURVE = df.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 17}, direction="both")
 NUMBERS = {"sample.youngs_modulus": ["3 GPa", "0.5 GPa", "1 GPa"], "drive.A0": ["15 nm", "17 nm"]}
@@ -36,8 +36,8 @@ def case(**changes: object) -> df.Case:
 @pytest.fixture
 def stopped(monkeypatch: pytest.MonkeyPatch) -> Callable[..., xr.Dataset]:
     """Return a function that sweeps with two cases side by side and is stopped once so many points are done."""
-    monkeypatch.setattr("dforce.sweeps._part.BLOCK", 2)
-    monkeypatch.setattr("dforce.sweeps._part.LEAST_BLOCK", 2)
+    monkeypatch.setattr("dforce.maps._part.BLOCK", 2)
+    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 2)
     monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
     add = Crew.add
 

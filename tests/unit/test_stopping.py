@@ -10,7 +10,7 @@ import pytest
 
 import dforce as df
 from dforce import runs
-from dforce.stopping import SAME, at_end
+from dforce.core.stopping import SAME, at_end
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 

@@ -15,9 +15,9 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce import stores
-from dforce.sweeps import _hands
-from dforce.sweeps._map import Map
+from dforce.maps import _hands
+from dforce.maps._map import Map
+from dforce.results import store as stores
 
 pytest.importorskip("zarr")
 
@@ -47,7 +47,7 @@ def store(tmp_path: Path) -> Path:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut every map into blocks of two cases."""
-    monkeypatch.setattr("dforce.sweeps._map.MOST_POINTS", 36)
+    monkeypatch.setattr("dforce.maps._map.MOST_POINTS", 36)
 
 
 def same(store: xr.Dataset, memory: xr.Dataset) -> None:
@@ -129,10 +129,10 @@ def test_only_one_run_writes_a_store(store):
 KILLED = """
 import os, signal, sys
 import dforce as df
-import dforce.sweeps._map
-from dforce.stores import Writer
+import dforce.maps._map
+from dforce.results.store import Writer
 
-dforce.sweeps._map.MOST_POINTS = 36
+dforce.maps._map.MOST_POINTS = 36
 path, blocks, keep, seen = sys.argv[1], int(sys.argv[2]), Writer._keep, set()
 
 def kept(writer, name, place):
@@ -230,8 +230,8 @@ def test_blocks_are_known_one_by_one_however_many_there_are():
 
 
 def test_a_block_has_some_seconds_of_work(store):
-    from dforce.sweeps._axes import make_axes
-    from dforce.sweeps._result import Layout
+    from dforce.maps._axes import make_axes
+    from dforce.maps._result import Layout
 
     over = {"tip.radius": np.linspace(4e-9, 6e-9, 40), "drive.A0": np.linspace(6e-9, 9e-9, 50)}
     layout = Layout(case(), make_axes(case(), over))

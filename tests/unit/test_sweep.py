@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.solvers.lot import Lot
-from dforce.sweeps._axes import make_axes
-from dforce.sweeps._grid import NOWHERE, Grid
+from dforce.maps._axes import make_axes
+from dforce.maps._grid import NOWHERE, Grid
+from dforce.solvers.problem_batch import Lot
 
 NM = 1e-9
 
@@ -179,8 +179,8 @@ def test_a_case_has_the_same_numbers_whatever_it_is_solved_beside(forces, monkey
     over = {"drive.A0": ["15 nm", "17 nm"], "cantilever.Q": [80.0, 100.0, 180.0]}
     together = df.sweep(case(forces=forces, experiment=approach), over, workers=1)
     assert "jump_zc" in together or forces[0].memory
-    monkeypatch.setattr("dforce.sweeps._part.BLOCK", 1)
-    monkeypatch.setattr("dforce.sweeps._part.LEAST_BLOCK", 1)
+    monkeypatch.setattr("dforce.maps._part.BLOCK", 1)
+    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 1)
     alone = df.sweep(case(forces=forces, experiment=approach), over, workers=2)
     xr.testing.assert_identical(alone.assign_attrs(date=""), together.assign_attrs(date=""))
 
@@ -201,8 +201,8 @@ def test_progress_counts_every_point():
 
 
 def test_ctrl_c_keeps_what_is_done(monkeypatch):
-    monkeypatch.setattr("dforce.sweeps._part.BLOCK", 2)
-    monkeypatch.setattr("dforce.sweeps._part.LEAST_BLOCK", 2)
+    monkeypatch.setattr("dforce.maps._part.BLOCK", 2)
+    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 2)
     monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
 
     def stop(done: int, total: int, note: str) -> None:

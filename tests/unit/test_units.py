@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dforce import units
-from dforce.errors import UnitError, shorten
+from dforce.core import units
+from dforce.core.errors import UnitError, shorten
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e100, max_value=1e100)
 

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.case._paths import value_at
-from dforce.results import Status
+from dforce.case.paths import value_at
+from dforce.results.dataset import Status
 from dforce.validity import PIECES
 from dforce.validity._evidence import Evidence
 from dforce.validity.contact import pull_off

@@ -19,9 +19,9 @@ import synthetic
 import xarray as xr
 
 import dforce as df
-from dforce import files
-from dforce.errors import CaseError, ResultError
-from dforce.results import SEAL_LENGTH
+from dforce.core import files
+from dforce.core.errors import CaseError, ResultError
+from dforce.results.dataset import SEAL_LENGTH
 
 HERE = str(Path(synthetic.__file__).parent)
 POSIX = pytest.mark.skipif(os.name != "posix", reason="limits, locks and signals of POSIX")

@@ -14,7 +14,7 @@ import synthetic
 import xarray as xr
 
 import dforce as df
-from dforce import kinds
+from dforce.core import kinds
 
 TEXT = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "9 nm", stop = "8 nm", points = 3 }\n'
 CASE = df.Case.from_toml(TEXT)

@@ -9,8 +9,8 @@ import pydantic
 from sphinx.application import Sphinx
 
 import dforce as df
+from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS, AmplitudeGrid, DeflectionGrid, PhaseGrid, VelocityGrid
-from dforce.parameters import Parameters
 from dforce_docs.declared import list_table, parameter_table
 
 INTRODUCTION = """\

@@ -18,7 +18,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import dforce as df
-from dforce.timing import people
+from dforce.checks.benchmark import many_users
 from dforce_docs.declared import list_table
 
 PICTURE = "generated/pictures/costs.png"
@@ -29,7 +29,7 @@ def measured() -> dict[str, Any]:
     given = os.environ.get("DFORCE_BENCHMARK")
     if given:
         return json.loads(Path(given).read_text(encoding="utf-8"))
-    window = people.measures(*people.FEW, lambda name: None)
+    window = many_users.measures(*many_users.FEW, lambda name: None)
     return df.benchmark(quick=True) | {"window": [asdict(measure) for measure in window]}
 
 
@@ -83,9 +83,11 @@ class Costs(SphinxDirective):
         ]
         table = list_table(("what", "best time", "slowest / best", "compared"), rows)
         caption = f"Best time of each row of the table, on a logarithmic axis: shorter is better. {machine}."
-        people = list_table(("the window", "measured"), [(one["name"], measured_text(one)) for one in found["window"]])
+        many_users = list_table(
+            ("the window", "measured"), [(one["name"], measured_text(one)) for one in found["window"]]
+        )
         figure = f".. figure:: /{PICTURE}\n   :alt: times\n   :class: force-figure\n\n   {caption}\n"
-        return self.parse_text_to_nodes(f"```{{eval-rst}}\n{figure}\n{table}\n\n{people}\n```\n\n{found['note']}")
+        return self.parse_text_to_nodes(f"```{{eval-rst}}\n{figure}\n{table}\n\n{many_users}\n```\n\n{found['note']}")
 
 
 def setup(app: Sphinx) -> None:

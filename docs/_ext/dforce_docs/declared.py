@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
 import dforce as df
-from dforce.parameters import Parameters
+from dforce.core.parameters import Parameters
 
 SIGNS = {"low": "≥", "above": ">", "high": "≤", "below": "<"}
 

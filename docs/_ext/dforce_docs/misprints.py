@@ -6,7 +6,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from dforce.validation.misprints import misprints_text
+from dforce.checks.validation.misprints import misprints_text
 
 
 class Misprints(SphinxDirective):

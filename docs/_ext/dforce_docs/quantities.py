@@ -11,7 +11,7 @@ from sphinx.environment import BuildEnvironment
 from sphinx.errors import ExtensionError
 from sphinx.util.docutils import SphinxDirective
 
-from dforce.quantities import JUMPS, OBSERVABLES, TRACES, Observable
+from dforce.core.quantities import JUMPS, OBSERVABLES, TRACES, Observable
 from dforce_docs.declared import list_table
 
 KNOWN = {**OBSERVABLES, **TRACES, **JUMPS}

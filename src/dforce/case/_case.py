@@ -10,20 +10,19 @@ from typing import Any, ClassVar, Self
 
 import pydantic
 
-from dforce import plugins as plugin_files
-from dforce import units
-from dforce.case._paths import changed, place_of, quantity_at
 from dforce.case._python import script_of
 from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
-from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
+from dforce.case.paths import changed, place_of, quantity_at
+from dforce.core import units
+from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
+from dforce.core.files import beside, folder
+from dforce.core.parameters import Parameters, Part, Quantity, part
+from dforce.core.refusals import refusal
 from dforce.experiments import EXPERIMENTS, Experiment
-from dforce.files import beside, folder
-from dforce.forces import REGISTRY, Force
+from dforce.forces import REGISTRY, Force, load_plugin
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Readout, Sample, Tip
-from dforce.parameters import Parameters, Part, Quantity, part
 from dforce.problem import Problem
-from dforce.refusals import refusal
 from dforce.solvers import SolverSettings
 
 MOST_BYTES = 1_000_000  # a larger file is not a case
@@ -80,7 +79,7 @@ class Case(Parameters):
     @classmethod
     def _run_plugins(cls, paths: tuple[str, ...]) -> tuple[str, ...]:
         for path in paths:
-            plugin_files.load_plugin(path)
+            load_plugin(path)
         return paths
 
     @pydantic.field_validator("forces", mode="before")

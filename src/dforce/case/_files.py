@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from dforce import library
 from dforce.case._case import MOST_BYTES, Case
-from dforce.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
-from dforce.files import beside, reason, write_whole
-from dforce.results import HDF5, is_whole
-from dforce.stores import is_store, open_store
+from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
+from dforce.core.files import beside, reason, write_whole
+from dforce.results.dataset import HDF5, is_whole
+from dforce.results.store import is_store, open_store
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,10 +6,10 @@ import html
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from dforce import units
+from dforce.core import units
+from dforce.core.notation import html_symbol
+from dforce.core.parameters import Parameters
 from dforce.forces import Force
-from dforce.notation import html_symbol
-from dforce.parameters import Parameters
 
 if TYPE_CHECKING:
     from dforce.case._case import Case

@@ -6,11 +6,12 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
-from dforce import forces, units
+from dforce import forces
 from dforce.case._text import tables
+from dforce.core import units
+from dforce.core.parameters import Parameters, Quantity
 from dforce.experiments import Experiment
 from dforce.forces import Force
-from dforce.parameters import Parameters, Quantity
 
 WIDTH = 100  # characters of a line, where a text is not longer by itself
 HEAD = "import dforce as df\n\n"

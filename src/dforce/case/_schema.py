@@ -6,10 +6,10 @@ from typing import Any
 
 from dforce import library
 from dforce.case._case import Case
+from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
 from dforce.library.cantilevers import cantilevers
-from dforce.parameters import Parameters
 
 
 def case_schema() -> dict[str, Any]:

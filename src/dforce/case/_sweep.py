@@ -7,9 +7,9 @@ from typing import Any, ClassVar, Literal, Self
 
 import pydantic
 
-from dforce.errors import ParameterError, shorten
-from dforce.parameters import Parameters, Part, part
-from dforce.refusals import refusal
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.parameters import Parameters, Part, part
+from dforce.core.refusals import refusal
 
 MOST_VALUES = 10_000_000  # of a parameter; more are a slip of the keyboard
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import tomli_w
 
-from dforce import units
+from dforce.core import units
+from dforce.core.parameters import Parameters, Quantity
 from dforce.experiments import Experiment
 from dforce.forces import Force
-from dforce.parameters import Parameters, Quantity
 
 INLINE = 80  # characters; a longer table gets a section of its own
 MANY = 20  # numbers in a list; of more, nobody reads the units

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.experiments._experiment import Progress, Start, initial_motion
-from dforce.experiments._motion import COMPONENT, components, motions, states_of
-from dforce.experiments._table import Table
-from dforce.quantities import MOTION, REPEATS
-from dforce.results import REPEATING, Status
+from dforce.core.quantities import MOTION, REPEATS
+from dforce.experiments.motion import COMPONENT, components, motions, states_of
+from dforce.experiments.plan import Progress, Start, initial_motion
+from dforce.experiments.table import Table
+from dforce.results.dataset import REPEATING, Status
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +76,7 @@ class Curve:
 
     def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
         """Return the curve; raise TooFewSamples where more of them may help."""
-        from dforce.experiments._table import statuses
+        from dforce.experiments.table import statuses
         from dforce.solvers.accuracy import assure
         from dforce.solvers.block import unwatched
         from dforce.solvers.protocols import Stepwise, actual, make_protocol

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 import pydantic
 
-from dforce.experiments._experiment import (
+from dforce.core.parameters import Part, param, part
+from dforce.experiments.plan import (
     PROTOCOL,
     CaseLike,
     Distances,
@@ -19,7 +20,6 @@ from dforce.experiments._experiment import (
     refuse_fresh_starts,
     whole_range,
 )
-from dforce.parameters import Part, param, part
 
 if TYPE_CHECKING:
     import xarray as xr

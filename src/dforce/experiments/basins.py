@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 import pydantic
 
-from dforce.errors import ParameterError
-from dforce.experiments._experiment import CaseLike, Experiment, Progress, tapping_distance
-from dforce.parameters import Number, Parameters, Part, param, part
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, Parameters, Part, param, part
+from dforce.experiments.plan import CaseLike, Experiment, Progress, tapping_distance
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.core.parallel import Crew
     from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.crew import Crew
     from dforce.solvers.integrator import Integrator, Motion
-    from dforce.solvers.lot import Indices
+    from dforce.solvers.problem_batch import Indices
     from dforce.solvers.protocols import Protocol
     from dforce.solvers.transient import Watch
 
@@ -131,8 +131,8 @@ class Basins(Experiment):
         """Return which state each start leads to, and the states; see :class:`Experiment`."""
         import xarray as xr
 
-        from dforce.results import describe
-        from dforce.solvers.crew import Crew
+        from dforce.core.parallel import Crew
+        from dforce.results.dataset import describe
 
         grids = self.grids(problem)
         if np.prod([float(len(grid)) for grid in grids.values()]) > MOST_STARTS:
@@ -184,7 +184,7 @@ class Starts:
     states: list[State] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        from dforce.results import Status
+        from dforce.results.dataset import Status
 
         self._lock = threading.Lock()  # blocks of starts are done on several threads
         self.reached = np.full(len(self), -1)
@@ -236,10 +236,10 @@ class Starts:
         self, points: int, which: Indices, motions: list[Motion], watch: Watch, told: Callable[[int], None], is_last: bool
     ) -> Indices:  # fmt: skip
         """Settle starts side by side; return those that have to be settled again."""
-        from dforce.experiments._table import statuses
-        from dforce.results import REPEATING, Status
+        from dforce.experiments.table import statuses
+        from dforce.results.dataset import REPEATING, Status
         from dforce.solvers.block import Block, States
-        from dforce.solvers.lot import Lot
+        from dforce.solvers.problem_batch import Lot
         from dforce.solvers.protocols import STEPWISE, make_protocol
         from dforce.solvers.walk import Walk
 
@@ -282,7 +282,7 @@ class Starts:
 
     def table(self, order: list[int]) -> dict[str, Any]:
         """Return the observables and shares of the states, as variables of a Dataset."""
-        from dforce.quantities import OBSERVABLES
+        from dforce.core.quantities import OBSERVABLES
 
         count = max(1, int(np.sum(self.reached >= 0)))
         table: dict[str, Any] = {"share": ("state", [float(np.sum(self.reached == i)) / count for i in order])}

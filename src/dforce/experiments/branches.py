@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 import pydantic
 
-from dforce import units
-from dforce.errors import ParameterError, UnitError
-from dforce.experiments._experiment import CaseLike, Experiment, Progress, whole_range
-from dforce.parameters import Number, Parameters, Part, Quantity, param
-from dforce.quantities import MOTION, REPEATS
+from dforce.core import units
+from dforce.core.errors import ParameterError, UnitError
+from dforce.core.parameters import Number, Parameters, Part, Quantity, param
+from dforce.core.quantities import MOTION, REPEATS
+from dforce.experiments.plan import CaseLike, Experiment, Progress, whole_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -164,7 +164,7 @@ class Branches(Experiment):
 
     def _restored(self, earlier: xr.Dataset, among: ParameterRange) -> list[Curve]:
         """Return the curves of an interrupted result: their motions tell all else."""
-        from dforce.experiments._motion import base_of, scales_of, split_rows
+        from dforce.experiments.motion import base_of, scales_of, split_rows
         from dforce.solvers.continuation import Curve
 
         states, values = split_rows(earlier[MOTION].values, among.problem), earlier[self._name()].values.tolist()
@@ -188,7 +188,7 @@ class Branches(Experiment):
 
     def _name(self) -> str:
         """Return the name of the coordinate that holds the parameter: the last step of its path."""
-        from dforce.quantities import OBSERVABLES
+        from dforce.core.quantities import OBSERVABLES
 
         if self.parameter is None:
             return "zc"
@@ -217,9 +217,9 @@ class Branches(Experiment):
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
     def _dataset(self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array) -> xr.Dataset:
-        from dforce.experiments._motion import base_of, rows_of, scales_of, with_motions
-        from dforce.experiments._table import Table
-        from dforce.results import describe
+        from dforce.experiments.motion import base_of, rows_of, scales_of, with_motions
+        from dforce.experiments.table import Table
+        from dforce.results.dataset import describe
         from dforce.solvers.escape import UnstableStates, escape
         from dforce.solvers.search import index_sum, why_unproven
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import pydantic
 
-from dforce.errors import ParameterError
-from dforce.experiments._experiment import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
-from dforce.parameters import Number, Part, param, part
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, Part, param, part
+from dforce.experiments.plan import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,9 +49,9 @@ class Dwell(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
-        from dforce.experiments._motion import base_of, rows_of, scales_of, with_motions
-        from dforce.experiments._table import Table
-        from dforce.results import Status
+        from dforce.experiments.motion import base_of, rows_of, scales_of, with_motions
+        from dforce.experiments.table import Table
+        from dforce.results.dataset import Status
         from dforce.solvers.block import Block, States
         from dforce.solvers.protocols import settle_at
         from dforce.solvers.refine import sample_counts
@@ -98,7 +98,7 @@ class Dwell(Experiment):
 
 def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> Motion:
     """Add traces over `count` periods of the first tone from a motion on; return the motion after them."""
-    from dforce.results import describe
+    from dforce.results.dataset import describe
 
     problem, scales = integrator.problem, integrator.scales
     modes, period = len(problem.modes), 1.0 / problem.tones[0].frequency
@@ -138,8 +138,8 @@ def base_motion(integrator: Integrator, period: int) -> np.ndarray[Any, np.dtype
 
 def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> None:
     """Add the spectrum of at least `count` periods of the first tone from a motion on."""
-    from dforce.observables.window import weights, window_length
-    from dforce.results import describe
+    from dforce.observables.averaging import weights, window_length
+    from dforce.results.dataset import describe
 
     problem, modes = integrator.problem, len(integrator.problem.modes)
     # tones that do not repeat within the record need a longer one to be told apart

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 import pydantic
 
-from dforce import units
-from dforce.errors import ParameterError, shorten
-from dforce.experiments._experiment import (
+from dforce.core import units
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.parameters import Number, Parameters, Part, param, part
+from dforce.experiments.plan import (
     MOST_POINTS,
     PROTOCOL,
     CaseLike,
@@ -20,7 +21,6 @@ from dforce.experiments._experiment import (
     refuse_fresh_starts,
     tapping_distance,
 )
-from dforce.parameters import Number, Parameters, Part, param, part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,7 +110,7 @@ class FrequencySweep(Experiment):
     ) -> xr.Dataset:  # fmt: skip
         """Return the resonance curve; see :class:`Experiment`."""
         from dforce.experiments._curve import Curve
-        from dforce.results import describe
+        from dforce.results.dataset import describe
         from dforce.solvers.block import Block
 
         frequencies = self.frequencies()

@@ -12,10 +12,13 @@ import importlib.metadata
 import pkgutil
 from typing import Any
 
-from dforce import notices
-from dforce.errors import nearest, shorten
-from dforce.forces._force import INTERACTIONS, REGISTRY, Force
+from dforce.core import log
+from dforce.core.errors import nearest, shorten
+from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, makes_its_laws
 from dforce.forces._groups import grouped
+from dforce.forces._layer import kernel_moments
+from dforce.forces._plugins import load_plugin
+from dforce.forces._rheology import Viscoelastic
 
 for _file in pkgutil.iter_modules(__path__):
     if not _file.name.startswith("_"):
@@ -25,14 +28,24 @@ for _entry in importlib.metadata.entry_points(group="dforce.forces"):
     try:
         _entry.load()
     except Exception as _error:  # a broken package must not take the others with it
-        notices.announce(
+        log.announce(
             f"The force plug-in '{_entry.name}' ({_entry.value}) cannot be loaded, so that its models are "
             f"missing: {type(_error).__name__}: {shorten(str(_error), 200)}"
         )
 
 _models = {model.__name__: model for model in REGISTRY.values()}
 globals().update(_models)
-__all__ = ["INTERACTIONS", "REGISTRY", "Force", "grouped", *sorted(_models)]
+__all__ = [
+    "INTERACTIONS",
+    "REGISTRY",
+    "Force",
+    "Viscoelastic",
+    "grouped",
+    "kernel_moments",
+    "load_plugin",
+    "makes_its_laws",
+    *sorted(_models),
+]
 
 
 def __getattr__(name: str) -> Any:

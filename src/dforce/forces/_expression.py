@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.errors import ParameterError, nearest, shorten
+from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.forces._exponential import exponential
 
 MOTION = {"d": "d", "z": "z", "indentation": "indentation", "velocity": "rate", "t": "t"}

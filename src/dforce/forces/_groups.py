@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from dforce.forces._force import Force
+from dforce.forces._contract import Force
 
 VISCOUS = "Viscous and viscoelastic contact"
 LIQUID = "In a liquid, or with a film of it"

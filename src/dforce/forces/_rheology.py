@@ -25,8 +25,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any
 
-from dforce.forces._force import Force
-from dforce.parameters import MaybeNumber, param, shared
+from dforce.core.parameters import MaybeNumber, param, shared
+from dforce.forces._contract import Force
 
 
 class Viscoelastic(Force):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import pi
 
-from dforce.errors import ParameterError
-from dforce.forces._force import Force
-from dforce.parameters import MaybeNumber, Number, param, shared
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import MaybeNumber, Number, param, shared
+from dforce.forces._contract import Force
 
 
 class AdhesionHysteresis(Force):

@@ -6,9 +6,9 @@ from functools import lru_cache
 from math import pi, sqrt, tan
 from typing import Literal
 
+from dforce.core.parameters import shared
 from dforce.forces import _layer
-from dforce.forces._force import Force
-from dforce.parameters import shared
+from dforce.forces._contract import Force
 
 SERIES_LIMIT = {"cone": 0.8, "sphere": 0.5}  # there the series of an incompressible layer is 1 % off
 JOIN = {"cone": 0.3, "sphere": 0.2}  # to here it is good to 1e-4

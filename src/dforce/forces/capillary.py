@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import cos, log, pi, sqrt
 from typing import Literal
 
-from dforce.errors import ParameterError
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact
 

@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 
 import pydantic
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import MaybeNumber, Number, param, shared
 from dforce.forces import _expression
-from dforce.forces._force import Force
-from dforce.parameters import MaybeNumber, Number, param, shared
+from dforce.forces._contract import Force
 
 FIELDS = {"R": "radius", "H": "hamaker"}  # where the expression's name is not the field's
 PROBES = (-1e-9, 0.1e-9, 0.5e-9, 1e-9, 1e-8, 1e-7)  # m; a law that is finite at none of them is a mistake

@@ -8,10 +8,10 @@ from typing import Any, ClassVar, Literal, Self
 
 import pydantic
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import MaybeNumber, Number, param, shared
+from dforce.forces._contract import Force
 from dforce.forces._exponential import exponential
-from dforce.forces._force import Force
-from dforce.parameters import MaybeNumber, Number, param, shared
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 BOLTZMANN = 1.380649e-23  # J/K, exact

@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Self
 
 import pydantic
 
-from dforce.errors import ParameterError
-from dforce.forces._force import Force
-from dforce.parameters import MaybeNumber, param, shared
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import MaybeNumber, param, shared
+from dforce.forces._contract import Force
 
 
 class DMT(Force):

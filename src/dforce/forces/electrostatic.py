@@ -6,8 +6,8 @@ from collections.abc import Callable
 from math import cos, exp, log, pi, sin, tan
 from typing import Literal
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 

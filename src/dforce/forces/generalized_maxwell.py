@@ -6,9 +6,9 @@ from typing import Self
 
 import pydantic
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, Numbers, param
 from dforce.forces._rheology import Viscoelastic
-from dforce.parameters import Number, Numbers, param
 
 
 class GeneralizedMaxwell(Viscoelastic):

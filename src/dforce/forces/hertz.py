@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from dforce.forces._force import Force
-from dforce.parameters import shared
+from dforce.core.parameters import shared
+from dforce.forces._contract import Force
 
 
 class Hertz(Force):

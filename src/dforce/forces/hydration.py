@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import exp, pi
 
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 from dforce.forces._exponential import PER_E, raised
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
 
 
 class Hydration(Force):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from math import pi, sqrt
 from typing import Any, ClassVar
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
 DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))

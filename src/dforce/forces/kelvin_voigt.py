@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt, tan
 from typing import Literal
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 
 class KelvinVoigt(Force):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from math import pi
 from typing import Any, ClassVar
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 CLOSEST = 0.25  # of z0: nearer, the repulsion is 4000 times the adhesion and no tip ever comes there
 

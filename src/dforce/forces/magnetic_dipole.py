@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import pi
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 MU_0 = 1.25663706212e-6  # N/A^2, CODATA 2018
 

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dforce.forces._force import Force
-from dforce.parameters import MaybeNumber, Number, param, shared
+from dforce.core.parameters import MaybeNumber, Number, param, shared
+from dforce.forces._contract import Force
 
 TERMS = 20
 FARTHEST = 49.0  # root of the depth above pull-off to which the force is fitted

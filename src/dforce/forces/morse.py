@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import exp
 
+from dforce.core.parameters import Number, param
+from dforce.forces._contract import Force
 from dforce.forces._exponential import exponential
-from dforce.forces._force import Force
-from dforce.parameters import Number, param
 
 
 class Morse(Force):

@@ -7,9 +7,9 @@ from typing import Self
 
 import pydantic
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, param
 from dforce.forces._rheology import Viscoelastic
-from dforce.parameters import Number, param
 
 ARMS_PER_DECADE = 2  # the sum of the arms then waves by less than 1e-3 about the power law
 SPACING = log(10.0) / ARMS_PER_DECADE

@@ -7,9 +7,9 @@ from typing import Any, Self
 
 import pydantic
 
-from dforce.errors import ParameterError
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 
 class SLSSimple(Force):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt, tan, tanh
 from typing import Literal
 
-from dforce.forces._force import Force
-from dforce.parameters import shared
+from dforce.core.parameters import shared
+from dforce.forces._contract import Force
 
 
 class Sneddon(Force):

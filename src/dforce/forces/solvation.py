@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import cos, exp, pi
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 
 class Solvation(Force):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt
 from typing import Literal
 
-from dforce.forces._force import Force
-from dforce.parameters import shared
+from dforce.core.parameters import shared
+from dforce.forces._contract import Force
 
 KAPPA_FOLD = 2.0 / (3.0 * sqrt(3.0))  # beyond it the law has no solution
 KAPPA_LIMIT = 0.9 * KAPPA_FOLD

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from math import sin, tan
 from typing import Any, ClassVar, Literal
 
-from dforce.forces._force import Force
-from dforce.parameters import Number, param, shared
+from dforce.core.parameters import Number, param, shared
+from dforce.forces._contract import Force
 
 
 class VanDerWaals(Force):

@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, Parameters, param
 from dforce.instrument.lever import ModeNumbers
-from dforce.parameters import Number, Parameters, param
 
 
 class Piezo(Parameters):

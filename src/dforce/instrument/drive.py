@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import pydantic
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import MaybeNumber, Number, Parameters, Part, param, part
 from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
 from dforce.instrument.lever import MOST_MODES, ModeNumbers
 from dforce.instrument.readout import Readout
-from dforce.parameters import MaybeNumber, Number, Parameters, Part, param, part
 
 FARTHEST = 1000.0  # free amplitudes: a base that has to move more cannot drive its mode
 

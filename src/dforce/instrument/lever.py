@@ -9,12 +9,12 @@ from typing import Any, ClassVar, Self
 
 import pydantic
 
-from dforce import beam
-from dforce.errors import ParameterError, nearest, shorten
-from dforce.files import folder
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.files import folder
+from dforce.core.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
+from dforce.instrument import beam
 from dforce.instrument.medium import Medium
 from dforce.library.cantilevers import cantilevers, own_cantilevers
-from dforce.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
 
 MOST_MODES = 10
 DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
@@ -67,7 +67,7 @@ class Beam(Parameters):
     """A rectangular cantilever by material and size; its modes follow from Euler–Bernoulli theory.
 
     In a fluid, frequencies and quality factors follow from Sader's hydrodynamic function
-    (:func:`dforce.beam.fluid_mode`). Valid for length far above width far above thickness.
+    (:func:`dforce.instrument.beam.fluid_mode`). Valid for length far above width far above thickness.
     """
 
     title_of: ClassVar[str] = "cantilever.beam"

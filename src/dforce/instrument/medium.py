@@ -6,9 +6,10 @@ from typing import Any, Self
 
 import pydantic
 
-from dforce import library, units
-from dforce.errors import ParameterError, nearest, shorten
-from dforce.parameters import MaybeNumber, Number, Parameters, param
+from dforce import library
+from dforce.core import units
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.parameters import MaybeNumber, Number, Parameters, param
 
 
 class Medium(Parameters):

@@ -7,9 +7,9 @@ from typing import Literal, Self
 
 import pydantic
 
-from dforce import beam
-from dforce.errors import ParameterError
-from dforce.parameters import Numbers, Parameters, param
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Numbers, Parameters, param
+from dforce.instrument import beam
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dforce.core.parameters import MaybeNumber, Number, Parameters, param
 from dforce.instrument.tip import Tip
-from dforce.parameters import MaybeNumber, Number, Parameters, param
 
 # J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011)
 A0_DEFAULT = "0.165 nm"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dforce.parameters import MaybeNumber, Number, Parameters, param
+from dforce.core.parameters import MaybeNumber, Number, Parameters, param
 
 
 class Tip(Parameters):

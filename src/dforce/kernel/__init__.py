@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from dforce import notices
+from dforce.core import log
 from dforce.forces import Force
-from dforce.kernel import store
-from dforce.kernel.compose import FIRST_DRIVE, OTHERS, compose, compose_solvers, native_types
+from dforce.kernel import cache
+from dforce.kernel.codegen import FIRST_DRIVE, OTHERS, compose, compose_solvers, native_types
 from dforce.problem import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -146,14 +146,14 @@ class Kernel:
     @contextlib.contextmanager
     def _made_ready(self, name: str) -> Iterator[None]:
         """Compile or load a function inside; threads and processes that want the same code compiled wait for it."""
-        with notices.done_once():
-            if store.is_compiled(self.module, name):
+        with log.done_once():
+            if cache.is_compiled(self.module, name):
                 yield
                 return
-            if not self._announced or notices.is_heard():  # printed once, and told to each who waits
+            if not self._announced or log.is_heard():  # printed once, and told to each who waits
                 self._announced = True
-                notices.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
-            with store.one_at_a_time(self.module):
+                log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
+            with cache.one_at_a_time(self.module):
                 yield
 
     def _first(self, name: str) -> Callable[..., Any]:
@@ -183,13 +183,13 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     problem
         What is to be solved; of its numbers only those matter that decide which laws the forces have.
     entries
-        Entry functions by name, written over :mod:`dforce.kernel.slots`.
+        Entry functions by name, written over :mod:`dforce.kernel.vocabulary`.
     """
     modes, tones = len(problem.modes), len(problem.tones)
     forces = tuple(signature(force) for force in problem.forces)
     key = (modes, tones, forces, tuple(entries.items()), problem.lagging)
     if key not in _KERNELS:
-        module = store.load(compose(modes, tones, problem.forces, entries, problem.lagging))
+        module = cache.load(compose(modes, tones, problem.forces, entries, problem.lagging))
         what = " + ".join(force.name for force in problem.forces) or "a free tip"
         _KERNELS[key] = Kernel(module, f"the tip equation for {what}")
     return _KERNELS[key]
@@ -199,7 +199,7 @@ def load_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Seq
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
     key = (modes, tuple(entries.items()), tuple(called))
     if key not in _KERNELS:
-        module = store.load(compose_solvers(modes, entries, called))
+        module = cache.load(compose_solvers(modes, entries, called))
         _KERNELS[key] = Kernel(module, f"the solvers for {modes} mode{'s' * (modes > 1)}")
     return _KERNELS[key]
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any
 
-from dforce.errors import ParameterError, nearest, shorten
-from dforce.listing import Shown, html_table, paragraphs
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.listing import Shown, html_table, paragraphs
 
 
 @dataclass(frozen=True)

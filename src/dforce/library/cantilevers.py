@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from dforce import units
-from dforce.errors import ParameterError, shorten
-from dforce.listing import Shown, aligned, html_table
+from dforce.core import units
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.listing import Shown, aligned, html_table
 
 UNITS = {"f0": "Hz", "k": "N/m", "Q": "1", "length": "m", "width": "m", "thickness": "m", "tip_radius": "m"}
 WORDS = ("name", "maker", "source")

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from dforce.kernel.link import inlined
-from dforce.kernel.slots import (
+from dforce.kernel.linker import inlined
+from dforce.kernel.vocabulary import (
     arrived,
     bent,
     coasted,
@@ -30,8 +30,8 @@ from dforce.kernel.slots import (
     rate_of,
     switch,
 )
+from dforce.observables.interpolant import bends, cubic, cubic_rate, cut_at, insert, quintic, quintic_rate, turning
 from dforce.observables.lockin import TAU, add_lock_in, turned
-from dforce.observables.pieces import bends, cubic, cubic_rate, cut_at, insert, quintic, quintic_rate, turning
 
 # Gauss–Legendre on (0, 1) with three nodes, for whole steps and pieces of a step that turns; then, without weight, just
 # inside both ends of a piece, where the force has its extremes at a kink; then six after the substitution, for pieces that

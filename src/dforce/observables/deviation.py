@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array, drive_of
-from dforce.kernel.compose import FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.kernel import Array, Scales
-from dforce.kernel.compose import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel.codegen import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables import measure as m
 from dforce.problem import Problem
 
@@ -47,7 +47,7 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
     Returns
     -------
     dict
-        SI values by the names of :data:`dforce.quantities.OBSERVABLES`: floats, and arrays over tones, modes or
+        SI values by the names of :data:`dforce.core.quantities.OBSERVABLES`: floats, and arrays over tones, modes or
         harmonics.
     """
     return {name: value[0] for name, value in finish_all(problem, scales, harmonics, rows[None], weights).items()}

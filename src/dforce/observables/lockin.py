@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.link import inlined, reordered
-from dforce.kernel.slots import mode_count
+from dforce.kernel.linker import inlined, reordered
+from dforce.kernel.vocabulary import mode_count
 
 TAU = 2.0 * math.pi
 

@@ -14,9 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.compose import FIRST_DRIVE
-from dforce.kernel.link import by_address, inlined, reordered
-from dforce.kernel.slots import distance, evolve, latch_count, memory_size, mode_count, motion, motion_of, rate_of, row
+from dforce.kernel.codegen import FIRST_DRIVE
+from dforce.kernel.linker import by_address, inlined, reordered
+from dforce.kernel.vocabulary import (
+    distance,
+    evolve,
+    latch_count,
+    memory_size,
+    mode_count,
+    motion,
+    motion_of,
+    rate_of,
+    row,
+)
 from dforce.observables.cuts import (
     A0,
     A1,
@@ -50,8 +60,8 @@ from dforce.observables.cuts import (
     force_at,
     refine,
 )
+from dforce.observables.interpolant import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate, turning
 from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, total
-from dforce.observables.pieces import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate, turning
 
 # columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
 Z, F, F_Z, F_V, CONTACT, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST = range(12)

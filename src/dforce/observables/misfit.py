@@ -17,7 +17,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.kernel import Array
-from dforce.kernel.compose import FIRST_MODE, LENGTH, PER_MODE
+from dforce.kernel.codegen import FIRST_MODE, LENGTH, PER_MODE
 from dforce.observables import measure as m
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem

@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from dforce.case import case_of
-from dforce.errors import DForceError, ParameterError
+from dforce.core.errors import DForceError, ParameterError
 from dforce.plot._style import Floats
-from dforce.results import reader_unit
+from dforce.results.dataset import reader_unit
 
 MARKS: dict[str, dict[str, Any]] = {
     "fold": {"marker": "o", "label": "fold"},

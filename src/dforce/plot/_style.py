@@ -15,11 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.text import Text
 
-from dforce import units
-from dforce.errors import ParameterError, UnitError, checked, nearest
-from dforce.files import check_target, write_whole
-from dforce.kinds import told
-from dforce.results import COLUMN_DIMS, check_computed, reader_unit
+from dforce.core import units
+from dforce.core.errors import ParameterError, UnitError, checked, nearest
+from dforce.core.files import check_target, write_whole
+from dforce.core.kinds import told
+from dforce.results.dataset import COLUMN_DIMS, check_computed, reader_unit
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -8,10 +8,10 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Patch
 
-from dforce.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked
 from dforce.plot._style import LIGHT, color_cycle, head, new_figure, shown, take
 from dforce.plot.motion import at_distance
-from dforce.results import reader_unit
+from dforce.results.dataset import reader_unit
 
 NO_STATE = "not settled"
 

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.errors import ParameterError, checked, nearest
+from dforce.core.errors import ParameterError, checked, nearest
 from dforce.plot._style import color_cycle, new_figure, tidy
 
 LEAST = 1e-10  # nm, degrees: an error below it is drawn there

@@ -13,7 +13,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from dforce.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked
 from dforce.plot._states import check_under, draw_under
 from dforce.plot._style import (
     DIRECTIONS,
@@ -29,8 +29,8 @@ from dforce.plot._style import (
     tidy,
     without_rounding,
 )
-from dforce.results import COLUMN_DIMS, Status, reader_unit
-from dforce.series import rounding
+from dforce.results.curves import rounding
+from dforce.results.dataset import COLUMN_DIMS, Status, reader_unit
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
 CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance

@@ -7,11 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.errors import checked
+from dforce.core.errors import checked
 from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, shown, take, tidy
 from dforce.plot.distances import sweeps
 from dforce.plot.motion import at_distance
-from dforce.results import reader_unit
+from dforce.results.dataset import reader_unit
 
 FELT = 0.01  # of the largest force: further out there is nothing to see
 

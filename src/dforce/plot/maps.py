@@ -14,9 +14,9 @@ from matplotlib.figure import FigureBase
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 
-from dforce.errors import ParameterError, checked, nearest
+from dforce.core.errors import ParameterError, checked, nearest
 from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
-from dforce.results import COLUMN_DIMS, reader_unit
+from dforce.results.dataset import COLUMN_DIMS, reader_unit
 
 LINES = 7  # of equal value, about
 RESONANCE = 90.0  # degrees: the phase lag of a free lever; above it attraction prevails, below it repulsion

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
 
-from dforce import units
-from dforce.errors import ParameterError, checked
+from dforce.core import units
+from dforce.core.errors import ParameterError, checked
 from dforce.plot._style import (
     BLUE,
     GRAY,

@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked
 from dforce.plot._states import check_under
 from dforce.plot._style import head, new_figure
 from dforce.plot.basins import basins
@@ -14,8 +14,8 @@ from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
-from dforce.results import check_computed
-from dforce.series import swept
+from dforce.results.curves import swept
+from dforce.results.dataset import check_computed
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
 FORCES = ("peak_force", "min_force")

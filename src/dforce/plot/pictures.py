@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
-from dforce.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked
 from dforce.plot._states import MARKS, UNSTABLE
 from dforce.plot._style import COLORS, GRAY, axis_text, colored_axes, head, new_figure, tidy, without_rounding
 from dforce.plot.branches import branches, resonance
@@ -19,8 +19,8 @@ from dforce.plot.distances import amplitude_phase
 from dforce.plot.forces import force_distance
 from dforce.plot.motion import phase_portrait, spectrum
 from dforce.plot.overview import overview
-from dforce.results import reader_unit
-from dforce.series import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding
+from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding
+from dforce.results.dataset import reader_unit
 
 BACK = (0, (4, 1.5))  # dashes of the way back
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only

@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
 from dforce.plot._style import COLORS, head
 from dforce.plot.maps import map as map_of_two
 from dforce.plot.pictures import draw
-from dforce.results import check_computed, reader_unit
-from dforce.series import Picture, drawable, goes_along, swept
+from dforce.results.curves import Picture, drawable, goes_along, swept
+from dforce.results.dataset import check_computed, reader_unit
 
 MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
 FIRST = ("amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities

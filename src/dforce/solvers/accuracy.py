@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
+from dforce.observables.averaging import weights
 from dforce.observables.deviation import DEVIATIONS, EXTREMES, deviations
 from dforce.observables.finish import finish_each
-from dforce.observables.window import weights
 from dforce.solvers.block import Block, States
-from dforce.solvers.lot import Indices
 from dforce.solvers.points import Points
+from dforce.solvers.problem_batch import Indices
 from dforce.solvers.refine import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 

@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.integrators.lanes import padded
 from dforce.kernel import Array
-from dforce.kernel.compose import FIRST_MODE, OMEGA, PER_MODE, SPEED
+from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED
 from dforce.observables import measure
+from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
-from dforce.observables.window import common_period
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, Motion, load_kernels, sample_count
-from dforce.solvers.lanes import padded
-from dforce.solvers.lot import Indices, Lot
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
+from dforce.solvers.problem_batch import Indices, Lot
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
 from dforce.solvers.retune import retune

@@ -12,12 +12,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dforce import kernel
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
+from dforce.integrators import adaptive, lanes, loops, lsoda, rk4
 from dforce.kernel import Array
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
-from dforce.solvers import _loops, adaptive, lanes, lsoda, newton, period_map, quasi_static, relaxation, rk4
-from dforce.solvers._settings import SolverSettings
+from dforce.solvers import newton, period_map, quasi_static, relaxation
+from dforce.solvers.settings import SolverSettings
 
 # what the solvers call by its address: compiled for each combination of forces
 CALLED: dict[str, Callable[..., Any]] = {
@@ -42,7 +43,7 @@ ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
     "sample": lsoda.sample,
     "lock_in": lockin.lock_in,
     "measure": measure.measure,
-    "phases": _loops.phases,
+    "phases": loops.phases,
 }
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
 RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
@@ -247,8 +248,8 @@ class LSODA(Integrator):
         self._first = motion.period
         return lsoda.Flow(
             self.kernel.entry("derivative"), self.kernel.entry("sample"), np.concatenate([motion.y, motion.memory]),
-            motion.period * _loops.TAU, latched, self.tones, bases, self.p, self.settings.relative_tolerance,
-            _loops.TAU / STEPS_PER_PERIOD / fastest,
+            motion.period * loops.TAU, latched, self.tones, bases, self.p, self.settings.relative_tolerance,
+            loops.TAU / STEPS_PER_PERIOD / fastest,
         )  # fmt: skip
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
@@ -257,11 +258,11 @@ class LSODA(Integrator):
         out.fill(np.nan)
         for row in range(periods):
             period = motion.period + row
-            start = (period - self._first) * _loops.TAU
+            start = (period - self._first) * loops.TAU
             flow.sample(self.block, 0)
             with warnings.catch_warnings(action="ignore"):  # SciPy's, of steps that fail: they end as NaN
                 for i in range(1, self.points + 1):
-                    flow.advance(start + i * _loops.TAU / self.points, self.block, i)
+                    flow.advance(start + i * loops.TAU / self.points, self.block, i)
             if not np.isfinite(flow.state).all():
                 break
             phases(self.tones, period, bases)

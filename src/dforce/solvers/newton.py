@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.slots import mode_count
+from dforce.kernel.vocabulary import mode_count
 from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, march
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from dforce.errors import ParameterError
+from dforce.core.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import measure
+from dforce.observables.averaging import common_period, weights
 from dforce.observables.finish import angle, finish
-from dforce.observables.window import common_period, weights
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block, States

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.compose import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
-from dforce.kernel.slots import from_vector, mode_count, of_case
+from dforce.integrators.lanes import FAR, advance_lanes, padded
+from dforce.integrators.rk4 import advance
+from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
+from dforce.kernel.vocabulary import from_vector, mode_count, of_case
 from dforce.observables.measure import measure
-from dforce.solvers.lanes import FAR, advance_lanes, padded
 from dforce.solvers.retune import retune
-from dforce.solvers.rk4 import advance
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
 REPEATED = 1e-11  # of its scale: change of a memory that repeats

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.slots import mode_count
+from dforce.kernel.vocabulary import mode_count
 from dforce.solvers.newton import CONVERGED, is_stable, longest, solve_orbits
 
 LARGEST = 0.1  # of the parameter's unit: step

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dforce.solvers._settings import SolverSettings
+from dforce.solvers.settings import SolverSettings
 
 FINER = (4, 16, 64)  # times the samples, one after the other until the numbers agree
 MOST_SAMPLES = 65_536  # a period

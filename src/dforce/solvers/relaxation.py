@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.slots import mode_count
+from dforce.kernel.vocabulary import mode_count
 from dforce.solvers.newton import is_stable, longest, solve_both, subtract_from_one
 from dforce.solvers.period_map import FD_STEP, march
 

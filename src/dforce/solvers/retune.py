@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dforce.kernel.compose import FIRST_DRIVE
+from dforce.kernel.codegen import FIRST_DRIVE
 
 
 def retune(tone: Any, response: Any, modes: int, g: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from dforce.kernel import Array
 from dforce.solvers.block import Block, States
-from dforce.solvers.lot import Indices
+from dforce.solvers.problem_batch import Indices
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.relaxation import ARRIVED
 

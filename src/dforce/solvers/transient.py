@@ -12,8 +12,8 @@ import numpy as np
 
 from dforce.kernel import Array
 from dforce.observables import measure
+from dforce.observables.averaging import common_period, weights, window_length
 from dforce.observables.finish import finish
-from dforce.observables.window import common_period, weights, window_length
 from dforce.problem import Problem
 from dforce.solvers.integrator import Integrator, Motion
 
@@ -37,7 +37,7 @@ class Steady:
     Attributes
     ----------
     values
-        Observables in SI units by name, see :mod:`dforce.quantities`.
+        Observables in SI units by name, see :mod:`dforce.core.quantities`.
     motion
         The state to go on from.
     settled, repeats

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from dforce.case import Case, case_of
-from dforce.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked
 from dforce.validity import contact, drive, dynamics, inputs, long_range, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence

@@ -7,9 +7,9 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from dforce.errors import checked
-from dforce.listing import Listing, html_table, paragraphs
-from dforce.results import unit_for
+from dforce.core.errors import checked
+from dforce.core.listing import Listing, html_table, paragraphs
+from dforce.results.dataset import unit_for
 
 if TYPE_CHECKING:
     import xarray as xr

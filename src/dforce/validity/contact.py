@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from dforce.forces import Force
-from dforce.forces._rheology import Viscoelastic
+from dforce.forces import Force, Viscoelastic
 from dforce.forces.bottom_effect import SERIES_LIMIT, BottomEffect, coefficients, polynomial
 from dforce.forces.tatara import Tatara
 from dforce.validity._advice import Advice, percent, shown

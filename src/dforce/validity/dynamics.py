@@ -7,10 +7,9 @@ import math
 
 import numpy as np
 
-from dforce import beam
 from dforce.forces import Force
 from dforce.forces.dlvo import BOLTZMANN
-from dforce.instrument import Beam, Medium, ModeNumbers
+from dforce.instrument import Beam, Medium, ModeNumbers, beam
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
 

@@ -1,0 +1,194 @@
+"""Files are written whole or not at all: a library gives bytes, and these are put in their place in one step."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import secrets
+import stat
+from collections.abc import Iterator, Sequence
+from contextvars import ContextVar
+from pathlib import Path
+
+from dforce.core.errors import ResultError, checked, shorten
+
+SUFFIXES = (".nc", ".csv")  # of results
+TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
+ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
+
+
+_folder: ContextVar[Path | None] = ContextVar("folder", default=None)
+
+
+@contextlib.contextmanager
+def beside(folder: str | os.PathLike[str] | None) -> Iterator[None]:
+    """Look for the files that a case names in this folder, while the context lasts; None: in the working directory."""
+    token = _folder.set(None if folder is None else Path(folder))
+    try:
+        yield
+    finally:
+        _folder.reset(token)
+
+
+def folder() -> Path:
+    """Return the folder that the files of a case are looked for in at this moment."""
+    return _folder.get() or Path.cwd()
+
+
+@checked
+def check_target(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
+    """Return the path of a file to be written, after checking that it can be.
+
+    Raises
+    ------
+    ResultError
+        When the ending is none of `suffixes`, the folder does not exist, or the place is taken by something
+        that may not be replaced.
+    """
+    target, name = Path(path), f"'{shorten(str(path))}'"
+    if target.suffix.lower() not in suffixes:
+        ending = f"ends in '{shorten(target.suffix, 20)}'" if target.suffix else "has no ending"
+        raise ResultError(f"{name} {ending}; a file ending in {', '.join(suffixes)} can be written")
+    try:
+        folder = target.resolve().parent
+        if not folder.is_dir():
+            raise ResultError(f"{name} cannot be written: there is no folder '{shorten(str(folder))}'")
+        taken = target.exists()
+        if taken and not target.is_file():
+            raise ResultError(f"{name} cannot be written: it is not a file")
+        if not os.access(target if taken else folder, os.W_OK):
+            raise ResultError(f"{name} cannot be written: it may not be changed by this user")
+    except ResultError:
+        raise
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{name} cannot be written: {reason(error)}") from None
+    return target
+
+
+def reason(error: OSError | ValueError) -> str:
+    """Return why the system refused a file, in its own words."""
+    return ((error.strerror if isinstance(error, OSError) else None) or str(error)).lower()
+
+
+@checked
+def write_whole(path: str | os.PathLike[str], content: bytes | memoryview, *, overwrite: bool = True) -> None:
+    """Write a file whole or not at all.
+
+    After a failure, Ctrl-C or a power cut `path` is what it was before. What a process that was killed while writing has
+    left in the folder is removed.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    FileExistsError
+        When `overwrite` is off and `path` exists.
+    """
+    try:
+        target = Path(os.path.realpath(path))  # a link stays a link
+        with _temporary(target.parent) as (temporary, file):
+            _remove_abandoned(temporary)
+            if target.exists():
+                temporary.chmod(stat.S_IMODE(target.stat().st_mode))
+            _fill(file, content)
+            if os.name != "posix":
+                file.close()  # Windows moves no file that is open
+            if overwrite:
+                temporary.replace(target)
+            else:
+                _move_beside(temporary, target)
+            _sync_folder(target.parent)
+    except FileExistsError:
+        raise
+    except (OSError, ValueError) as error:
+        raise ResultError(f"'{shorten(str(path))}' could not be written: {reason(error)}") from error
+
+
+@contextlib.contextmanager
+def _temporary(folder: Path) -> Iterator[tuple[Path, io.FileIO]]:
+    """Give a new file of a folder, locked for as long as it is written; what is left of it goes at the end."""
+    path = folder / f".dforce-{secrets.token_hex(8)}.tmp"
+    file = _locked(path)
+    try:
+        yield path, file
+    finally:
+        file.close()
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
+
+
+def _locked(path: Path) -> io.FileIO:
+    while True:
+        file = io.FileIO(path, "x")  # the user's umask applies
+        _lock(file)
+        if os.name != "posix" or os.fstat(file.fileno()).st_nlink:
+            return file
+        file.close()  # another process took it for abandoned before it was locked
+
+
+def _fill(file: io.FileIO, content: bytes | memoryview) -> None:
+    left = memoryview(content)
+    while left:
+        left = left[file.write(left) or 0 :]
+    os.fsync(file.fileno())
+
+
+def _lock(file: io.FileIO) -> bool | None:
+    """Lock a file for as long as it is open; False where another one holds it, None where the system cannot tell."""
+    try:
+        import fcntl
+    except ImportError:  # Windows, where a file that is open cannot be removed
+        return None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def _remove_abandoned(mine: Path) -> None:
+    """Remove the temporary files beside `mine` that a process killed while writing has left."""
+    with contextlib.suppress(OSError):  # a folder that may be written, but not read
+        now = mine.stat().st_mtime  # by the clock of this file system
+        found = [entry for entry in os.scandir(mine.parent) if TEMPORARY.fullmatch(entry.name)]
+        for entry in found:
+            with contextlib.suppress(OSError):  # another user's, or gone in this moment
+                if entry.name != mine.name and entry.is_file(follow_symlinks=False):
+                    _remove_if_abandoned(Path(entry.path), now)
+
+
+def _remove_if_abandoned(path: Path, now: float) -> None:
+    with io.FileIO(path) as file:
+        free, age = _lock(file), now - os.fstat(file.fileno()).st_mtime
+        if free:
+            path.unlink()  # while it is locked: a writer that has just made it notices
+    if free is None and age > ABANDONED:
+        path.unlink()
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring a new name to the disk; the file is in its place already, so a system that cannot do this does no harm."""
+    if os.name != "posix":
+        return
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _move_beside(temporary: Path, target: Path) -> None:
+    """Move a file to a name that is free; a name taken in this very moment is an error, not a loss."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links
+        if target.exists():
+            raise FileExistsError(target) from None
+        temporary.rename(target)

@@ -1,0 +1,179 @@
+"""What a public function takes: the kinds of things that its annotations name, in words and as a check.
+
+A wrong kind of argument would surface deep inside, as an error of Python's that says nothing to a user.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import numbers
+import os
+import reprlib
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+WHERE = "df.example and df.load_case give one"
+CLASSES = {
+    "Case": ("dforce.case", "Case", "a case", WHERE),
+    "xr.Dataset": ("xarray", "Dataset", "a result", "df.run and df.read give one"),
+    "xr.DataArray": ("xarray", "DataArray", "a quantity of a result", "result['amplitude'] is one"),
+    "FigureBase": ("matplotlib.figure", "FigureBase", "a figure", "matplotlib.pyplot.figure() gives one"),
+    "Picture": ("dforce.results.curves", "Picture", "a picture", "df.pictures_of gives some, df.Picture makes one"),
+    "type[Force]": ("dforce.forces", "Force", "a class of forces", "df.forces.DMT is one"),
+}
+"""What is known by its class: module, name there, in words, and where one comes from."""
+
+PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "None": (lambda given: given is None, ""),
+    "str": (lambda given: isinstance(given, str), "text"),
+    "bytes": (lambda given: isinstance(given, bytes), "bytes"),
+    "memoryview": (lambda given: isinstance(given, memoryview), "bytes"),
+    "os.PathLike[str]": (lambda given: isinstance(given, os.PathLike), "a path"),
+    "bool": (lambda given: type(given).__name__ in ("bool", "bool_"), "True or False"),  # bool_: NumPy's
+    "int": (lambda given: isinstance(given, numbers.Integral) and not isinstance(given, bool), "a whole number"),
+    "float": (lambda given: _is_number(given), "a number"),
+    "Progress": (lambda given: callable(given) and not isinstance(given, type), "a function"),
+    "Callable": (lambda given: callable(given) and not isinstance(given, type), "a function"),
+    "Mapping": (lambda given: isinstance(given, Mapping), "a table"),
+    "dict": (lambda given: isinstance(given, dict), "a table"),
+}
+SEVERAL = ("Sequence", "Collection", "Iterable")
+ANYTHING = ("Any", "object")
+LONGEST = 60  # characters that a message repeats
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One thing that an argument may be.
+
+    Attributes
+    ----------
+    fits
+        Whether something given is of this kind.
+    words
+        What it is called; empty for None, which stands for an argument left out.
+    source
+        Where one comes from; may be empty.
+    """
+
+    fits: Callable[[Any], bool]
+    words: str
+    source: str = ""
+
+
+def kind_of(annotation: str) -> Kind | None:
+    """Return the kind that an annotation names, without unions; None where anything goes.
+
+    Raises
+    ------
+    LookupError
+        For an annotation that is not known here.
+    """
+    if annotation in ANYTHING:
+        return None
+    if annotation in CLASSES:
+        module, name, words, source = CLASSES[annotation]
+        return Kind(functools.partial(_is_one, module, name, annotation.startswith("type[")), words, source)
+    outer, _, inner = annotation.partition("[")
+    if outer in SEVERAL:
+        item = kind_of(inner.removesuffix("]"))
+        return Kind(functools.partial(_are_all, item), f"a list of {item.words}" if item else "a list")
+    plain = PLAIN.get(annotation) or PLAIN.get(outer)
+    if plain is None:
+        raise LookupError(f"'{annotation}' is no kind of argument known to {__name__}")
+    return Kind(*plain)
+
+
+def _is_one(module: str, name: str, as_class: bool, given: Any) -> bool:
+    """Say whether something is of a class; where its module was never imported, nothing is."""
+    wanted = getattr(sys.modules.get(module), name, None)
+    if wanted is None:
+        return False
+    return isinstance(given, type) and issubclass(given, wanted) if as_class else isinstance(given, wanted)
+
+
+def _are_all(item: Kind | None, given: Any) -> bool:
+    if isinstance(given, str | bytes | type) or not isinstance(given, Iterable):
+        return False
+    # what can be read only once is not looked into
+    return item is None or isinstance(given, Iterator) or all(map(item.fits, given))
+
+
+def _is_number(given: Any) -> bool:
+    if isinstance(given, (float, int, numbers.Real)):  # the first two are quicker to tell
+        return not isinstance(given, bool)
+    return getattr(given, "shape", None) == () and _is_number(given.item())  # an array of one number
+
+
+def members(annotation: str) -> list[str]:
+    """Return the members of a union, as written."""
+    found, depth = [""], 0
+    for sign in annotation:
+        depth += (sign in "[(") - (sign in "])")
+        if sign == "|" and depth == 0:
+            found.append("")
+        else:
+            found[-1] += sign
+    return [member.strip() for member in found]
+
+
+@functools.cache
+def taken(function: Callable[..., Any]) -> dict[str, tuple[Kind, ...]]:
+    """Return what each argument of a function may be, by name, in order; nothing for one that may be anything."""
+    kinds = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        known = parameter.kind is not parameter.VAR_KEYWORD and parameter.annotation is not parameter.empty
+        allowed = [kind_of(member) for member in members(str(parameter.annotation))] if known else [None]
+        kinds[name] = tuple(kind for kind in allowed if kind is not None) if None not in allowed else ()
+    return kinds
+
+
+@functools.cache
+def _places(function: Callable[..., Any]) -> tuple[tuple[str, ...], str]:
+    """Return the names of the arguments that may go without their names, and of the one that takes all further ones."""
+    parameters = inspect.signature(function).parameters.values()
+    placed = tuple(one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD))
+    return placed, next((one.name for one in parameters if one.kind is one.VAR_POSITIONAL), "")
+
+
+def misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str | None:
+    """Return a sentence on the first argument of a call that is of a wrong kind; None where all are right."""
+    kinds, (placed, rest) = taken(function), _places(function)
+    given = [*zip(placed, args, strict=False), *kwargs.items()]
+    if rest:
+        given += [(rest, one) for one in args[len(placed) :]]
+    for name, one in given:
+        if name in kinds and not _fits(kinds[name], one):
+            return _sentence(name, kinds[name], one)
+    return None
+
+
+def _fits(allowed: tuple[Kind, ...], given: Any) -> bool:
+    return not allowed or any(kind.fits(given) for kind in allowed)
+
+
+def _sentence(name: str, allowed: tuple[Kind, ...], given: Any) -> str:
+    words = list(dict.fromkeys(kind.words for kind in allowed if kind.words))
+    what = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
+    sources = "; ".join(kind.source for kind in allowed if kind.source)
+    return f"{name} = {told(given)} is {what}{f'; {sources}' if sources else ''}"
+
+
+def told(given: Any) -> str:
+    """Return what somebody gave, in words or as it would be typed."""
+    for module, name, words, _ in CLASSES.values():
+        if _is_one(module, name, False, given):
+            return f"({words})"
+    if given is None or isinstance(given, str | bytes | int | float | list | tuple | dict | set):
+        brief = reprlib.Repr()
+        brief.maxlevel, brief.maxstring, brief.maxlong = 2, LONGEST, LONGEST
+        text = brief.repr(given)
+        return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+    return f"({'class' if isinstance(given, type) else 'object of the class'} {_class(given)})"
+
+
+def _class(given: Any) -> str:
+    return (given if isinstance(given, type) else type(given)).__name__

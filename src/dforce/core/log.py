@@ -1,0 +1,94 @@
+"""What dForce says while it works, beside results and errors."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
+from typing import Any, TextIO
+
+from dforce.core.errors import checked
+
+
+class Listening:
+    """One who listens, see :func:`listening`.
+
+    Attributes
+    ----------
+    seconds
+        Time (s) that went into what is done only once, such as compiling, or into waiting for another thread that did it.
+    """
+
+    def __init__(self, listener: Callable[[str], None]) -> None:
+        self.listener, self.seconds = listener, 0.0
+        self._heard = ""
+
+    def hear(self, text: str) -> None:
+        """Tell the listener a sentence, but not the same one twice in a row."""
+        if text != self._heard:
+            self._heard = text
+            self.listener(text)
+
+
+class Heedless:
+    """A stream of text that drops what cannot be written: a full disk and a closed stream are no reason to end a run."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        """Be the stream in all the rest."""
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write text, if that can be done; return its length."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Bring to the disk what was written, if that can be done."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.flush()
+
+
+_listening: ContextVar[Listening | None] = ContextVar("listening", default=None)
+
+
+def announce(text: str) -> None:
+    """Print a sentence on the error stream, or hand it to who listens (:func:`listening`)."""
+    one = _listening.get()
+    if one is not None:
+        one.hear(text)
+    elif sys.stderr is not None:
+        print(text, file=Heedless(sys.stderr), flush=True)
+
+
+@checked
+@contextlib.contextmanager
+def listening(listener: Callable[[str], None]) -> Iterator[Listening]:
+    """Hand to a function, in this thread, what dForce says while the context lasts, such as that it compiles."""
+    one = Listening(listener)
+    token = _listening.set(one)
+    try:
+        yield one
+    finally:
+        _listening.reset(token)
+
+
+@contextlib.contextmanager
+def done_once() -> Iterator[None]:
+    """Count the time of what is done only once, for who listens, apart from that of computing."""
+    one, begun = _listening.get(), time.monotonic()
+    try:
+        yield
+    finally:
+        if one is not None:
+            one.seconds += time.monotonic() - begun
+
+
+def is_heard() -> bool:
+    """Say whether somebody listens in this thread."""
+    return _listening.get() is not None

@@ -1,0 +1,367 @@
+"""How a parameter is declared: unit, default, bounds, symbol and a sentence, all in one place.
+
+>>> class Spring(Parameters):
+...     stiffness: float = param("1 N/m", symbol="k", above="0 N/m", doc="spring constant")
+>>> Spring(stiffness="2 mN/m").stiffness
+0.002
+
+Forms, case files, schema, documentation and error messages are made from these declarations.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args, get_origin
+
+import pydantic
+from pydantic_core import PydanticUndefined
+
+from dforce.core import units
+from dforce.core.errors import ParameterError, checked, nearest, shorten
+from dforce.core.refusals import refusal
+
+TOLD = 6  # digits of a number in a sentence
+
+if TYPE_CHECKING:
+    # What type checkers see of a field: what it is once it is read, and what may be given for it.
+    Read = TypeVar("Read")
+
+    class Number:
+        """A number in SI, for which text with a unit may be given."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> float: ...
+        def __set__(self, owner: object, value: float | str) -> None: ...
+
+    class MaybeNumber:
+        """A number that may be left out."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> float | None: ...
+        def __set__(self, owner: object, value: float | str | None) -> None: ...
+
+    class Part(Generic[Read]):
+        """An object, for which a table with its keys may be given, or several in a list; the run checks which."""
+
+        def __get__(self, owner: object, kind: type | None = None) -> Read: ...
+        def __set__(self, owner: object, value: object) -> None: ...
+
+    Numbers = Part[tuple[float, ...]]
+else:
+    Number, MaybeNumber, Numbers = float, float | None, tuple[float, ...]
+
+    class Part:
+        """What a field is, for pydantic."""
+
+        def __class_getitem__(cls, kind: Any) -> Any:
+            return kind
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is declared about one number: its SI unit, bounds (SI text), symbol and meaning."""
+
+    unit: str
+    symbol: str = ""
+    doc: str = ""
+    low: str | float | None = None
+    above: str | float | None = None
+    high: str | float | None = None
+    below: str | float | None = None
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        """Write this declaration into a field's JSON schema: a number in SI, or text with a unit."""
+        number: dict[str, Any] = {"type": "number"}
+        for bound, key in (
+            (self.low, "minimum"),
+            (self.above, "exclusiveMinimum"),
+            (self.high, "maximum"),
+            (self.below, "exclusiveMaximum"),
+        ):
+            if bound is not None:
+                number[key] = units.parse(bound, self.unit)
+        text = {"type": "string", "pattern": r"^\s*[-+]?[0-9.]"}
+        kept: dict[str, Any] = {key: schema[key] for key in ("title", "description", "default") if key in schema}
+        forms = [schema, *schema.get("anyOf", [])]
+        one: list[dict[str, Any]] = [number, text]
+        several = [{"type": "array", "items": {"anyOf": one}}] if any("items" in form for form in forms) else []
+        tables = [{"$ref": form["$ref"]} for form in forms if "$ref" in form]  # such as a grid
+        words = [{"const": form["const"]} for form in forms if "const" in form]
+        schema.clear()
+        schema.update(kept, anyOf=[*one, *words, *several, *tables])
+        schema["unit"] = self.unit
+        if self.symbol:
+            schema["symbol"] = self.symbol
+
+    def check(self, value: float) -> None:
+        """Raise :class:`ParameterError` when an SI value is outside the bounds."""
+        for bound, broken, words in (
+            (self.low, operator.lt, "is below"),
+            (self.above, operator.le, "is not above"),
+            (self.high, operator.gt, "is above"),
+            (self.below, operator.ge, "is not below"),
+        ):
+            if bound is None:
+                continue
+            edge = units.parse(bound, self.unit)
+            if broken(value, edge):
+                limit = bound if isinstance(bound, str) else units.show(bound, self.unit)
+                brief = units.show(value, self.unit, TOLD)
+                # one that lies beyond the bound by less than that is told in full
+                told = brief if broken(units.parse(brief, self.unit), edge) else units.show(value, self.unit)
+                raise ParameterError(f"= {told} {words} {limit}")
+
+    def bounds(self) -> tuple[float, float]:
+        """Return the lower and upper bound in SI, infinite where there is none."""
+        least = self.low if self.low is not None else self.above
+        most = self.high if self.high is not None else self.below
+        return (
+            -math.inf if least is None else units.parse(least, self.unit),
+            math.inf if most is None else units.parse(most, self.unit),
+        )
+
+
+@dataclass(frozen=True)
+class Shared:
+    """A parameter that the instrument gives: `path` names where, such as ``tip.radius``."""
+
+    path: str
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        """Say in the JSON schema where the value comes from."""
+        schema["sharedFrom"] = self.path
+
+
+@checked
+def param(
+    default: Any = PydanticUndefined,
+    *,
+    unit: str | None = None,
+    symbol: str = "",
+    doc: str,
+    low: str | float | None = None,
+    above: str | float | None = None,
+    high: str | float | None = None,
+    below: str | float | None = None,
+) -> Any:
+    """Declare a quantity of a :class:`Parameters` class.
+
+    Parameters
+    ----------
+    default
+        Text with a unit, an SI number, None (optional), or left out (the user must give it).
+    unit
+        SI unit; taken from the default or the bounds where they are text, else ``"1"``.
+    symbol
+        Symbol of the field, as LaTeX without dollars.
+    doc
+        One phrase that says what it is.
+    low, high, above, below
+        Bounds: `low` and `high` are allowed values themselves, `above` and `below` are not.
+    """
+    texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
+    if unit is None:
+        unit = _unit_of(texts[0]) if texts else "1"
+    quantity = Quantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+    return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
+
+
+def part(default: Any, *, description: str, **limits: Any) -> Any:
+    """Declare a field of the kind :class:`Part`, which has a default."""
+    return pydantic.Field(default, description=description, **limits)
+
+
+@checked
+def shared(path: str) -> Any:
+    """Declare a parameter that comes from the instrument, so that one tip serves every force."""
+    return pydantic.Field(None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path))
+
+
+def _unit_of(text: str) -> str:
+    match = units.NUMBER.fullmatch(text)
+    return (match[2] if match else "") or "1"
+
+
+PREFIXED = {
+    "nm": "m", "um": "m", "pm": "m", "mm": "m", "kHz": "Hz", "MHz": "Hz", "GHz": "Hz", "TPa": "Pa",
+    "GPa": "Pa", "MPa": "Pa", "kPa": "Pa", "nN": "N", "pN": "N", "mJ/m^2": "J/m^2", "us": "s", "ms": "s",
+    "ns": "s", "deg": "rad", "mV": "V", "mPa s": "Pa s", "mC/m^2": "C/m^2", "degC": "K", "aJ": "J",
+    "um/s": "m/s", "mol/l": "mol/m^3", "mmol/l": "mol/m^3", "1/nm": "1/m", "nm^3": "m^3",
+}  # fmt: skip
+
+
+def _stored_unit(unit: str) -> str:
+    """Return the SI unit that values declared in `unit` are stored in, without loading pint."""
+    return PREFIXED.get(unit, unit)
+
+
+class Parameters(pydantic.BaseModel):
+    """A frozen set of parameters; the base of everything that a user gives.
+
+    Unknown names are errors with the nearest known name; quantities accept SI numbers and text with a unit.
+
+    Raises
+    ------
+    ParameterError
+        With one sentence: what was given, and what is allowed.
+    """
+
+    model_config = pydantic.ConfigDict(
+        frozen=True,
+        extra="forbid",
+        validate_default=True,
+        ser_json_inf_nan="constants",
+        use_attribute_docstrings=True,
+    )
+
+    title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
+    example: ClassVar[
+        Mapping[str, Any]
+    ] = {}  # typical values of the parameters without a default, for forms and checks
+    ways: ClassVar[
+        Mapping[str, tuple[str, ...]]
+    ] = {}  # groups of fields of which a user gives one, by what it is called
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except pydantic.ValidationError as error:
+            raise refusal(error, type(self), self.root()) from None
+
+    # Inside another model pydantic then validates without __init__, so that an error keeps its whole path.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self._refuse_change(name)
+        super().__setattr__(name, value)  # a name with an underscore is the class's own business
+
+    def __delattr__(self, name: str) -> None:
+        self._refuse_change(name)
+        super().__delattr__(name)
+
+    def _refuse_change(self, name: str) -> None:
+        if name.startswith("_"):
+            return
+        if name not in type(self).model_fields:
+            raise ParameterError(f"{self.section()} has no parameter '{name}'{nearest(name, self.keys())}")
+        raise ParameterError(
+            f"{self.section()}.{name} cannot be changed, because nothing in a case can; {self._other_way(name)}"
+        )
+
+    def _other_way(self, name: str) -> str:
+        """Return how a copy with another value is made."""
+        return f"{self.section().split('.')[-1]}.replace({name}=...) gives a changed copy, and so does case.replace"
+
+    @classmethod
+    def root(cls) -> str:
+        """Return the path that messages start with when this class is built by itself."""
+        return cls.section()
+
+    @classmethod
+    def quantities(cls) -> dict[str, Quantity]:
+        """Return the declared quantities by field name, in order, shared ones excluded."""
+        return {
+            name: field.json_schema_extra
+            for name, field in cls.model_fields.items()
+            if isinstance(field.json_schema_extra, Quantity)
+        }
+
+    @classmethod
+    def shared_fields(cls) -> dict[str, str]:
+        """Return the instrument's path of each shared field, by field name."""
+        return {
+            name: field.json_schema_extra.path
+            for name, field in cls.model_fields.items()
+            if isinstance(field.json_schema_extra, Shared)
+        }
+
+    @classmethod
+    def keys(cls) -> list[str]:
+        """Return the names that a user may give."""
+        hidden = cls.shared_fields()
+        return [name for name in cls.model_fields if name not in hidden]
+
+    @classmethod
+    def section(cls) -> str:
+        """Return the name that messages call this section by."""
+        return cls.title_of or cls.__name__.lower()
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _known_keys_only(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        for key in data:
+            if key in cls.shared_fields():
+                raise ParameterError(f"takes '{key}' from the instrument: give {cls.shared_fields()[key]} instead")
+            if key not in cls.model_fields:
+                hint = nearest(shorten(str(key), 40), cls.keys())
+                raise ParameterError(f"has no parameter '{shorten(str(key), 40)}'{hint}")
+        return data
+
+    @pydantic.field_validator("*", mode="before")
+    @classmethod
+    def _text_to_si(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+        name = info.field_name or ""
+        quantity = cls.quantities().get(name)
+        if quantity is None:
+            if isinstance(given, bool) and not _takes_bool(cls.model_fields[name].annotation):
+                raise ParameterError(f"= {shorten(given)} is not allowed here")  # pydantic takes true for 1
+            return given
+        if given is None or isinstance(given, dict | pydantic.BaseModel):
+            return given  # a table that stands for many values, such as a grid
+        if isinstance(given, str) and given in _words(cls.model_fields[name].annotation):
+            return given
+        one = isinstance(given, str | type) or getattr(given, "shape", None) == ()
+        if not one and hasattr(given, "__iter__"):
+            return tuple(cls._one(item, quantity) for item in given)  # such as the Q of every mode
+        return cls._one(given, quantity)
+
+    @staticmethod
+    def _one(given: Any, quantity: Quantity) -> float:
+        value = units.parse(given, quantity.unit)
+        quantity.check(value)
+        return value
+
+    def needed(self, field: str) -> float:
+        """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""
+        value = getattr(self, field)
+        if value is None:
+            what = self.quantities()[field].doc.partition(";")[0]
+            raise ParameterError(f"{self.section()}.{field} ({what}) is missing")
+        return float(value)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some parameters changed, validated again."""
+        given = {name: getattr(self, name) for name in self.model_fields_set if name not in self.shared_fields()}
+        return type(self)(**(given | changes))
+
+    def _repr_fields(self) -> Iterator[tuple[str, str]]:
+        quantities = self.quantities()
+        for name in self.keys():
+            value = getattr(self, name)
+            if value is None or value == () or value == "":
+                continue
+            if name in quantities and isinstance(value, float):
+                text = units.show(value, quantities[name].unit)
+                yield name, repr(text) if quantities[name].unit != "1" else text
+            else:
+                yield name, repr(value)
+
+    def __repr__(self) -> str:
+        """Show the parameters with units, as they would be typed."""
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._repr_fields())})"
+
+    __str__ = __repr__
+
+
+def _words(annotation: Any) -> tuple[Any, ...]:
+    """Return the words that stand for a number, such as of a frequency that is to be found."""
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    return tuple(word for part in get_args(annotation) for word in _words(part))
+
+
+def _takes_bool(annotation: Any) -> bool:
+    return annotation in (bool, Any) or any(_takes_bool(part) for part in get_args(annotation))

@@ -1,0 +1,143 @@
+"""The progress bar: on a terminal or in a notebook, and only once a run has taken a second."""
+
+from __future__ import annotations
+
+import html
+import sys
+import threading
+import time
+from types import TracebackType
+from typing import Any, Protocol, Self, TextIO, cast
+
+from dforce.core.errors import shorten
+from dforce.core.log import Heedless
+
+WAIT = 1.0  # s; what is quicker needs no bar
+LONGEST = 40  # characters of a title
+
+
+class _Drawn(Protocol):
+    """A bar somewhere on a screen."""
+
+    def show(self) -> None:
+        """Draw it."""
+
+    def update(self, done: int, total: int, note: str) -> None:
+        """Draw how far the work is."""
+
+    def stop(self) -> None:
+        """Take it away."""
+
+
+class ProgressBar:
+    """A progress function for :func:`dforce.run` that draws a bar with the time left.
+
+    Use it as a context manager; ``progress=True`` does. In a notebook the bar is HTML below the cell, on a terminal text
+    on stderr; elsewhere (a file, a pipe) there is none.
+
+    Parameters
+    ----------
+    title
+        What is being done.
+    shown
+        False for no bar at all.
+    """
+
+    def __init__(self, title: str = "", shown: bool = True) -> None:
+        self.title, self.shown = shorten(title, LONGEST), shown
+        self._bar: _Drawn | None = None
+        self._timer: threading.Timer | None = None
+
+    def __enter__(self) -> Self:
+        """Start to wait; the bar appears on its own, even while nothing is reported (a first compilation)."""
+        if self.shown:
+            self._bar = _NotebookBar(self.title) if in_notebook() else _terminal_bar(self.title)
+        if self._bar is not None:
+            self._timer = threading.Timer(WAIT, self._bar.show)
+            self._timer.daemon = True
+            self._timer.start()
+        return self
+
+    def __call__(self, done: int, total: int, note: str) -> None:
+        """Take note of the points done."""
+        if self._bar is not None:
+            self._bar.update(done, total, note)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Take the bar away."""
+        if self._timer is not None and self._bar is not None:
+            self._timer.cancel()
+            self._timer.join()
+            self._bar.stop()
+
+
+def in_notebook() -> bool:
+    """Say whether this is a Jupyter kernel, whose cells show HTML."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+
+
+class _TerminalBar:
+    """A bar on stderr."""
+
+    def __init__(self, title: str, console: Any) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        self.bar = Progress(
+            TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+            TimeRemainingColumn(), TextColumn("{task.fields[note]}", markup=False),
+            console=console, transient=True,
+        )  # fmt: skip
+        self.task = self.bar.add_task(title, total=None, note="")
+
+    def show(self) -> None:
+        self.bar.start()
+
+    def update(self, done: int, total: int, note: str) -> None:
+        self.bar.update(self.task, completed=done, total=total, note=note)
+
+    def stop(self) -> None:
+        self.bar.stop()
+
+
+def _terminal_bar(title: str) -> _TerminalBar | None:
+    if sys.stderr is None:
+        return None
+    from rich.console import Console
+
+    console = Console(file=cast(TextIO, Heedless(sys.stderr)), highlight=False, markup=False, emoji=False)
+    return _TerminalBar(title, console) if console.is_terminal else None
+
+
+class _NotebookBar:
+    """A bar below a cell of a notebook, replaced in place; it needs no widgets."""
+
+    def __init__(self, title: str) -> None:
+        from IPython.display import HTML, display
+
+        self.title, self.start, self.shown, self.html = title, time.monotonic(), False, HTML
+        # made in the cell's own thread, so that it stands below this cell whoever draws it later
+        self.handle = display(HTML(""), display_id=True)
+        self.last = (0, 0, "")
+
+    def show(self) -> None:
+        self.shown = True
+        self._draw()
+
+    def update(self, done: int, total: int, note: str) -> None:
+        self.last = (done, total, note)
+        if self.shown:
+            self._draw()
+
+    def stop(self) -> None:
+        self.handle.update(self.html(""))
+
+    def _draw(self) -> None:
+        done, total, note = self.last
+        value = f' value="{done}" max="{total}"' if done else ""
+        left = (time.monotonic() - self.start) * (total - done) / done if done else 0.0
+        words = [self.title, *([f"{done}/{total}", f"{left:.0f} s left"] if done else []), note]
+        text = html.escape(", ".join(word for word in words if word))
+        self.handle.update(self.html(f"<progress{value}></progress> {text}"))

@@ -1,0 +1,267 @@
+"""Text with a unit to SI numbers and back; the only module that knows pint.
+
+Inside dForce every quantity is a float in SI units; a unit appears only where a user reads or types.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import re
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dforce.core.errors import UnitError, checked, shorten
+
+if TYPE_CHECKING:
+    import pint
+
+NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*?)\s*", re.DOTALL)
+UNIT = re.compile(r"[\w µμÅ°%*/^().·-]{0,40}")  # what a unit may be spelled with; pint sees nothing else
+EXPONENT = re.compile(r"(?:\*\*|\^)\s*-?\d{2,}")  # no physical unit has an exponent of two digits
+
+# What a reader likes to see, from the SI unit that a quantity is stored in.
+SHOWN: dict[str, tuple[str, ...]] = {
+    "m": ("m", "mm", "um", "nm", "pm"),
+    "Hz": ("Hz", "kHz", "MHz", "GHz"),
+    "N": ("N", "mN", "uN", "nN", "pN", "fN"),
+    "N/m": ("N/m", "mN/m"),
+    "Pa": ("Pa", "kPa", "MPa", "GPa"),
+    "Pa s": ("Pa s", "mPa s", "kPa s"),
+    "J/m^2": ("J/m^2", "mJ/m^2"),
+    "s": ("s", "ms", "us", "ns"),
+    "m/s": ("m/s", "mm/s", "um/s", "nm/s"),
+    "V": ("V", "mV"),
+    "C/m^2": ("C/m^2", "mC/m^2"),
+    "rad": ("deg",),
+    "J": ("J",),
+    "W": ("W", "pW", "fW", "aW"),
+    "K": ("K",),
+    "mol/m^3": ("mol/m^3", "mmol/l", "mol/l"),
+}
+
+
+@functools.cache
+def registry() -> pint.UnitRegistry[Any]:
+    """Return the one unit registry of the process."""
+    import pint
+
+    try:
+        return pint.UnitRegistry(cache_folder=_cache_folder(Path(pint.__file__)))
+    except Exception:  # what was kept is cut short, or may not be written: the definitions are read anew
+        return pint.UnitRegistry()
+
+
+def _cache_folder(where: Path) -> Path:
+    """Return where pint keeps its definitions: each copy of it by itself, for they name files beside it."""
+    import platformdirs
+
+    own = hashlib.sha256(str(where).encode()).hexdigest()[:16]
+    return Path(platformdirs.user_cache_dir("dforce", appauthor=False)) / "units" / own
+
+
+@functools.lru_cache(maxsize=4096)
+def unit_scale(unit: str) -> tuple[float, float]:
+    """Return (scale, offset) of a unit: SI value = number * scale + offset.
+
+    Raises :class:`UnitError` for a unit that is not known.
+    """
+    if not UNIT.fullmatch(unit) or EXPONENT.search(unit):
+        raise UnitError(f"'{shorten(unit, 40)}' is not a unit")
+    quantity = registry().Quantity
+    try:
+        one = quantity(1.0, _pint_unit(unit)).to_base_units()
+        zero = quantity(0.0, _pint_unit(unit)).to_base_units()
+    except Exception as error:  # pint raises a dozen kinds, tokenizer errors of Python among them
+        raise UnitError(f"'{shorten(unit, 40)}' is not a known unit") from error
+    return _decimal(float(one.magnitude - zero.magnitude)), float(zero.magnitude)
+
+
+def _decimal(scale: float) -> float:
+    """Return the decimal number that a scale is by definition, such as 1e-9, where the way through the base units rounds.
+
+    A scale that is no short decimal number, such as that of the degree, stays as it is.
+    """
+    short = float(f"{scale:.12g}")
+    return short if abs(short - scale) <= 4.0 * math.ulp(scale) else scale
+
+
+def _pint_unit(unit: str) -> Any:
+    return registry().parse_units(unit.replace("·", " ").replace("^", "**"))
+
+
+@functools.lru_cache(maxsize=4096)
+def _mismatch(unit: str, wanted: str) -> str | None:
+    """Say why `unit` cannot measure what is stored in `wanted`; None when it can."""
+    given, asked = _pint_unit(unit), _pint_unit(wanted)
+    if given.dimensionality != asked.dimensionality:
+        return f"is {_kind(unit)}, not {_kind(wanted)}"
+    # pint takes the radian for 1, so that rad/s would pass for Hz and be wrong by 2 pi.
+    words = set(re.findall(r"[a-z_]+", str(given)))
+    angular = not words.isdisjoint(ANGLES)
+    if wanted == "Hz" and (angular or not any(word.endswith("hertz") for word in words)):
+        return "is not a frequency in Hz; divide an angular frequency by 2 pi"
+    if wanted != "rad" and angular:
+        return f"is an angle, not {_kind(wanted)}"
+    if wanted == "rad" and not angular:
+        return "is not an angle; write deg or rad"
+    return None
+
+
+ANGLES = {
+    "radian", "milliradian", "degree", "turn", "revolution", "cycle", "revolutions_per_minute", "arcminute",
+    "arcsecond",
+}  # fmt: skip
+KINDS = {
+    "m": "length", "Hz": "frequency", "N": "force", "N/m": "spring constant", "Pa": "pressure or modulus",
+    "Pa s": "viscosity", "J": "energy", "J/m^2": "surface energy", "s": "time", "m/s": "velocity",
+    "V": "voltage", "C/m^2": "surface charge density", "rad": "angle", "K": "temperature",
+    "kg/m^3": "density", "1": "plain number", "W": "power", "mol/m^3": "concentration", "kg": "mass",
+    "T": "magnetic field", "A m^2": "magnetic moment", "1/m": "inverse length", "m^3": "volume",
+}  # fmt: skip
+
+
+def _kind(unit: str) -> str:
+    """Return the words for what a unit measures: 'a length' for nm."""
+    word = KINDS.get(unit)
+    if word is None:
+        dimension = _pint_unit(unit).dimensionality
+        alike = (w for known, w in KINDS.items() if _pint_unit(known).dimensionality == dimension)
+        word = next(alike, f"quantity in {unit}")
+    return f"an {word}" if word[0] in "aei" else f"a {word}"
+
+
+def parse(given: object, unit: str) -> float:
+    """Return the SI value of `given`: a number in SI units, or text such as ``"48.9 kHz"``.
+
+    Parameters
+    ----------
+    given
+        An int or float (already SI), or text with a number and a unit. Text without a unit is an SI number.
+    unit
+        The SI unit that the quantity is stored in, for example ``"N/m"``; ``"1"`` for a plain number.
+
+    Raises
+    ------
+    UnitError
+        For text that is not a number with a unit, an unknown unit, or a unit of another dimension;
+        for NaN and infinity; for anything that is neither text nor number.
+    """
+    if not isinstance(unit, str):  # by hand, because all numbers of all cases come this way
+        raise UnitError(f"unit = {shorten(unit)} is not text")
+    if isinstance(given, bool) or not isinstance(given, str | int | float):
+        if hasattr(given, "item") and getattr(given, "shape", None) == ():
+            return parse(given.item(), unit)  # a NumPy scalar
+        found = shorten(given)
+        raise UnitError(f"is {found}, which is neither a number nor text with a unit{_example(unit)}")
+    if not isinstance(given, str):
+        return _finite(float(given) if abs(given) < 1e308 else math.inf, given)
+    match = NUMBER.fullmatch(given) if len(given) <= 100 else None
+    if match is None:
+        raise UnitError(f"is '{shorten(given)}', which is not a number with a unit{_example(unit)}")
+    number, written = match[1], match[2]
+    if not written:
+        return _finite(float(number), given)
+    stored, _ = unit_scale(unit)
+    try:
+        scale, offset = unit_scale(written)
+        problem = _mismatch(written, unit)
+    except UnitError as error:
+        raise UnitError(f"is '{shorten(given)}', where {error}{_example(unit)}") from None
+    if problem:
+        raise UnitError(f"is '{shorten(given)}', which {problem}{_example(unit)}")
+    try:
+        # Decimal, so that "0.165 nm" is the float nearest to 0.165e-9 and survives a round trip.
+        value = float(Decimal(number) * Decimal(repr(scale / stored)))
+    except (InvalidOperation, OverflowError):
+        value = math.inf
+    return _finite(value + offset, given)
+
+
+# The unit that a message suggests, where the SI unit is not what people in the field would write.
+SUGGESTED = {
+    "m": "nm", "Hz": "kHz", "N": "nN", "Pa": "GPa", "J/m^2": "mJ/m^2", "s": "us", "rad": "deg", "m/s": "um/s",
+}  # fmt: skip
+
+
+def _example(unit: str) -> str:
+    return f" (give it in {SUGGESTED.get(unit, unit)}, say)" if unit != "1" else ""
+
+
+def _finite(value: float, given: object) -> float:
+    if not math.isfinite(value):
+        raise UnitError(f"is {shorten(given)}, which is not a finite number")
+    return value + 0.0  # minus zero is zero
+
+
+@checked
+def split_unit(text: str) -> tuple[str, str] | None:
+    """Return number and unit of a text, both as written; None for a text that does not start with a number."""
+    match = NUMBER.fullmatch(text) if len(text) <= 100 else None
+    return (match[1], match[2]) if match else None
+
+
+@checked
+def unit_choices(unit: str) -> tuple[str, ...]:
+    """Return the units in which people in the field give a quantity that is stored in `unit`."""
+    return SHOWN.get(unit, (unit,))
+
+
+@checked
+def usual_unit(unit: str) -> str:
+    """Return the unit in which people in the field mostly give a quantity that is stored in `unit`."""
+    return SUGGESTED.get(unit, unit)
+
+
+@checked
+@functools.lru_cache(maxsize=4096, typed=True)  # most numbers of a case are those of the case before
+def show(value: float, unit: str, digits: int | None = None) -> str:
+    """Return an SI value as text with a unit chosen for the reader.
+
+    Without `digits` the text holds the value without loss: ``parse(show(x, unit), unit) == x``.
+
+    >>> show(4.89e4, "Hz"), show(1.65e-10, "m"), show(4.0553735e-9, "m", 5)
+    ('48.9 kHz', '0.165 nm', '4.0554 nm')
+    """
+    value = float(value) + 0.0  # a number of NumPy is written otherwise; minus zero is zero
+    scale, chosen = reader_unit(abs(value), unit)
+    suffix = f" {chosen}" if chosen != "1" else ""
+    if not math.isfinite(value):
+        return f"{value}{suffix}"
+    if digits is not None:
+        return f"{value / scale:.{digits}g}{suffix}"
+    exact = Decimal(repr(value)) / Decimal(repr(scale))
+    digits_of_it = len(exact.normalize().as_tuple().digits)  # where the unit only shifts the point, none can be spared
+    for places in range(digits_of_it if digits_of_it < 18 else 1, 18):
+        text = f"{exact:.{places}g}"
+        if "e" in text or "E" in text:
+            text = f"{float(text):.17g}" if float(text).is_integer() else repr(float(text))
+        if parse(text + suffix, unit) == value:
+            return text + suffix
+    return f"{value!r} {unit}" if unit != "1" else repr(value)
+
+
+@functools.lru_cache(maxsize=4096)
+def _factor(chosen: str, unit: str) -> float:
+    return unit_scale(chosen)[0] / unit_scale(unit)[0]
+
+
+def reader_unit(size: float, unit: str) -> tuple[float, str]:
+    """Return (scale, name) of the unit in which a value of this size reads best: nm rather than 1e-9 m.
+
+    The number shown is the SI value divided by `scale`.
+    """
+    names = SHOWN.get(unit, (unit,))
+    if unit == "1":
+        return 1.0, "1"
+    ordered = sorted(names, key=lambda name: -_factor(name, unit))
+    for name in ordered:
+        # 0.1 nm rather than 100 pm, 0.9 N/m rather than 900 mN/m: so the field writes them.
+        least = 0.1 if name in ("nm", "N/m") else 1.0
+        if size >= least * _factor(name, unit) * (1 - 1e-12):
+            return _factor(name, unit), name
+    # zero, or smaller than every unit on the list: the smallest for a value, the first for zero
+    name = ordered[-1] if size > 0.0 else names[0]
+    return _factor(name, unit), name

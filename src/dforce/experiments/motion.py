@@ -1,0 +1,90 @@
+"""The motion at each point of a result, from which anything can go on: in SI, at the start of a common period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.quantities import MOTION, REPEATS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+    from dforce.problem import Problem
+    from dforce.solvers.block import Block, States
+    from dforce.solvers.integrator import Motion
+    from dforce.solvers.points import Points
+
+COMPONENT = "component"
+
+
+def scales_of(problem: Problem) -> Array:
+    """Return the units (m, m/s) of the numbers of a scaled motion: deflection and velocity of one mode after the other."""
+    tone = problem.tones[0]
+    return np.tile([tone.A0, tone.A0 * 2.0 * math.pi * tone.frequency], len(problem.modes))
+
+
+def base_of(problem: Problem) -> Array:
+    """Return what of the numbers of a scaled motion is that of the base."""
+    from dforce.kernel import base_in_motion, tone_table
+
+    return base_in_motion(problem, tone_table(problem))
+
+
+def rows_of(states: States, scales: Array, base: Array) -> Array:
+    """Return scaled states as rows in SI: all deflections, all velocities, then memory and branches of the forces."""
+    x = (states.x - base) * scales
+    return np.concatenate([x[..., ::2], x[..., 1::2], states.memory, states.branch], axis=-1)
+
+
+def split_rows(rows: Array, problem: Problem) -> States:
+    """Return rows in SI as states of a problem whose motions are in SI, too; the inverse of :func:`rows_of` of scale 1."""
+    from dforce.solvers.block import States
+
+    modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
+    z, v, kept, branch = np.split(rows, [modes, 2 * modes, 2 * modes + memory], axis=-1)
+    return States(np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes), kept, branch)
+
+
+def states_of(rows: Array, problem: Problem, scales: Array, base: Array) -> States:
+    """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
+    from dforce.solvers.block import States
+
+    states = split_rows(rows, problem)
+    return States(states.x / scales + base, states.memory, states.branch)
+
+
+def components(problem: Problem) -> dict[str, Any]:
+    """Return the coordinates that name the numbers of a row and give their units."""
+    modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
+    branches = sum(force.switch is not None for force in problem.forces)
+    counts = {"z": (modes, "m"), "v": (modes, "m/s"), "memory": (memory, "SI"), "branch": (branches, "1")}
+    names = [f"{name}_{number + 1}" for name, (count, _) in counts.items() for number in range(count)]
+    units = [unit for count, unit in counts.values() for _ in range(count)]
+    return {COMPONENT: (COMPONENT, names), "component_units": (COMPONENT, units)}
+
+
+def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
+    """Return the motions at all points of a block, (problems, values, components), and after how many periods they repeat."""
+    which = np.arange(len(values))[:, None]
+    scales, base = block.scales_of(which, values), block.base_of(which, values)
+    cycles = np.where(points.cycles > 0, points.cycles * float(block.common), np.nan)
+    return {MOTION: rows_of(points.states, scales, base), REPEATS: cycles}
+
+
+def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:
+    """Return a result with motions of a problem as `rows_of` gives them."""
+    from dforce.results.dataset import describe
+
+    data = data.assign_coords(components(problem))
+    data[MOTION] = (*dims, COMPONENT), rows
+    return describe(data)
+
+
+def motion_of(point: Any, problem: Problem) -> Motion:
+    """Return the motion that is kept at one point of a result."""
+    return states_of(point[MOTION].values[None], problem, scales_of(problem), base_of(problem)).motion(0)

@@ -1,0 +1,166 @@
+"""What every experiment shares: the grid of distances, the start of the motion, and the base class."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, Self
+
+import numpy as np
+import pydantic
+
+from dforce.core import units
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.parameters import Number, Parameters, Quantity, param
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.integrator import Integrator, Motion
+
+Progress = Callable[[int, int, str], None]  # points done, points in all, what is being done
+
+MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
+
+
+class Grid(Parameters):
+    """Evenly spaced distances from `start` to `stop`, both included."""
+
+    title_of: ClassVar[str] = "zc"
+
+    start: Number = param(unit="m", symbol="z_c", doc="first average distance")
+    stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
+    points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
+
+    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the distances (m)."""
+        return np.linspace(self.start, self.stop, self.points)
+
+
+def _distances(given: Any) -> Any:
+    """Turn a pair ("12 nm", "1 nm") or a list of distances into what pydantic validates; leave tables alone."""
+    if isinstance(given, Grid | dict):
+        return given
+    if isinstance(given, str | int | float):
+        given = [given]
+    try:
+        items = list(given)
+    except TypeError:
+        raise ParameterError(f"is {shorten(given)}, which is not a list of distances or a grid") from None
+    if not items:
+        raise ParameterError("is an empty list; give at least one distance")
+    if len(items) > MOST_POINTS:
+        raise ParameterError(f"has {len(items)} distances; at most {MOST_POINTS} are allowed")
+    return tuple(units.parse(item, "m") for item in items)
+
+
+Distances = Annotated[Grid | tuple[float, ...], pydantic.BeforeValidator(_distances)]
+
+
+class InitialMotion(Parameters):
+    """A start of the motion at the first drive tone: z = A cos(wt - phase)."""
+
+    title_of: ClassVar[str] = "start"
+
+    amplitude: Number = param(unit="m", symbol="A", low="0 m", doc="initial amplitude")
+    phase: Number = param("90 deg", symbol=r"\phi", doc="initial phase lag behind the first tone")
+
+
+Start = Literal["free", "rest"] | InitialMotion
+ProtocolName = Literal["quasi_static", "stepwise"]
+PROTOCOL: Any = pydantic.Field(
+    default="quasi_static",
+    title="How the parameter changes",
+    description="quasi_static: the parameter changes so slowly that the motion stays on its state until that ends; "
+    "stepwise: each point from the motion at the one before, after a sudden step",
+)
+
+
+def refuse_fresh_starts(protocol: str, carry_state: bool) -> None:
+    """Raise :class:`ParameterError` where each point is to start anew although the motion is to stay on its state."""
+    if protocol == "quasi_static" and not carry_state:
+        raise ParameterError('experiment.carry_state = false goes with protocol = "stepwise": write that beside it')
+
+
+class CaseLike(Protocol):
+    """What an experiment needs of a case to vary one of its parameters."""
+
+    @property
+    def problem(self) -> Problem:
+        """The problem in SI units."""
+
+    def quantity(self, path: str) -> Quantity:
+        """Return what is declared about the number at a path."""
+
+    def replace(self, path: str | None = None, value: Any = None) -> Self:
+        """Return the case with another value at a path."""
+
+
+class Experiment(Parameters):
+    """What is done with a case; one subclass, in one file, for each kind."""
+
+    title_of: ClassVar[str] = "experiment"
+
+    kind: str
+    harmonics: int = pydantic.Field(
+        default=10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
+    )
+
+    @classmethod
+    @abstractmethod
+    def suggested(cls, problem: Problem) -> dict[str, Any]:
+        """Return keys without a default, as text that suits an instrument: what a form starts with."""
+
+    @abstractmethod
+    def run(
+        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        case: CaseLike | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Do the experiment.
+
+        Parameters
+        ----------
+        problem, settings
+            What is solved, and how.
+        progress
+            Called with the points done, the points in all and a note; it stops the run by raising
+            KeyboardInterrupt, and what was computed is returned.
+        earlier
+            An interrupted result of the same experiment, to be continued.
+        case
+            What the problem was made from, for experiments that vary one of its parameters.
+        """
+
+    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
+        """Return the problem at one point of a result of this experiment, whose coordinates say where it is."""
+        return problem
+
+
+SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
+
+
+def tapping_distance(problem: Problem) -> str:
+    """Return a distance at which a tip taps."""
+    return units.show(SET_POINT * problem.tones[0].A0, "m", 3)
+
+
+def whole_range(problem: Problem) -> dict[str, str]:
+    """Return a range of distances from free motion to a tenth of its amplitude."""
+    A0 = problem.tones[0].A0
+    return {"start": units.show(1.2 * A0, "m", 3), "stop": units.show(0.1 * A0, "m", 3)}
+
+
+def initial_motion(integrator: Integrator, start: Start, period: int = 0) -> Motion:
+    """Return the motion that `start` asks for, at the start of a period of the first tone."""
+    from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+
+    amplitudes = free_amplitudes(integrator, period)
+    if isinstance(start, InitialMotion):
+        first = integrator.problem.tones[0]
+        amplitudes[0] = 0.0
+        amplitudes[0, first.mode] = start.amplitude * np.exp(1j * (first.phase - start.phase))
+    elif start == "rest":
+        amplitudes[:] = 0.0
+    return with_amplitudes(integrator, amplitudes, period)

@@ -1,0 +1,201 @@
+"""The motion at one point of a result, computed anew: what a curve of amplitudes does not keep."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import case_of
+from dforce.core.errors import ParameterError, ResultError, checked
+from dforce.core.quantities import MOTION
+from dforce.runs import LOOKS_A_SECOND
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+    from dforce.case import Case
+    from dforce.problem import Problem
+    from dforce.solvers.integrator import Integrator, Motion
+    from dforce.solvers.transient import Steady
+
+SAME = 0.01  # of the free amplitude: motions nearer to each other than this are one state
+PERIODS = 2  # that are recorded; tones that repeat together only after more are recorded until they do
+MOST_PERIODS = 20
+UNSTABLE = (
+    "No experiment shows this state: it is unstable, and the smallest disturbance leads away from it. "
+    "Drawn is the periodic motion itself."
+)
+UNSETTLED = "The motion did not settle here, so this is a stretch of it; it does not repeat."
+
+
+@checked
+def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | None = None) -> xr.Dataset:
+    """Return the motion at one point of a result, as traces over two periods of the first tone.
+
+    The motion is sought from the one that the result keeps, or from the amplitudes, phases and harmonics of the point: the
+    periodic orbit itself where there is one, stable or not, else what a transient from there settles into. It is the state
+    of the point, or there is an error.
+
+    Parameters
+    ----------
+    point
+        A result of any experiment with one point chosen, such as ``result.sel(zc=5e-9, direction="retract")``.
+    progress
+        Called now and then as ``progress(0, 1, note)``; it gives up by raising KeyboardInterrupt.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as of a dwell, and its
+        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence where the
+        motion is no steady state that an experiment shows, else empty; ``attrs["periods"]`` are the periods of the first
+        tone, and ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) what a drawing of the tip needs.
+
+    Raises
+    ------
+    ParameterError
+        When it is no result with one point, or carries no case.
+    ResultError
+        When the point has no motion, or it was not found anew.
+    """
+    from dforce.results.dataset import REPEATING, Status
+    from dforce.solvers.integrator import INTEGRATORS
+    from dforce.solvers.transient import steady
+
+    case, problem = _origin(point)
+    reached = int(point["status"]) if point["status"].ndim == 0 else int(Status.OK)  # of basins only states are kept
+    status = next(one for one in Status if one == reached)
+    if status in (Status.NOT_COMPUTED, Status.FAILED, Status.UNRESOLVED):
+        raise ResultError(f"there is no motion at this point: {status.sentence}")
+    points = point.attrs.get("samples_per_period")
+    integrator = INTEGRATORS[case.solver.integrator](problem, case.solver, point.sizes.get("harmonic", 1), points)
+    integrator.place(float(point["zc"]))
+    start = _start(integrator, point)
+    looked = time.monotonic()
+
+    def watch() -> None:
+        nonlocal looked
+        if progress is not None and time.monotonic() - looked > 1.0 / LOOKS_A_SECOND:
+            looked = time.monotonic()
+            progress(0, 1, "settling")
+
+    found = _orbit(integrator, start, point)
+    note = UNSTABLE if found is not None and "stable" in point and not bool(point["stable"]) else ""
+    if found is None and "stable" in point and not bool(point["stable"]):
+        raise ResultError("this state is unstable, so that no experiment shows it, and its motion was not found anew")
+    if found is None:
+        found = steady(integrator, start, watch)
+        if status not in REPEATING:
+            note = UNSETTLED
+        elif _apart(found.values, point) > SAME * problem.tones[0].A0:
+            raise ResultError("the motion that starts from this point settles in another state, so it is not shown")
+    data = _recorded(integrator, found, point)
+    data.attrs |= {"title": case.title, "note": note, "a0": problem.a0}
+    if case.tip.radius is not None:
+        data.attrs["tip_radius"] = case.tip.radius
+    return data
+
+
+def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
+    """Return the case of a result and the problem at the point."""
+    if not {"status", "amplitude", "mode_amplitude", "zc"} <= {*point.variables}:
+        raise ParameterError("this is not the result of an experiment, so it has no motion")
+    more = [str(dim) for name in ("amplitude", "zc") for dim in point[name].dims if dim != "tone"]
+    if more:
+        raise ParameterError(f"the motion is that of one point; choose one along {more[0]} with .isel")
+    case = case_of(point)
+    if case.experiment is None:
+        raise ParameterError("the result does not say which experiment it is from")
+    return case, case.experiment.problem_at(case.problem, point, case)
+
+
+def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
+    """Return the motion that a result keeps of a point, else one that moves as the point says, as far as it says it."""
+    from dforce.experiments.motion import motion_of
+    from dforce.solvers.integrator import with_amplitudes
+
+    problem = integrator.problem
+    if MOTION in point.variables:
+        return motion_of(point, problem)
+    tones, modes = len(problem.tones), len(problem.modes)
+    amplitudes = np.zeros((tones, modes), dtype=complex)
+    for n in range(modes):
+        driven = (j for j, tone in enumerate(problem.tones) if tone.mode == n)
+        j = next(driven, 0)
+        lag = np.radians(float(point["mode_phase"][n]))
+        amplitudes[j, n] = float(point["mode_amplitude"][n]) * np.exp(1j * (problem.tones[j].phase - lag))
+    start = with_amplitudes(integrator, amplitudes)
+    z, v = np.array(start.y[::2]), np.array(start.y[1::2])
+    z[0] += float(point["mean_deflection"]) / integrator.scales.length
+    if "harmonic_amplitude" in point and modes == 1:  # of several modes no harmonic says whose it is
+        first = problem.tones[0]
+        for h, amplitude, lag in zip(
+            point["harmonic"].values[1:], point["harmonic_amplitude"].values[1:],
+            np.radians(point["harmonic_phase"].values[1:]), strict=True,
+        ):  # fmt: skip
+            turned = amplitude * np.exp(1j * (h * first.phase - lag))
+            z[0] += turned.real / integrator.scales.length
+            v[0] -= 2.0 * np.pi * h * first.frequency * turned.imag / integrator.scales.speed
+    return replace(start, y=tuple(np.stack([z, v], axis=1).ravel().tolist()))
+
+
+def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady | None:
+    """Return the periodic orbit that Newton's method finds from a motion, None where it is none of the point's state."""
+    from dforce.observables.averaging import common_period
+    from dforce.solvers.block import States
+    from dforce.solvers.doubling import doubled_beside
+    from dforce.solvers.orbit import ParameterRange
+
+    problem = integrator.problem
+    zc, A0 = float(point["zc"]), problem.tones[0].A0
+    if common_period([tone.frequency for tone in problem.tones]) is None:
+        return None
+    settings, points = integrator.settings, integrator.points
+    among = ParameterRange(lambda _: problem, zc - A0, zc + A0, settings, integrator.harmonics, points=points)
+    repeats, state = _repeats(point, among.common), States.of(start)
+    guess = np.append(among.vectors(state), zc / among.span)
+    found = among.find(guess, state.branch, repeats=repeats if MOTION in point.variables else 1)
+    if found is not None and repeats > found.repeats:
+        doubled = [among.steady(one) for one in doubled_beside(among, found, repeats)]
+        deepest = float(point["min_distance"])
+        steady = min(doubled, key=lambda one: abs(one.values["min_distance"] - deepest), default=None)
+        if steady is not None and abs(steady.values["min_distance"] - deepest) > SAME * A0:
+            steady = None
+    else:
+        steady = None if found is None else among.steady(found)
+    return steady if steady is not None and _apart(steady.values, point) <= SAME * A0 else None
+
+
+def _repeats(point: xr.Dataset, common: int) -> int:
+    """Return after how many common periods the motion at a point repeats."""
+    periods = float(point["repeat_periods"]) if "repeat_periods" in point else np.nan
+    return int(periods) // common if np.isfinite(periods) else 1
+
+
+def _apart(values: Any, point: xr.Dataset) -> float:
+    """Return how far two motions are apart at the first tone (m)."""
+    one = float(values["amplitude"][0]) * np.exp(-1j * np.radians(float(values["phase"][0])))
+    other = float(point["amplitude"][0]) * np.exp(-1j * np.radians(float(point["phase"][0])))
+    return float(abs(one - other))
+
+
+def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Dataset:
+    from dforce.experiments.dwell import record_traces
+    from dforce.experiments.table import Table
+    from dforce.observables.averaging import common_period
+
+    table = Table((), {}, integrator.problem, integrator.harmonics)
+    table.put((), found, integrator.problem)
+    data = table.dataset().assign_coords(zc=float(point["zc"]))
+    common = common_period([tone.frequency for tone in integrator.problem.tones])
+    if common is not None:
+        common *= _repeats(point, common)
+    count = common if common is not None and PERIODS < common <= MOST_PERIODS else PERIODS
+    record_traces(data, integrator, found.motion, count)
+    data.attrs["periods"] = count
+    return data

@@ -1,0 +1,189 @@
+"""What goes with a set point: the states of a curve in which the amplitude is a given share of the free amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.errors import ParameterError, checked, nearest
+from dforce.findings.jumps import jumps_of_all
+from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
+from dforce.results.dataset import check_computed, repeats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RATIO = "amplitude_ratio"
+HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@checked
+def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[str] | None = None) -> xr.Dataset:
+    r"""Return the states of curves in which the amplitude of the first tone is a share of its free amplitude.
+
+    .. math:: A / A_0 = \text{set point}
+
+    Each lies on a straight line between two neighboring points of a curve. Where the motion jumps from one state to another
+    there is none in between, nor is there beside a point that did not settle. Jumps are those that the result lists; where
+    the states are not carried from point to point, or have no orbits, a sudden step counts as one (:func:`dforce.summary`).
+
+    Parameters
+    ----------
+    result
+        Result of an approach, of branches, of a frequency sweep, or a sweep of curves over parameters.
+    set_point
+        The share :math:`A / A_0`, above 0.
+    names
+        Quantities that are wanted; left out: all that go along the curves.
+
+    Returns
+    -------
+    xarray.Dataset
+        The quantities over `crossing`, with the coordinate that the curve goes along and, where the result has the virial,
+        `regime`, as :func:`regime` says it; `direction` and `stable` where the curve has them. Of a sweep its parameters come
+        first; cases with fewer states than others are filled up with NaN (and empty words).
+
+    Raises
+    ------
+    ParameterError
+        When the result holds no point yet, is no curve with an amplitude ratio, or lacks a quantity, and when the set point
+        is not above 0.
+    """
+    import xarray as xr
+
+    check_computed(result)
+    along = goes_along(result)
+    over = swept(result, along)
+    first = result.isel(dict.fromkeys(over, 0))
+    row = row_of(first, along) if along else ""
+    if row and RATIO not in result and "amplitude" in result:
+        raise ParameterError(f"this result does not keep '{RATIO}'; name it among the quantities of the sweep")
+    if not row or RATIO not in result or row_of(first, RATIO) != row:
+        raise ParameterError("this result is no curve of amplitudes, so no set point lies on it")
+    if not set_point > 0.0:
+        raise ParameterError(f"set_point = {set_point} is not above 0")
+    known = drawable(first, along)
+    wanted = dict.fromkeys([along, *(["virial"] if "virial" in known else []), *(known if names is None else names)])
+    for name in wanted:
+        if name not in known:
+            raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
+    found = _Crossings.of(result, along, row, over, set_point)
+    variables = {name: found.read(result, name) for name in wanted}
+    coords: dict[str, Any] = {along: variables.pop(along)}
+    if "virial" in variables:
+        dims, virial, _ = variables["virial"]
+        words = np.where(virial[..., 0] > 0.0, "attractive", np.where(virial[..., 0] < 0.0, "repulsive", ""))
+        coords["regime"] = dims[:-1], words
+    if "direction" in result[RATIO].dims:
+        coords["direction"] = found.table(result["direction"].values[found.way], "")
+    if "stable" in result:
+        stable = result["stable"].values.astype(bool)
+        coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
+    coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
+    return xr.Dataset(variables, coords, {"along": along, "set_point": set_point})
+
+
+@checked
+def regime(point: xr.Dataset) -> str:
+    """Return whether the force is net attractive or net repulsive in the motion at one point of a result.
+
+    The sign of the first mode's virial says so; at resonance a phase lag above or below 90° says the same.
+
+    Returns
+    -------
+    str
+        ``"attractive"``, ``"repulsive"``, or nothing where there is no force.
+
+    Raises
+    ------
+    ParameterError
+        When it is no result with one point.
+    """
+    if "virial" not in point.variables or point.variables["virial"].dims != ("mode",):
+        raise ParameterError("point is not one point of a result; choose it with .isel")
+    return _word(float(point["virial"].values[0]))
+
+
+def _word(virial: float) -> str:
+    return "attractive" if virial > 0.0 else "repulsive" if virial < 0.0 else ""
+
+
+@dataclass(frozen=True)
+class _Crossings:
+    """Where curves meet the set point.
+
+    Attributes
+    ----------
+    row, over, shape
+        The dimension of the curves' points; those of a sweep's parameters, and their sizes.
+    case, way
+        Number of the case, and of the direction, of each state.
+    before, after, share
+        The points before and after it, and how far between them it lies.
+    """
+
+    row: str
+    over: Sequence[str]
+    shape: tuple[int, ...]
+    case: Array
+    way: Array
+    before: Array
+    after: Array
+    share: Array
+
+    @classmethod
+    def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], set_point: float) -> _Crossings:
+        """Find the states at the set point."""
+        of_branches = "branch" in result
+        above, status = (by_case(result, name, row, over) for name in (RATIO, "status"))
+        above = np.where(repeats(status), above - set_point, np.nan)
+        x = result.variables[along].values
+        order = np.arange(len(x)) if of_branches else np.argsort(x, kind="stable")
+        sorted_ = above[..., order]
+        apart = np.zeros(
+            (*above.shape[:2], len(x)), dtype=bool
+        )  # whether a point and the next are no neighbors; the last
+        apart[..., -1] = True
+        if of_branches:
+            apart[..., :-1] = np.diff(result["branch"].values) != 0
+        else:
+            place = np.argsort(order)
+            for number, direction, jumps in jumps_of_all(result, along):
+                for jump in jumps:
+                    low, high = sorted((place[jump.before], place[jump.after]))
+                    apart[number, direction, low:high] = True
+        beyond = np.append(sorted_[..., 1:], np.full((*above.shape[:2], 1), np.nan), axis=-1)
+        met = (sorted_ == 0.0) | ((sorted_ * beyond < 0.0) & ~apart)
+        case, way, first = np.nonzero(met)
+        here, there = sorted_[met], beyond[met]
+        between = here != 0.0
+        share = np.divide(here, here - there, out=np.zeros(len(here)), where=between)
+        shape = tuple(result.sizes[name] for name in over)
+        return cls(row, over, shape, case, way, order[first], order[first + between], share)
+
+    def table(self, values: Array, fill: Any) -> tuple[tuple[str, ...], Array]:
+        """Return values of the states over the parameters and `crossing`, with their dimensions."""
+        counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
+        number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)
+        out = np.full((len(counts), int(counts.max(initial=0)), *values.shape[1:]), fill, dtype=values.dtype)
+        out[self.case, number] = values
+        return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
+
+    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], Array, dict[Any, Any]]:
+        """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""
+        values = by_case(result, name, self.row, self.over)
+        before, after = (values[self.case, self.way, place] for place in (self.before, self.after))
+        share = self.share.reshape(-1, *[1] * (before.ndim - 1))
+        found = (1.0 - share) * before + share * after
+        variable = result.variables[name]
+        if variable.attrs.get("units") == "degree":
+            highest, change = HIGHEST.get(name, 270.0), after - before
+            short = before + share * (180.0 - (180.0 - change) % 360.0)
+            found = np.where(np.abs(change) > 180.0, highest - (highest - short) % 360.0, found)
+        dims, table = self.table(found, np.nan)
+        own = (str(dim) for dim in variable.dims if dim not in (self.row, "direction", *self.over))
+        return (*dims, *own), table, dict(variable.attrs)

@@ -1,0 +1,341 @@
+"""What a result holds in a few lines: the numbers that a reader looks for first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import case_of
+from dforce.core.errors import DForceError, ParameterError, checked
+from dforce.core.listing import Listing, aligned, html_table
+from dforce.findings.jumps import Jump, jumps, jumps_of_all
+from dforce.results.curves import goes_along, swept
+from dforce.results.dataset import Status, unit_for
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIGITS = 3  # of what is computed: the default accuracy promises them, and not always one more
+GIVEN_DIGITS = 5  # of what a user gave, and of frequencies: a narrow resonance is told from the drive by them
+GIVEN = ("zc", "frequency", "distance", "free_amplitude")
+LEAST = 0.001
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A line of a summary: what it is, as text for a reader and as an SI number for a machine."""
+
+    name: str
+    label: str
+    text: str
+    value: float | list[float] | None
+    unit: str
+    direction: str = ""
+
+
+class Findings(Listing[Finding]):
+    """What :func:`summary` returns: a list, shown as a table with a column for each direction."""
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return a row for each label, with a text for each direction; where there are several, the first names them."""
+        ways = list(dict.fromkeys(finding.direction for finding in self))
+        rows: dict[str, dict[str, str]] = {}
+        for finding in self:
+            rows.setdefault(finding.label, {})[finding.direction] = finding.text
+        body = [(label, *(texts.get(way, "") for way in ways)) for label, texts in rows.items()]
+        return [("", *ways), *body] if len(ways) > 1 else body
+
+    def as_text(self) -> str:
+        """Return the rows in columns."""
+        return aligned(self.rows()) or "nothing found"
+
+    def as_html(self) -> str:
+        """Return the rows as a table."""
+        return html_table(self.rows())
+
+
+@checked
+def summary(dataset: xr.Dataset) -> Findings:
+    """Return what a reader looks for first in the result of any experiment, or of a sweep; the list shows itself as a table."""
+    return Findings(_found(dataset))
+
+
+def _found(dataset: xr.Dataset) -> list[Finding]:
+    if swept(dataset):
+        return list(_sweep(dataset, swept(dataset)))
+    if "point" in dataset.dims:
+        return list(_branches(dataset))
+    if "reached" in dataset:
+        return list(_basins(dataset))
+    if "zc" not in dataset.coords:
+        return [finding for way, sweep in _ways(dataset) for finding in _force_curve(sweep, way)]
+    if _along(dataset) == "frequency":
+        return [finding for way, sweep in _ways(dataset) for finding in (_peak(sweep, way), *_curve(sweep, way))]
+    if dataset["zc"].ndim == 0:
+        return list(_dwell(dataset))
+    return [finding for way, sweep in _ways(dataset) for finding in _curve(sweep, way)]
+
+
+def _along(dataset: xr.Dataset) -> str:
+    """Return what a curve goes along: the distance or the frequency."""
+    swept = "frequency" in dataset.dims and "amplitude" in dataset and "frequency" in dataset["amplitude"].dims
+    return "frequency" if swept else "zc"
+
+
+@checked
+def count_status(dataset: xr.Dataset) -> dict[Status, int]:
+    """Return how many points have each status; a status that no point has is left out."""
+    values = np.ravel(dataset["status"].values) if "status" in dataset else np.array([])
+    return {status: int(np.sum(values == status)) for status in Status if np.any(values == status)}
+
+
+def number(value: float, unit: str, name: str = "") -> str:
+    """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``."""
+    if not np.isfinite(value):
+        return "-"
+    if value == 0.0:
+        return "0"
+    scale, shown = unit_for(abs(value), unit, name)
+    suffix = "" if shown == "1" else shown if shown == "°" else f" {shown}"
+    if abs(value) < LEAST * scale and unit != "1":  # below the smallest unit that anyone uses
+        return f"< {LEAST}{suffix}"
+    if shown == "1" and float(value).is_integer():
+        return f"{value:.0f}"  # a count
+    digits = GIVEN_DIGITS if unit == "Hz" or name.startswith(GIVEN) else DIGITS
+    return f"{float(f'{value / scale:.{digits}g}'):.{GIVEN_DIGITS}g}{suffix}"  # 1230, not 1.23e+03
+
+
+def free_amplitudes(dataset: xr.Dataset) -> list[float]:
+    """Return the amplitude (m) of each tone far from the sample, from the case that a result carries."""
+    try:
+        free = case_of(dataset).problem.detected_free
+    except DForceError:  # the case of a version that knew other keys: still worth a summary
+        return []
+    return [float(amplitude) for amplitude in np.abs(free)]
+
+
+def _ways(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    if "direction" not in dataset.dims:
+        yield "", dataset
+        return
+    for way in dataset["direction"].values:
+        yield str(way), dataset.sel(direction=way, drop=True)
+
+
+def _finding(name: str, label: str, value: float, unit: str, way: str = "", more: str = "") -> Finding:
+    text = number(value, unit, name) + more
+    return Finding(name, label, text, value if np.isfinite(value) else None, unit, way)
+
+
+def _label(variable: xr.DataArray) -> str:
+    return str(variable.attrs.get("long_name", variable.name))
+
+
+def _unit(variable: xr.DataArray) -> str:
+    return str(variable.attrs.get("units", "1"))
+
+
+DWELL = (
+    "amplitude", "phase", "mean_deflection", "half_peak_to_peak", "peak_force", "min_force",
+    "mean_force", "min_distance", "max_indentation", "contact_fraction", "contact_time", "peak_velocity",
+    "total_virial", "total_dissipated_energy", "power", "settling_periods",
+)  # fmt: skip
+
+
+def _dwell(dataset: xr.Dataset) -> Iterator[Finding]:
+    yield _finding("zc", "average distance", float(dataset["zc"]), "m")
+    for name in (name for name in DWELL if name in dataset):
+        variable = dataset[name]
+        if "tone" not in variable.dims:
+            yield _finding(name, _label(variable), float(variable), _unit(variable))
+            continue
+        for tone in variable["tone"].values:
+            several = variable.sizes["tone"] > 1
+            label = f"{_label(variable)}, tone {tone}" if several else _label(variable)
+            key = f"{name}_tone{tone}"
+            yield _finding(key, label, float(variable.sel(tone=tone)), _unit(variable))
+
+
+EXTREMES = (
+    ("peak_force", "largest peak force"),
+    ("min_force", "lowest force"),
+    ("max_indentation", "deepest indentation"),
+    ("contact_fraction", "longest contact"),
+    ("total_dissipated_energy", "most dissipated energy"),
+)
+
+
+def _curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
+    along = sweep[_along(sweep)]
+    free = free_amplitudes(sweep)
+    for index, tone in enumerate(sweep["tone"].values if "tone" in sweep else ()):
+        one = sweep.sel(tone=tone)
+        tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
+        if index < len(free):
+            yield _finding(f"free_amplitude_tone{tone}", f"free amplitude{tag}", free[index], "m", way)
+        for name, label in (("amplitude", "amplitude"), ("phase", "phase lag")):
+            if name in sweep:  # one case of a sweep may keep neither
+                yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
+    if "amplitude" in sweep or "amplitude_ratio" in sweep:
+        found = jumps(sweep, way)
+        texts = [f"{number(jump.at, _unit(along), str(along.name))}{_change(sweep, jump)}" for jump in found[:3]]
+        texts += [f"{len(found) - 3} more"] if len(found) > 3 else []
+        yield Finding("jumps", "jumps", "; ".join(texts) or "none", [jump.at for jump in found], _unit(along), way)
+    for name, label in EXTREMES:
+        if name in sweep and np.isfinite(sweep[name].values).any():
+            values = sweep[name].values
+            index = int(np.nanargmin(values) if name == "min_force" else np.nanargmax(values))
+            place = f" at {number(float(along[index]), _unit(along), str(along.name))}" if values[index] else ""
+            yield _finding(name, label, float(values[index]), _unit(sweep[name]), way, place)
+    yield _points(sweep, way)
+
+
+def _change(sweep: xr.Dataset, jump: Jump) -> str:
+    """Return how the phase changes in a jump, where it is known."""
+    if "phase" not in sweep:
+        return ""
+    lag = sweep["phase"].isel(tone=0).values
+    return f" ({lag[jump.before]:.0f}° to {lag[jump.after]:.0f}°)"
+
+
+def _peak(sweep: xr.Dataset, way: str) -> Finding:
+    amplitude = sweep["amplitude"].isel(tone=0).values
+    if not np.isfinite(amplitude).any():
+        return Finding("resonance", "resonance", "-", None, "Hz", way)
+    index = int(np.nanargmax(amplitude))
+    more = f" ({number(float(amplitude[index]), 'm')})"
+    return _finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
+
+
+def _sweep(dataset: xr.Dataset, over: list[str]) -> Iterator[Finding]:
+    """Give the parameters of a sweep, then the extremes over all its cases, with the case in which they are met."""
+    for name in over:
+        yield _values_of(dataset[name])
+    cases = math.prod(dataset.sizes[name] for name in over)
+    yield Finding("cases", "cases", str(cases), float(cases), "1")
+    along = goes_along(dataset)
+    for way, sweep in _ways(dataset):
+        for name in ("amplitude", "phase"):
+            for tone in sweep["tone"].values if name in sweep else ():
+                tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
+                yield _range(sweep[name].sel(tone=tone), f"{name}_tone{tone}", _label(sweep[name]) + tag, way)
+        if along and ("amplitude" in sweep or "amplitude_ratio" in sweep):
+            count = sum(bool(found) for _, _, found in jumps_of_all(sweep, along, way))
+            yield Finding("jumps", "curves with jumps", f"{count} of {cases}", float(count), "1", way)
+        for name, label in EXTREMES:
+            if name in sweep and np.isfinite(sweep[name].values).any():
+                where = sweep[name].argmin(...) if name == "min_force" else sweep[name].argmax(...)
+                found = sweep[name].isel(where)
+                place = ", ".join(f"{dim} = {_one(sweep[dim][at])}" for dim, at in where.items())
+                yield _finding(name, label, float(found), _unit(found), way, f" at {place}" if float(found) else "")
+        yield _points(sweep, way)
+
+
+def _values_of(axis: xr.DataArray) -> Finding:
+    """Return the values of a parameter, of many the first and the last."""
+    few = axis.size <= 3
+    text = ", ".join(_one(value) for value in axis) if few else f"{_one(axis[0])} ... {_one(axis[-1])}"
+    numbers = [float(value) for value in axis.values] if axis.dtype.kind in "fi" else None
+    return Finding(str(axis.name), str(axis.name), text + (f" ({axis.size} values)" * (not few)), numbers, _unit(axis))
+
+
+def _one(value: xr.DataArray) -> str:
+    return number(float(value), _unit(value), str(value.name)) if value.dtype.kind == "f" else str(value.item())
+
+
+SPECIALS = (
+    ("fold", "folds"), ("period_doubling", "period doublings"), ("torus", "tori"), ("grazing", "grazing"),
+    ("end", "curves end"),
+)  # fmt: skip
+
+
+def _basins(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give each state, the one that most starts lead to first, and the starts that lead to none."""
+    yield _finding("zc", "average distance", float(dataset["zc"]), "m")
+    for state in dataset["state"].values:
+        one = dataset.sel(state=state).isel(tone=0)
+        amplitude, phase = float(one["amplitude"]), float(one["phase"])
+        about = f" of the starts, to {number(amplitude, 'm')} and {number(phase, 'degree')}"
+        yield _finding("share", f"state {state}", float(one["share"]), "1", more=about)
+    lost = int((dataset["reached"] == 0).sum())
+    if lost:
+        yield Finding("lost", "starts that lead to none", str(lost), float(lost), "1")
+
+
+def _branches(dataset: xr.Dataset) -> Iterator[Finding]:
+    along = dataset[str(dataset.attrs["along"])]
+    yield _range(along, str(along.name), _label(along), "")
+    if dataset["zc"].ndim == 0:
+        yield _finding("zc", "average distance", float(dataset["zc"]), "m")
+    curves = len(np.unique(dataset["branch"].values))
+    yield Finding("curves", "connected curves", str(curves), float(curves), "1")
+    for tone in dataset["tone"].values if "amplitude" in dataset else ():
+        tag = f", tone {tone}" if dataset.sizes["tone"] > 1 else ""
+        stable = dataset.isel(point=np.flatnonzero(dataset["stable"].values)).sel(tone=tone)
+        for name, label in (("amplitude", "stable amplitudes"), ("phase", "stable phase lags")):
+            yield _range(stable[name], f"{name}_tone{tone}", label + tag, "")
+    several = dataset["repeat_periods"].values if "repeat_periods" in dataset else np.empty(0)
+    for periods in np.unique(several)[1:]:
+        of_them = dataset.isel(point=np.flatnonzero(several == periods))
+        yield _range(of_them[str(along.name)], f"repeats_{periods}", f"states that repeat after {periods} periods", "")
+    for name, label in SPECIALS:
+        places = [float(value) for value in along.values[dataset["special"].values == name]]
+        if places or name == "fold":
+            text = ", ".join(number(value, _unit(along), str(along.name)) for value in places[:5]) or "none"
+            more = f", {len(places) - 5} more" if len(places) > 5 else ""
+            yield Finding(name, label, text + more, places, _unit(along))
+    if "completeness" in dataset.attrs:
+        said = str(dataset.attrs["completeness"])
+        proven = "index_sum" in dataset and not said.startswith("not ")
+        closed = float((dataset["index_sum"].values == 1).mean()) if proven else None
+        yield Finding("completeness", "completeness", said, closed, "1")
+    yield _points(dataset, "")
+
+
+def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:
+    values = variable.values[np.isfinite(variable.values)]
+    if not values.size:
+        return Finding(name, label, "-", None, _unit(variable), way)
+    ends: list[float] = [float(values.min()), float(values.max())]
+    text = " to ".join(number(end, _unit(variable), name) for end in ends)
+    return Finding(name, label, text, ends, _unit(variable), way)
+
+
+def _points(sweep: xr.Dataset, way: str) -> Finding:
+    counted = count_status(sweep)
+    total = sum(counted.values())
+    computed = (
+        total - counted.get(Status.NOT_COMPUTED, 0) - counted.get(Status.FAILED, 0) - counted.get(Status.UNRESOLVED, 0)
+    )
+    words = [str(computed) if computed == total else f"{computed} of {total}"]
+    words += [
+        f"{counted[status]} {word}"
+        for status, word in (
+            (Status.NOT_SETTLED, "not settled"),
+            (Status.FAILED, "failed"),
+            (Status.UNRESOLVED, "unresolved"),
+            (Status.INACCURATE, "inaccurate"),
+        )
+        if status in counted
+    ]
+    return Finding("points", "points", ", ".join(words), float(computed), "1", way)
+
+
+def _force_curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
+    if not {"force", "distance"} <= {*sweep.variables}:
+        raise ParameterError(
+            "this dataset is the result of no experiment, nor a force curve; there is no summary of it"
+        )
+    force, distance = sweep["force"].values, sweep["distance"].values
+    for name, label, chosen in (
+        ("min_force", "lowest force", np.nanargmin), ("peak_force", "largest force", np.nanargmax),
+    ):  # fmt: skip
+        index: Any = chosen(force)
+        place = f" at {number(float(distance[index]), 'm', 'distance')}" if force[index] else ""
+        yield _finding(name, label, float(force[index]), "N", way, place)
+    if "energy" in sweep and way != "approach":  # it is known once the tip is back
+        yield _finding("energy", "energy taken", float(sweep["energy"]), "J", way)

@@ -1,0 +1,238 @@
+"""The contract of a force model: one class, one scalar law.
+
+A force on the tip is positive when it pushes the tip away from the sample (repulsive).
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Self, get_args
+
+from dforce.core.errors import ForceError, ParameterError, nearest
+from dforce.core.parameters import Parameters
+
+MOTION = ("d", "rate", "t")
+REGISTRY: dict[str, type[Force]] = {}
+
+INTERACTIONS = (
+    "van der Waals",
+    "elastic contact",
+    "contact viscosity",
+    "double layer",
+    "electrostatic bias",
+    "capillary neck",
+    "chemical bond",
+    "solvation",
+    "hydration",
+    "magnetic",
+)
+"""What a force can count; the attraction that makes a contact adhesive counts as van der Waals."""
+
+
+class Force(Parameters):
+    r"""A tip–sample force, declared once and used everywhere.
+
+    A subclass is a frozen pydantic model: its docstring is its page, its fields are its parameters
+    (:func:`dforce.param`, :func:`dforce.shared`), and `law` is its physics. See ``hertz.py`` for a short
+    example.
+
+    The law
+        ``law(d, rate, t, *arguments)`` returns the force on the tip in newtons, at the tip–surface distance
+        `d` (m), its rate of change `rate` (m/s) and the time `t` (s). It is plain Python on floats with
+        functions of `math`, and runs interpreted in a test and compiled in the kernel. Each argument after
+        the first three is the name of a field or of a property of the class (a number, or a tuple of numbers,
+        derived from fields: computed once per run, outside the kernel). It may use functions and numbers
+        defined at the top of its own file or of another force's. A choice (a `Literal` field) reaches the law
+        through a property, as a number. A law of the deflection too takes `zc`, the average distance (m),
+        before these arguments.
+
+    Optional members
+        `potential(d, *arguments)`
+            the energy U (J); then the law must equal -dU/dd.
+        `kinks()`, `jumps()`
+            distances (m) at which the law is not smooth, and those of them at which it is not even
+            continuous; solvers that can, land on them.
+        `memory`, `evolve(d, rate, t, memory, change, *arguments)`
+            number of state variables (a property, or a class attribute), and the function that writes their
+            rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale`
+            is a size (in the states' unit) that tolerances are measured by; states start at zero, the rested
+            sample. `fastest_rate` is the rate (1/s) of the fastest relaxation, which solvers resolve.
+        `switch(latched, d, rate, t, *arguments)`
+            for a force with two branches (a neck that is there or not): the branch changes where the value of
+            this function becomes positive, at the start of a motion too. The law then takes `latched` (0.0 or
+            1.0) after `t` (and after `memory`); a run starts at 0.0. Either branch must be finite at every
+            distance.
+        `law_function()`, `values()`
+            where parameters decide the law, as of `custom` and `electrostatic`: the law of this very force, and
+            what it takes.
+
+    Attributes
+    ----------
+    name
+        Key of the model in case files.
+    contains
+        The interactions that the model counts, of :data:`INTERACTIONS`; two forces that count one twice are
+        refused.
+    dissipative
+        Whether the sample takes energy over a cycle.
+    timed
+        Whether the law depends on the time `t` itself, as with an alternating bias.
+    source
+        Where the equation comes from.
+    example
+        Typical values of the parameters that have no default, for checks and forms.
+    """
+
+    name: ClassVar[str] = ""
+    contains: ClassVar[tuple[str, ...]] = ()
+    dissipative: ClassVar[bool] = False
+    timed: ClassVar[bool] = False
+    source: ClassVar[str] = ""
+    memory: ClassVar[int] = 0
+    memory_scale: ClassVar[float] = 1e-9
+
+    law: ClassVar[Callable[..., float]]
+    potential: ClassVar[Callable[..., float] | None] = None
+    evolve: ClassVar[Callable[..., None] | None] = None
+    switch: ClassVar[Callable[..., float] | None] = None
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Check the contract and register the model under its name."""
+        super().__pydantic_init_subclass__(**kwargs)
+        cls.title_of = cls.name
+        if not cls.name:
+            return  # an abstract family, not a model
+        _check_contract(cls)
+        known = REGISTRY.get(cls.name)
+        if known is not None and known.__module__ != cls.__module__:
+            raise ForceError(
+                f"the force '{cls.name}' of {cls.__module__} is already defined in {known.__module__}; rename one"
+            )
+        REGISTRY[cls.name] = cls
+
+    @property
+    def fastest_rate(self) -> float:
+        """Inverse of the shortest time in which the force's memory relaxes (1/s); 0 without such a time."""
+        return 0.0
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether the sample gives no energy over a cycle, as far as is known: true of the models of dForce itself."""
+        return not self.timed and type(self).__module__.startswith(__package__ + ".") and self.name != "custom"
+
+    def law_function(self) -> Callable[..., float]:
+        """Return the law of this force: its class's, unless parameters decide it."""
+        return type(self).law
+
+    def leading(self) -> tuple[str, ...]:
+        """Return the names that the law starts with: the motion, then memory, latch and `zc` if any."""
+        return _leading(type(self), self.law_function())
+
+    def arguments(self) -> tuple[str, ...]:
+        """Return the names that the law takes after those."""
+        return names_of(self.law_function())[len(self.leading()) :]
+
+    def kinks(self) -> tuple[float, ...]:
+        """Return the distances (m) at which the law is not smooth."""
+        return ()
+
+    def jumps(self) -> tuple[float, ...]:
+        """Return the distances (m), among the kinks, at which the law is not continuous."""
+        return ()
+
+    def bind(self, instrument: Mapping[str, float | None]) -> Self:
+        """Return the force with its shared parameters taken from the instrument.
+
+        Parameters
+        ----------
+        instrument
+            SI values by path, such as ``{"tip.radius": 2e-9}``.
+
+        Raises
+        ------
+        ParameterError
+            When the instrument lacks a value that the force needs, or the values make no sense together.
+        """
+        bound = self.model_copy(update={field: instrument.get(path) for field, path in self.shared_fields().items()})
+        for field in self.shared_fields():
+            if type(None) not in get_args(self.__class__.model_fields[field].annotation):
+                bound.needed(field)
+        bound.check_bound()
+        return bound
+
+    def needed(self, field: str) -> float:
+        """Return the number in a field, or raise :class:`ParameterError` that says where to give it."""
+        value = getattr(self, field)
+        if value is None:
+            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is not given")
+        return float(value)
+
+    def check_bound(self) -> None:
+        """Raise :class:`ParameterError` when the bound values make no sense together."""
+        self.numbers()
+
+    def values(self) -> tuple[Any, ...]:
+        """Return what the law takes, in SI: a number or a tuple of numbers each; the force must be bound."""
+        given = (getattr(self, name) for name in self.arguments())
+        return tuple(tuple(map(float, value)) if isinstance(value, tuple) else float(value) for value in given)
+
+    def numbers(self) -> tuple[float, ...]:
+        """Return the same in one row, without inner tuples."""
+        row: list[float] = []
+        for value in self.values():
+            row.extend(value if isinstance(value, tuple) else (value,))
+        return tuple(row)
+
+    def layout(self) -> tuple[int | None, ...]:
+        """Return how many of the numbers each argument takes as a tuple; None for a plain number."""
+        return tuple(len(value) if isinstance(value, tuple) else None for value in self.values())
+
+
+@functools.lru_cache(maxsize=256)
+def names_of(law: Callable[..., float]) -> tuple[str, ...]:
+    """Return the names of a law's arguments."""
+    return tuple(inspect.signature(law).parameters)
+
+
+def _leading(cls: type[Force], law: Callable[..., float]) -> tuple[str, ...]:
+    """Return the names that the law must start with."""
+    memory = ("memory",) if cls.evolve is not None else ()
+    latch = ("latched",) if cls.switch is not None else ()
+    place = ("zc",) if "zc" in names_of(law) else ()
+    return (*MOTION, *memory, *latch, *place)
+
+
+def makes_its_laws(cls: type[Force]) -> bool:
+    """Say whether each force of the class has a law of its own, made from its parameters."""
+    overridden = cls.law_function is not Force.law_function
+    return overridden and not isinstance(inspect.getattr_static(cls, "law", None), staticmethod)
+
+
+def _check_contract(cls: type[Force]) -> None:
+    for interaction in cls.contains:
+        if interaction not in INTERACTIONS:
+            raise ForceError(f"'{cls.name}' contains '{interaction}'{nearest(interaction, INTERACTIONS)}")
+    if makes_its_laws(cls):
+        return
+    law = cls.__dict__.get("law") or getattr(cls, "law", None)
+    if law is None:
+        raise ForceError(f"the force '{cls.name}' has no law")
+    names = tuple(inspect.signature(cls.law).parameters)
+    leading = _leading(cls, cls.law)
+    if names[: len(leading)] != leading:
+        raise ForceError(f"the law of '{cls.name}' must start with {', '.join(leading)}; it has {', '.join(names)}")
+    for name in names[len(leading) :]:
+        if name not in cls.model_fields and not isinstance(inspect.getattr_static(cls, name, None), property):
+            raise ForceError(f"the law of '{cls.name}' takes '{name}', which is neither a field nor a property of it")
+    arguments = names[len(leading) :]
+    for other, start in (
+        ("potential", ("d",)),
+        ("evolve", (*MOTION, "memory", "change")),
+        ("switch", ("latched", *MOTION)),
+    ):
+        function = getattr(cls, other)
+        if function is not None and tuple(inspect.signature(function).parameters) != (*start, *arguments):
+            raise ForceError(f"'{other}' of '{cls.name}' must take {', '.join((*start, *arguments))}")

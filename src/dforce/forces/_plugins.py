@@ -1,0 +1,130 @@
+"""Force models of the user's own: Python files that a case names, ``plugins = ["my_force.py"]``.
+
+Such a file is code, and loading it runs it: each is announced before it runs for the first time, and a case
+or a result can only name a file on this computer.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import linecache
+import os
+import re
+import sys
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from dforce.core import log
+from dforce.core.errors import ForceError, ParameterError, checked, shorten
+from dforce.core.files import folder
+from dforce.forces._contract import REGISTRY, Force
+
+PREFIX = "dforce_plugin_"  # of the modules that files become
+MOST_BYTES = 1_000_000  # a larger file is no force model
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    digest: str
+    models: tuple[type[Force], ...]
+
+
+_LOADED: dict[Path, _Loaded] = {}  # of this process, by resolved path
+
+
+@checked
+def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
+    """Run a Python file and return the force models that it defines; a case may then use them.
+
+    A file that has not changed since, or that belongs to an imported package, is not run again. The first time is
+    announced, see :func:`dforce.core.log.announce`.
+
+    Parameters
+    ----------
+    path
+        The file; a relative path is looked for beside the case file that is being read, else in the working
+        directory.
+
+    Raises
+    ------
+    ParameterError
+        When there is no such file.
+    ForceError
+        When the file fails, defines no force model, or defines one that breaks the contract.
+    """
+    name = shorten(str(path), 100)
+    if not str(path).endswith(".py") or "\0" in str(path):
+        raise ParameterError(f"the plug-in '{name}' is not named like a Python file (.py)")
+    file = (folder() / path).resolve()
+    try:
+        if not file.is_file():
+            raise ParameterError(f"there is no plug-in '{name}': no file {shorten(str(file), 300)}")
+        with file.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise ParameterError(f"the plug-in '{name}' cannot be read: {error.strerror or error}") from None
+    if len(content) > MOST_BYTES:
+        raise ParameterError(f"the plug-in '{name}' is larger than {MOST_BYTES // 1000} kB")
+    if imported := _imported(file):
+        return imported
+    digest = hashlib.sha256(content).hexdigest()
+    if file not in _LOADED:
+        log.announce(f"Running code that is not part of dForce: {shorten(str(file), 300)}")
+    elif _LOADED[file].digest == digest:
+        return _LOADED[file].models
+    models = _run(file, content, name)
+    _LOADED[file] = _Loaded(digest, models)
+    return models
+
+
+def _imported(file: Path) -> tuple[type[Force], ...]:
+    """Return the models of a file that is imported as part of a package; run anew, it would clash with itself."""
+    found = []
+    for model in REGISTRY.values():
+        module = sys.modules.get(model.__module__)
+        own = getattr(module, "__file__", None)
+        if own and not model.__module__.startswith(PREFIX) and Path(own).resolve() == file:
+            found.append(model)
+    return tuple(found)
+
+
+def _run(file: Path, content: bytes, name: str) -> tuple[type[Force], ...]:
+    """Run a file as a module of its own; after a failure everything is as it was."""
+    # the file's name comes last, so that kernels call its functions the same wherever it lies
+    place = hashlib.sha256(str(file).encode()).hexdigest()[:8]
+    module = ModuleType(f"{PREFIX}{place}.{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}")
+    module.__file__ = str(file)
+    before, older = dict(REGISTRY), sys.modules.get(module.__name__)
+    for model in [key for key, value in REGISTRY.items() if value.__module__ == module.__name__]:
+        del REGISTRY[model]  # an older version of the file may have had other models
+    sys.modules[module.__name__] = module
+    linecache.checkcache(str(file))  # the kernel reads the laws' source there
+    try:
+        exec(compile(content, str(file), "exec"), module.__dict__)
+        models = tuple(model for model in REGISTRY.values() if model.__module__ == module.__name__)
+        if not models:
+            raise ForceError("it defines no force model: a class made from dforce.Force, with a name")
+    except BaseException as error:
+        REGISTRY.clear()
+        REGISTRY.update(before)
+        del sys.modules[module.__name__]
+        if older is not None:
+            sys.modules[module.__name__] = older
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        raise ForceError(f"the plug-in '{name}' cannot be used: {_reason(error, file)}") from error
+    return models
+
+
+def _reason(error: BaseException, file: Path) -> str:
+    """Return why a file failed, and in which of its lines."""
+    if isinstance(error, ForceError | ParameterError):
+        return str(error)
+    text = shorten(str(error), 200)
+    if isinstance(error, SyntaxError) and error.filename == str(file):
+        return f"it is not Python: {error.msg}" + (f" in line {error.lineno}" if error.lineno else "")
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
+    place = f" in line {lines[-1]}" if lines else ""
+    return f"{type(error).__name__}{place}{': ' if text else ''}{text}"

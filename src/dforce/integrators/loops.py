@@ -1,0 +1,154 @@
+"""What the compiled solvers share: the drive within a period, records of a period, and branch switches."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from dforce.kernel.codegen import FIRST_DRIVE
+from dforce.kernel.vocabulary import coasted, distance, force, latch_count, memory_size, mode_count, rate_of, switch
+from dforce.observables.interpolant import cubic, turning
+
+TAU = 2.0 * math.pi
+INSIDE = 1e-12  # of the free amplitude: how far beside a kink a force is taken for that on one side of it
+JUMPS = 1e-3  # of the forces on both sides: a larger difference is a jump
+
+
+def seconds(tau: float, p: Any) -> float:
+    """Return a scaled time in seconds."""
+    return tau / p[3]
+
+
+def phases(tones: Any, period: int, bases: Any) -> None:
+    """Write the phase of each tone at the start of a period of the first tone."""
+    for j in range(tones.shape[0]):
+        turns = tones[j, 0] * period
+        bases[j] = tones[j, 1] + TAU * (turns - math.floor(turns))
+
+
+def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
+    """Write the drive on each mode at the ends and middles of all steps of a period."""
+    h = TAU / points
+    for i in range(2 * points + 1):
+        for n in range(mode_count()):
+            table[i, n] = 0.0
+    for j in range(tones.shape[0]):
+        lagging = False
+        for n in range(mode_count()):
+            lagging |= tones[j, FIRST_DRIVE + mode_count() + n] != 0.0
+        if not lagging:
+            for i in range(2 * points + 1):
+                c = math.cos(tones[j, 0] * (0.5 * h * i) + bases[j])
+                for n in range(mode_count()):
+                    table[i, n] += tones[j, FIRST_DRIVE + n] * c
+            continue
+        # turned from step to step: off by some 1e-14 at the end, and cheaper than a sine beside each cosine
+        c, s = math.cos(bases[j]), math.sin(bases[j])
+        turn_c, turn_s = math.cos(0.5 * h * tones[j, 0]), math.sin(0.5 * h * tones[j, 0])
+        for i in range(2 * points + 1):
+            for n in range(mode_count()):
+                table[i, n] += tones[j, FIRST_DRIVE + n] * c - tones[j, FIRST_DRIVE + mode_count() + n] * s
+            c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
+
+
+def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
+    """Write memory, branches and force as part of sample i of a period."""
+    place = 2 * mode_count()
+    for k in range(memory_size()):
+        block[i, place + k] = memory[k]
+    place += memory_size()
+    for k in range(latch_count()):
+        block[i, place + k] = latched[k]
+    block[i, place + latch_count()] = f
+
+
+def risen(y: Any, t: float, latched: Any, p: Any) -> int:
+    """Return the first latch whose switching function is above zero, or -1."""
+    d = distance(y, p)
+    rate = rate_of(y, p)
+    for which in range(latch_count()):
+        if switch(which, latched, d, rate, t, p) > 0.0:
+            return which
+    return -1
+
+
+def passed(y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> int:
+    """Return which kink (0, 1, ...) or latch (counted on from the kinks) lies between two motions, or -1.
+
+    `t` is the time (s) of the second one.
+    """
+    d0, d1 = distance(y, p), distance(end, p)
+    for which in range(kinks.shape[0]):
+        if (d0 > kinks[which]) != (d1 > kinks[which]):
+            return which
+    which = risen(end, t, latched, p)
+    return which + kinks.shape[0] if which >= 0 else -1
+
+
+def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
+    """Say whether a step that begins and ends on one side of a kink may come to its other side on the way.
+
+    Neither the parabola through the step nor the stages of the method reach farther than the tangent at the start does in
+    the middle of the step.
+    """
+    d, middle = distance(y, p), distance(coasted(y, 0.5 * h), p)
+    found = False
+    for kink in kinks:
+        found |= (d > kink) != (middle > kink)
+    return found
+
+
+def touches_a_jump(y: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any, p: Any) -> bool:
+    """Say whether the force jumps at a kink that a step may touch.
+
+    Where it only bends, a step that dips behind the kink and back is left whole: what it misses vanishes with the depth of
+    the dip, while a cut would change the error of the step at once.
+    """
+    d, middle, rate, found = distance(y, p), distance(coasted(y, 0.5 * h), p), rate_of(y, p), False
+    aside = INSIDE * p[1]
+    for kink in kinks:
+        if (d > kink) != (middle > kink):
+            above = force(kink + aside, rate, t, memory, latched, p)
+            below = force(kink - aside, rate, t, memory, latched, p)
+            found |= abs(above - below) > JUMPS * (abs(above) + abs(below))
+    return found
+
+
+def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:
+    """Return the share of a step (s) at which the motion turns behind a kink that both ends lie before, or 0."""
+    d0, v0, d1, v1 = distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
+    if v0 * v1 < 0.0:
+        share = turning(dt, d0, v0, d1, v1)
+        farthest = cubic(share, dt, d0, v0, d1, v1)
+        for kink in kinks:
+            if (d0 > kink) == (d1 > kink) and (d0 > kink) != (farthest > kink):
+                return share
+    return 0.0
+
+
+def margin(which: int, y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> float:
+    """Return how far a motion is past an event that `passed` found: negative before it, positive after."""
+    if which < kinks.shape[0]:
+        past = distance(end, p) - kinks[which]
+        return -past if distance(y, p) > kinks[which] else past
+    return switch(which - kinks.shape[0], latched, distance(end, p), rate_of(end, p), t, p)
+
+
+def interval(y: Any, kinks: Any, p: Any) -> Any:
+    """Return the distances between the kinks on either side of a motion, both just inside."""
+    d = distance(y, p)
+    low, high = -math.inf, math.inf
+    for kink in kinks:
+        if kink < d:
+            low = max(low, kink)
+        else:
+            high = min(high, kink)
+    inside = INSIDE * p[1]
+    return low + inside, high - inside
+
+
+def held(d: float, limits: Any) -> float:
+    """Return a distance held within limits, so that every stage of a step sees the same side of a kink."""
+    if limits is None:
+        return d
+    return min(max(d, limits[0]), limits[1])

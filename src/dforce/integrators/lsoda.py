@@ -1,0 +1,137 @@
+"""SciPy's LSODA over the compiled right-hand side: the paper's choice.
+
+Adams and BDF methods of variable order, 1 to 12 and 1 to 5 (A. C. Hindmarsh, in Scientific Computing, North-Holland
+(1983); L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)). It is read at the samples of a period and otherwise runs
+on its own steps, at most 1/60 of the period of the fastest mode, so that it cannot step over a contact.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.integrators.loops import keep_rest, risen, seconds
+from dforce.kernel.vocabulary import (
+    distance,
+    drive_at,
+    evolve,
+    force,
+    keep,
+    memory_size,
+    mode_count,
+    motion,
+    motion_of,
+    rate_of,
+)
+
+MOST_SWITCHES = 12  # between two samples; a force that switches more often has no branch to be on
+LANDED = 1e-10  # how near behind a switch is near enough, relative to the way there
+
+
+def derivative(tau: float, state: Any, start: float, latched: Any, tones: Any, bases: Any, p: Any) -> Any:
+    """Return the rates of change of motion and memory; `start` is the scaled time at which tau is zero."""
+    size = 2 * mode_count()
+    change = np.empty(state.shape[0])
+    y = motion_of(state.reshape(1, state.shape[0]), 0)
+    d, rate, t = distance(y, p), rate_of(y, p), seconds(start + tau, p)
+    if memory_size():
+        evolve(d, rate, t, state[size:], latched, change[size:], p)
+    slopes = motion(drive_at(tones, bases, tau), force(d, rate, t, state[size:], latched, p), y, p)
+    keep(change.reshape(1, state.shape[0]), 0, slopes)
+    return change
+
+
+def sample(state: Any, t: float, latched: Any, p: Any, block: Any, i: int) -> int:
+    """Write a state as sample i of a period; return which latch must switch, or -1."""
+    size = 2 * mode_count()
+    y = motion_of(state.reshape(1, state.shape[0]), 0)
+    keep(block, i, y)
+    f = force(distance(y, p), rate_of(y, p), t, state[size:], latched, p)
+    keep_rest(block, i, state[size:], latched, f)
+    return risen(y, t, latched, p)
+
+
+def make_integrator(
+    entry: Any, arguments: tuple[Any, ...], state: Any, tau: float, tolerance: float, most: float
+) -> Any:
+    """Return a SciPy integrator that starts from a state at the scaled time tau."""
+    from scipy.integrate import ode
+
+    def rates(tau: float, state: Any) -> Any:  # older versions of SciPy cannot call a compiled function
+        return entry(tau, state, *arguments)
+
+    solver = ode(rates).set_integrator("lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most)
+    solver.set_initial_value(state.copy(), tau)  # SciPy works in place
+    return solver
+
+
+class Flow:
+    """The motion from one state on, at the scaled time zero; keeps LSODA's history from sample to sample.
+
+    Parameters
+    ----------
+    rates, take
+        The compiled :func:`derivative` and :func:`sample`.
+    state
+        Motion and memory.
+    start
+        Scaled time of the run at which this flow starts.
+    latched, tones, bases, p
+        As in the other solvers; `latched` is changed in place.
+    tolerance, most
+        Relative tolerance, and the longest step (scaled time).
+    """
+
+    def __init__(
+        self, rates: Any, take: Any, state: Any, start: float, latched: Any, tones: Any, bases: Any, p: Any,
+        tolerance: float, most: float,
+    ) -> None:  # fmt: skip
+        self.rates, self.take = rates, take
+        self.start, self.latched, self.p = start, latched, p
+        self.tolerance, self.most = tolerance, most
+        self.arguments = (start, latched, tones, bases, p)
+        self.state, self.tau = state, 0.0
+        self.solver = self._begin()
+
+    def _begin(self) -> Any:
+        return make_integrator(self.rates, self.arguments, self.state, self.tau, self.tolerance, self.most)
+
+    def sample(self, block: Any, row: int) -> int:
+        """Write the state as a sample; return which latch must switch, or -1."""
+        return int(self.take(self.state, seconds(self.start + self.tau, self.p), self.latched, self.p, block, row))
+
+    def _go(self, end: float, block: Any, row: int) -> int:
+        """Integrate to a time, sample, and return which latch must switch, or -1."""
+        self.state, self.tau = self.solver.integrate(end).copy(), end
+        if not self.solver.successful():
+            self.state = np.full_like(self.state, np.nan)
+        return self.sample(block, row)
+
+    def advance(self, end: float, block: Any, row: int) -> None:
+        """Integrate to a time, switching branches on the way, and write the state there as a sample."""
+        before = self.state, self.tau
+        which = self._go(end, block, row)
+        for _ in range(MOST_SWITCHES):
+            if which < 0:
+                return
+            which = self._first_switch(*before, which, block, row)
+            self.latched[which] = 1.0 - self.latched[which]
+            before = self.state, self.tau
+            self.solver = self._begin()
+            which = self._go(end, block, row)
+
+    def _first_switch(self, state: Any, low: float, which: int, block: Any, row: int) -> int:
+        """Go to the first switch after an earlier state, found by bisection, and return which latch it is."""
+        origin, high = low, self.tau
+        found = self.state, high, which
+        while high - low > LANDED * (found[1] - origin) and low < (middle := 0.5 * (low + high)) < high:
+            self.state, self.tau = state, origin
+            self.solver = self._begin()
+            now = self._go(middle, block, row)
+            if now >= 0:
+                found, high = (self.state, middle, now), middle
+            else:
+                low = middle
+        self.state, self.tau, which = found
+        return which

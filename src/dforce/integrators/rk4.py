@@ -1,0 +1,325 @@
+"""The classical Runge–Kutta method with fixed steps locked to the drive.
+
+Order 4 (M. W. Kutta, Z. Math. Phys. 46, 435 (1901)). A step that passes a kink of the force, or the switch of a force with
+two branches, is cut there in two: without the cut the order is lost, and a force that jumps never settles.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.integrators.loops import (
+    TAU,
+    grazes,
+    held,
+    interval,
+    keep_rest,
+    margin,
+    passed,
+    phases,
+    risen,
+    seconds,
+    tabulate,
+    touches_a_jump,
+    turn_behind,
+)
+from dforce.kernel.linker import by_address, inlined
+from dforce.kernel.vocabulary import (
+    arrived,
+    bent,
+    coasted,
+    distance,
+    drive_at,
+    drive_between,
+    evolve,
+    force,
+    forced,
+    free_acceleration,
+    keep,
+    latch_count,
+    memory_size,
+    pushed,
+    rate_of,
+    row,
+    yielding,
+)
+from dforce.observables.interpolant import crossing
+from dforce.observables.lockin import lock_in_turned
+from dforce.observables.measure import measure
+
+MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
+NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
+TRIES = 4  # to land behind a kink
+CLOSE = 1e-5  # how near there a landing must be, relative to the step
+LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
+
+
+@inlined
+def step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
+    work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later; the memory then is in `stage`. Forces are evaluated within the limits."""
+    half = seconds(0.5 * h, p)
+    full = seconds(h, p)
+    size = memory_size()
+    d = distance(y, p)
+    rate = rate_of(y, p)
+    middle, last = coasted(y, 0.5 * h), coasted(y, h)
+    # distances are those of the motions to come without the latest force, and what it adds: the next one is known sooner
+    b1 = free_acceleration(u0, y, p)
+    a1 = forced(b1, f, p)
+    ya = pushed(middle, 0.5 * h, a1)
+    da, ra = held(distance(middle, p), limits), rate_of(ya, p)
+    if size:
+        evolve(d, rate, t, memory, latched, work[1], p)
+        for i in range(size):
+            stage[i] = memory[i] + 0.5 * h * work[1, i]
+        evolve(da, ra, t + half, stage, latched, work[2], p)
+    fa = force(da, ra, t + half, stage, latched, p)
+    b2 = free_acceleration(u1, ya, p)
+    a2 = forced(b2, fa, p)
+    bend = 0.25 * h * h
+    yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
+    db, rb = held(distance(bent(middle, bend, b1), p) + bend * yielding(p) * f, limits), rate_of(yb, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + 0.5 * h * work[2, i]
+        evolve(db, rb, t + half, stage, latched, work[3], p)
+    a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
+    bend = 0.5 * h * h
+    yc = pushed(bent(last, bend, a2), h, a3)
+    dc, rc = held(distance(bent(last, bend, b2), p) + bend * yielding(p) * fa, limits), rate_of(yc, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + h * work[3, i]
+        evolve(dc, rc, t + full, stage, latched, work[4], p)
+    a4 = forced(free_acceleration(u2, yc, p), force(dc, rc, t + full, stage, latched, p), p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
+    return arrived(last, h, a1, a2, a3, a4)
+
+
+def cut_at_kink(
+    y: Any, end: Any, f: float, u0: Any, u1: Any, u2: Any, tau: float, h: float, period: int, memory: Any, latched: Any,
+    tones: Any, bases: Any, kinks: Any, stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
+
+    `f` is the force at the start, `u0`, `u1` and `u2` are the drive there, in the middle and at the end; `end` is where the
+    uncut step would lead. Without memory and branches Newton's method finds the kink, under a drive interpolated between
+    the three, to an error below that of the step. What this cannot do, as more than one kink in a step, is left to
+    `cut_step`.
+    """
+    t, dt = seconds(period * TAU + tau, p), seconds(h, p)
+    which = passed(y, end, t + dt, latched, kinks, p)
+    if which < 0:
+        if not touches_a_jump(y, h, t, memory, latched, kinks, p):
+            for i in range(memory_size()):
+                memory[i] = stage[i]
+            return end
+        end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+    elif memory_size() == 0 and latch_count() == 0:
+        limits = interval(y, kinks, p)
+        first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
+        first += 0.5 * NEAR * h
+        for _ in range(TRIES):
+            if not 0.0 < first < h:
+                break
+            um, uh = drive_between(u0, u1, u2, 0.5 * first / h), drive_between(u0, u1, u2, first / h)
+            landed = part_step(y, f, u0, um, uh, first, t, memory, latched, limits, stage, work, p)
+            past = margin(which, y, landed, t, latched, kinks, p)
+            wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
+            off = (past - 0.5 * wanted) / wanted
+            first -= off * NEAR * h
+            if not abs(off) < CLOSE / NEAR:
+                continue
+            # so near, what is left of the way is that of a motion whose acceleration stays
+            back, reached = -off * NEAR * h, held(distance(landed, p), limits)
+            before = force(reached, rate_of(landed, p), t + seconds(first, p), memory, latched, p)
+            a = forced(free_acceleration(uh, landed, p), before, p)
+            landed = pushed(bent(coasted(landed, back), 0.5 * back * back, a), back, a)
+            if passed(y, landed, t, latched, kinks, p) != which:
+                break
+            left, between = h - first, t + seconds(first, p)
+            limits = interval(landed, kinks, p)
+            behind = force(held(distance(landed, p), limits), rate_of(landed, p), between, memory, latched, p)
+            um = drive_between(u0, u1, u2, 0.5 + 0.5 * first / h)
+            end = part_step(landed, behind, uh, um, u2, left, between, memory, latched, limits, stage, work, p)
+            if passed(landed, end, t + dt, latched, kinks, p) >= 0:
+                break
+            return end
+        end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+    return cut_step(y, end, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+
+
+def cut_step(
+    y: Any, end: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
+
+    `end` is where the uncut step would lead.
+    """
+    left, known = h, True
+    for _ in range(MOST_CUTS):
+        start = tau + h - left
+        t = seconds(period * TAU + start, p)
+        which = risen(y, t, latched, p)
+        if which >= 0:
+            latched[which] = 1.0 - latched[which]
+            known = False
+            continue
+        done = left
+        if not known:
+            end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
+        which = passed(y, end, t + seconds(done, p), latched, kinks, p)
+        share = turn_behind(y, end, seconds(done, p), kinks, p) if which < 0 else 0.0
+        if share > 0.0:
+            done *= share
+            end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
+            which = passed(y, end, t + seconds(done, p), latched, kinks, p)
+        if which >= 0:
+            done, end = first_event(
+                y, end, which, start, done, period, memory, latched, tones, bases, kinks, stage, work, p
+            )
+        y, known = end, False
+        for i in range(memory_size()):
+            memory[i] = stage[i]
+        left -= done
+        if left <= LANDED * h:
+            return y
+    end = driven_step(y, tau + h - left, left, period, memory, latched, tones, bases, kinks, stage, work, p)
+    for i in range(memory_size()):
+        memory[i] = stage[i]
+    return end
+
+
+def first_event(
+    y: Any, end: Any, which: int, start: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any,
+    kinks: Any, stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return a time within the step just after the first event in it, and the motion then; its memory is in `stage`.
+
+    The first guess comes from the cubic through both ends, the next ones from secants aimed at either side.
+    """
+    t = seconds(period * TAU + start, p)
+    low, high = 0.0, h
+    below = margin(which, y, y, t, latched, kinks, p)
+    above = margin(which, y, end, t + seconds(h, p), latched, kinks, p)
+    guess = low + (high - low) * below / (below - above)
+    if which < kinks.shape[0]:
+        dt = seconds(h, p)
+        share = crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
+        guess = (share + 0.5 * NEAR) * h
+    side = 1.0
+    for attempt in range(60):
+        if high - low <= 3.0 * LANDED * h:
+            break
+        if attempt > 0:
+            guess = low + (high - low) * below / (below - above) + side * LANDED * h
+        if attempt % 4 == 3 or not low < guess < high:
+            guess = 0.5 * (low + high)
+        middle = driven_step(y, start, guess, period, memory, latched, tones, bases, kinks, stage, work, p)
+        now = t + seconds(guess, p)
+        found = passed(y, middle, now, latched, kinks, p)
+        if found < 0:
+            low, below, side = guess, margin(which, y, middle, now, latched, kinks, p), 1.0
+        elif found == which:
+            high, above, side = guess, margin(which, y, middle, now, latched, kinks, p), -1.0
+            rate = abs(rate_of(middle, p)) / p[3]
+            if which < kinks.shape[0] and above < NEAR * h * rate:
+                return high, middle
+        else:  # another event comes before it
+            which, high, side, low = found, guess, -1.0, 0.0
+            below = margin(which, y, y, t, latched, kinks, p)
+            above = margin(which, y, middle, now, latched, kinks, p)
+    return high, driven_step(y, start, high, period, memory, latched, tones, bases, kinks, stage, work, p)
+
+
+def driven_step(
+    y: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Take a step of any length from any time within the period, with the drive evaluated anew, on one side of all kinks."""
+    t = seconds(period * TAU + tau, p)
+    limits = interval(y, kinks, p)
+    f = force(held(distance(y, p), limits), rate_of(y, p), t, memory, latched, p)
+    u0 = drive_at(tones, bases, tau)
+    u1 = drive_at(tones, bases, tau + 0.5 * h)
+    u2 = drive_at(tones, bases, tau + h)
+    return part_step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+
+
+def part_step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
+    work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion after a part of a step: `step`, not inlined, so that it is compiled once."""
+    return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+
+
+@by_address("{y}({y},f8[::1],f8[::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],f8[::1],f8[:,::1],f8[:,::1],{p})")
+def advance(
+    y: Any, memory: Any, latched: Any, period: int, points: int, tones: Any, bases: Any, table: Any, kinks: Any,
+    stage: Any, work: Any, block: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one period later; block[i] holds sample i of the period, both ends included."""
+    h = TAU / points
+    start = seconds(period * TAU, p)
+    dt = seconds(h, p)
+    for i in range(points):
+        t = start + i * dt
+        f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
+        keep(block, i, y)
+        keep_rest(block, i, memory, latched, f)
+        u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+        end = step(y, f, u0, u1, u2, h, t, memory, latched, None, stage, work, p)
+        if passed(y, end, t + dt, latched, kinks, p) >= 0 or grazes(y, h, kinks, p):
+            end = cut_at_kink(
+                y, end, f, u0, u1, u2, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p
+            )
+        else:
+            for k in range(memory_size()):
+                memory[k] = stage[k]
+        y = end
+    f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
+    keep(block, points, y)
+    keep_rest(block, points, memory, latched, f)
+    return y
+
+
+def over_common_period(
+    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any, bases: Any, table: Any,
+    kinks: Any, stage: Any, work: Any, block: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one common period later."""
+    for k in range(common):
+        if common > 1:
+            phases(tones, first + k, bases)
+            tabulate(tones, bases, points, table)
+        y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, p)
+    return y
+
+
+def march(
+    y: Any, memory: Any, latched: Any, first: int, periods: int, points: int, tones: Any, p: Any, kinks: Any,
+    work: Any, block: Any, table: Any, turns: Any, every: bool, out: Any,
+) -> Any:  # fmt: skip
+    """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
+    bases, z, stage = np.empty(tones.shape[0]), np.empty(points + 1), work[0]
+    phases(tones, first, bases)
+    tabulate(tones, bases, points, table)
+    for i in range(periods):
+        if i > 0 and tones.shape[0] > 1:  # the first tone alone repeats every period
+            phases(tones, first + i, bases)
+            tabulate(tones, bases, points, table)
+        y = advance(y, memory, latched, first + i, points, tones, bases, table, kinks, stage, work, block, p)
+        if every:
+            measure(block, first + i, turns, tones, bases, p, kinks, out[i])
+        else:
+            lock_in_turned(block, turns, bases, z, out[i])
+    return y

@@ -1,0 +1,241 @@
+"""Keeps composed modules on disk, so that a second process starts without compiling.
+
+The folder is the user's cache folder, or ``DFORCE_CACHE_DIR``. Each module has a folder there, named by the hash of its text
+and of the versions that compile it; in it lie the text, for a reader, and the compiled code (:mod:`dforce.kernel.cache_files`).
+Nothing in there is trusted: what is damaged is made again. Where nothing can be written, code that lies there is used all
+the same, and other code is compiled for this process alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import gc
+import hashlib
+import importlib.metadata
+import marshal
+import os
+import platform
+import re
+import shutil
+import sys
+import threading
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any
+
+from dforce.core import log
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.files import reason
+from dforce.kernel.cache_files import CODE, Kept, keep, kept
+
+LONGEST = 120.0  # s that a process waits for another one's compilation
+MOST_KERNELS = 100  # folders kept; the least recently used go first
+SELDOM = 100_000  # new objects between two looks for garbage while a kernel is compiled
+NAME = re.compile(r"[0-9a-f]{20}")
+# numba's settings, from variables such as NUMBA_OPT, that change what it compiles to
+SETTINGS = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
+_COMPILING = threading.RLock()  # what is done meanwhile concerns the whole process
+_IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
+
+
+@dataclass(frozen=True)
+class KernelCache:
+    """The folder of compiled force models: where it is, how many it holds, and their size (bytes)."""
+
+    folder: Path
+    kernels: int
+    size: int
+
+
+def cache_folder() -> Path:
+    """Return the folder where kernels are kept; it may not exist, or not be writable."""
+    given = os.environ.get("DFORCE_CACHE_DIR")
+    if given:
+        return Path(given)
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("dforce", appauthor=False)) / "kernels"
+
+
+def kernel_cache() -> KernelCache:
+    """Return where compiled force models are kept on disk, and how large that is."""
+    folders = _kernels(cache_folder())
+    return KernelCache(cache_folder(), len(folders), sum(map(_size, folders)))
+
+
+def clear_kernel_cache() -> KernelCache:
+    """Remove all compiled force models from the disk, and return what was removed; they are compiled anew when needed."""
+    before = kernel_cache()
+    for folder in _kernels(before.folder):
+        shutil.rmtree(folder, ignore_errors=True)
+    after = kernel_cache()
+    return KernelCache(before.folder, before.kernels - after.kernels, before.size - after.size)
+
+
+def _kernels(base: Path) -> list[Path]:
+    """Return the folders of this module's making: the user may have named a folder that holds other things."""
+    try:
+        found = [folder for folder in base.iterdir() if NAME.fullmatch(folder.name)]
+        return [folder for folder in found if any(folder.glob(f"kernel_{folder.name}.*"))]
+    except OSError:
+        return []
+
+
+def _size(folder: Path) -> int:
+    size = 0
+    for path in folder.rglob("*"):
+        with contextlib.suppress(OSError):  # gone in this moment
+            size += path.stat().st_size if path.is_file() else 0
+    return size
+
+
+def check_compiler() -> None:
+    """Load numba.
+
+    Raises
+    ------
+    ParameterError
+        When the environment does not let it compile.
+    """
+    try:
+        with warnings.catch_warnings():
+            # a setting that it cannot read is left out with a warning, and half a page of where that was
+            warnings.filterwarnings("error", "\\s*Environment variable", RuntimeWarning)
+            import numba
+            import numba.np.ufunc.parallel
+    except Exception as error:  # its settings are read when it is loaded, and it has its own wishes for NumPy
+        words = shorten(" ".join(str(error).partition("The parse failed")[0].split()), 200).rstrip(".")
+        given = sorted(name for name in os.environ if name.startswith("NUMBA_"))
+        hint = f"; look at the environment variable{'s' * (len(given) > 1)} {', '.join(given)}" if given else ""
+        raise ParameterError(
+            f"numba, the compiler that dForce computes with, cannot be loaded: {words}{hint}"
+        ) from error
+    settings: Any = numba.config
+    if settings.DISABLE_JIT:
+        raise ParameterError(
+            "the environment variable NUMBA_DISABLE_JIT turns off numba, the compiler that dForce computes with; unset it"
+        )
+
+
+def fingerprint(text: str) -> str:
+    """Return the hash of a module's text and of everything else that decides what it compiles to."""
+    import numba
+
+    versions = [importlib.metadata.version(name) for name in ("numba", "llvmlite", "numpy")]
+    machine = [platform.python_implementation(), *map(str, sys.version_info[:3]), platform.machine(), sys.platform]
+    settings = [repr(getattr(numba.config, name, None)) for name in SETTINGS]
+    return hashlib.sha256("\0".join([text, *versions, *machine, *settings]).encode()).hexdigest()[:20]
+
+
+def place(text: str) -> Path:
+    """Return the file for a module's text, written if need be and possible; two processes may do this at once."""
+    name = fingerprint(text)
+    path = cache_folder() / name / f"kernel_{name}.py"
+    with contextlib.suppress(OSError):  # told once compiled code cannot be kept, either
+        with contextlib.suppress(OSError):
+            os.utime(path.parent)  # marks the kernel as used
+        if not path.is_file() or path.read_bytes() != text.encode():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(text.encode())
+            _forget_oldest(cache_folder())
+    return path
+
+
+def _forget_oldest(base: Path) -> None:
+    folders = _kernels(base)
+    if len(folders) <= MOST_KERNELS:
+        return
+    with contextlib.suppress(OSError):  # another process may forget the same ones
+        by_age = sorted(folders, key=lambda folder: folder.stat().st_mtime)
+        for folder in by_age[: len(folders) - MOST_KERNELS]:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def load(text: str) -> ModuleType:
+    """Return the module with this text; its functions compile, or come from disk, when first called.
+
+    Raises
+    ------
+    ParameterError
+        When the environment does not let numba compile.
+    """
+    check_compiler()
+    from numba.core.dispatcher import Dispatcher
+
+    with _IMPORTING:
+        name = f"kernel_{fingerprint(text)}"
+        if name in sys.modules:
+            return sys.modules[name]
+        path = place(text)
+        module = ModuleType(name)
+        module.__file__ = str(path)
+        sys.modules[name] = module
+        try:
+            exec(_code(text, path), vars(module))
+        except BaseException:
+            del sys.modules[name]
+            raise
+        dispatchers: dict[str, Any] = {name: f for name, f in vars(module).items() if isinstance(f, Dispatcher)}
+        for function, dispatcher in dispatchers.items():
+            dispatcher._cache = Kept(function, path.parent, functools.partial(_tell, path.parent.parent))
+        return module
+
+
+def _code(text: str, path: Path) -> CodeType:
+    """Return Python's code for a text: that, too, takes a tenth of a second, and is kept."""
+    place = path.with_suffix(CODE)
+    content = kept(place)
+    if content is not None:
+        with contextlib.suppress(EOFError, ValueError, TypeError):
+            code = marshal.loads(content)
+            if isinstance(code, CodeType):
+                return code
+    code = compile(text, str(path), "exec")
+    with contextlib.suppress(OSError):
+        keep(place, marshal.dumps(code))
+    return code
+
+
+@functools.lru_cache(maxsize=16)  # said once
+def _say_not_kept(folder: Path, why: str) -> None:
+    log.announce(f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it anew.")
+
+
+def _tell(folder: Path, error: OSError) -> None:
+    _say_not_kept(folder, reason(error))
+
+
+@contextlib.contextmanager
+def one_at_a_time(module: ModuleType) -> Iterator[None]:
+    """Keep other processes from compiling the same module at the same time; they wait, and find it on disk."""
+    import filelock
+
+    lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(".lock"), timeout=LONGEST)
+    with _COMPILING, _seldom_collected():
+        with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
+            lock.acquire()
+        try:
+            yield
+        finally:
+            lock.release()
+
+
+@contextlib.contextmanager
+def _seldom_collected() -> Iterator[None]:
+    """Look for garbage less often: the compiler makes so many objects to stay that this takes a tenth of its time."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(SELDOM, before[0]) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+def is_compiled(module: ModuleType, function: str) -> bool:
+    """Say whether compiled code of a module's entry function lies in memory, or whole on disk."""
+    dispatcher = getattr(module, function)
+    return bool(dispatcher.signatures) or any(kept(path) is not None for path in dispatcher._cache.files())

@@ -1,0 +1,238 @@
+"""Writes the module that holds one combination of modes and forces, and the loops over it, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from dforce.forces import Force
+from dforce.kernel.linker import Linker, signature_of
+
+HEADER = '''"""Composed by dForce from {what}; never edited, named by the hash of its content."""
+import math
+import numpy as np
+from numba import njit
+
+# contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
+OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}})
+# functions that Python never calls need no wrapper for it: that saves a third of the compile time
+INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
+compiled = njit(**INNER)
+inlined = njit(forceinline=True, **INNER)
+reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}})))
+entry = njit(**OPTIONS)
+'''
+
+# Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode, and of the base,
+# and what is added to the detector's phase.
+RATIO, PHASE, FIRST_DRIVE = 0, 1, 2
+
+# Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.
+ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
+
+
+# The tip equation as the solvers know it, whatever the forces: the parameters up to CONTACT, an array of the others, and
+# the addresses of the compiled functions that they call.
+MOTION = "UniTuple(f8,{size})"
+TIP = "Tuple(({numbers},f8[::1],{addresses}))"
+OTHERS = CONTACT + 1
+
+
+def native_types(function: Callable[..., Any], modes: int, addresses: int) -> str:
+    """Return the types of a function that is called by its address, one of so many."""
+    tip = TIP.format(numbers=",".join(OTHERS * ["f8"]), addresses=",".join(addresses * ["i8"]))
+    return signature_of(function).format(y=MOTION.format(size=2 * modes), p=tip)
+
+
+def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]]) -> str:
+    """Return the text of a module with entry functions that are the same for all forces.
+
+    Parameters
+    ----------
+    modes
+        Number of cantilever modes.
+    entries
+        The functions to be called from Python, by name.
+    called
+        What they call by its address, in the order of the addresses.
+    """
+    count, first = len(called), OTHERS + 1
+    linker = Linker(elsewhere={f: (first + i, native_types(f, modes, count)) for i, f in enumerate(called)})
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
+    linker.emit(Path(__file__).with_name("pointers.py").read_text(encoding="utf-8"))
+    places, addresses = range(2 * modes), [f"p[{first + i}]" for i in range(count)]
+    for text in (
+        f"def mode_count():\n    return {modes}",
+        f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
+        f"def of_case(p, table, j, zc):\n    others = np.empty(table.shape[0] - {OTHERS})\n"
+        f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
+        f"    return {_tuple(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
+        *_samples(places),
+    ):
+        linker.emit(text, "inlined")
+    for name, function in entries.items():
+        linker.add_entry(function, name)
+    return "\n\n".join(linker.text) + "\n"
+
+
+def compose(
+    modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]], lagging: bool = True
+) -> str:
+    """Return the text of a module with the composed tip equation and the given entry functions.
+
+    Parameters
+    ----------
+    modes, tones
+        Number of cantilever modes and of drive tones.
+    forces
+        Bound forces; only their laws, layouts and numbers of states matter, not their parameters' values.
+    entries
+        The functions to be called from Python, by name, written over :mod:`dforce.kernel.vocabulary`.
+    lagging
+        Whether the drive may have imaginary parts; lanes take longer with them.
+    """
+    sizes = _sizes(modes, forces)
+    linker = Linker(sizes)
+    what = " + ".join(force.name for force in forces) or "no force"
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
+    count = parameter_count(modes) + sum(len(force.numbers()) for force in forces)
+    counts = [f"def {name}():\n    return {value}" for name, value in sizes.items()]
+    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, tones, count, lagging)):
+        linker.emit(text, "inlined")
+    for text in _forces(linker, modes, forces):
+        linker.emit(text, "inlined")
+    for name, function in entries.items():
+        linker.add_entry(function, name)
+    return "\n\n".join(linker.text) + "\n"
+
+
+def parameter_count(modes: int) -> int:
+    """Return the place in `p` of the first force's first argument."""
+    return FIRST_MODE + PER_MODE * modes
+
+
+def _sizes(modes: int, forces: Sequence[Force]) -> dict[str, int]:
+    memory = sum(force.memory for force in forces)
+    latches = sum(force.switch is not None for force in forces)
+    return {"mode_count": modes, "memory_size": memory, "latch_count": latches}
+
+
+def _tuple(parts: Sequence[str]) -> str:
+    return f"({', '.join(parts)},)"
+
+
+def _pairs(size: int, x: str, v: str) -> str:
+    """Return the motion whose deflections and velocities are these, written with their places and the mode's."""
+    return _tuple([form.format(x=i, v=i + 1, n=i // 2) for i in range(0, size, 2) for form in (x, v)])
+
+
+def _kinematics(modes: int) -> list[str]:
+    n = range(modes)
+    x = " + ".join(f"y[{2 * i}]" for i in n)
+    v = " + ".join(f"y[{2 * i + 1}]" for i in n)
+    place = [FIRST_MODE + PER_MODE * i for i in n]
+    free = [f"u[{i}] - p[{place[i]}] * y[{2 * i}] - p[{place[i] + 1}] * y[{2 * i + 1}]" for i in n]
+    accelerations = [f"a[{i}] + p[{place[i] + 2}] * f" for i in n]
+    gains = " + ".join(f"p[{place[i] + 2}]" for i in n)
+    slopes = [part for i in n for part in (f"y[{2 * i + 1}]", f"a[{i}]")]
+    sums = "\n".join(f"    u{i} = 0.0" for i in n)
+    re, im = FIRST_DRIVE, FIRST_DRIVE + modes
+    adds = "\n".join(f"        u{i} += tones[j, {re + i}] * c - tones[j, {im + i}] * s" for i in n)
+    return [
+        f"def distance(y, p):\n    return p[{ZC}] + p[{LENGTH}] * ({x})",
+        f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
+        f"def free_acceleration(u, y, p):\n    return {_tuple(free)}",
+        f"def forced(a, f, p):\n    return {_tuple(accelerations)}",
+        f"def motion(u, f, y, p):\n    a = forced(free_acceleration(u, y, p), f, p)\n    return {_tuple(slopes)}",
+        f"def yielding(p):\n    return p[{LENGTH}] * ({gains})",
+        "def drive_between(u0, u1, u2, s):\n"
+        "    w0, w1, w2 = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)\n"
+        f"    return {_tuple([f'w0 * u0[{i}] + w1 * u1[{i}] + w2 * u2[{i}]' for i in n])}",
+        f"def row(table, i):\n    return {_tuple([f'table[i, {k}]' for k in n])}",
+        f"def drive_at(tones, bases, tau):\n{sums}\n    for j in range(tones.shape[0]):\n"
+        f"        angle = tones[j, 0] * tau + bases[j]\n        c, s = math.cos(angle), math.sin(angle)\n{adds}\n"
+        f"    return {_tuple([f'u{i}' for i in n])}",
+    ]
+
+
+def _arithmetic(size: int) -> list[str]:
+    places = range(size)
+    blended = [f"y[{i}] + h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))})" for i in places]
+    # the last acceleration comes last: the next step waits for these sums
+    arrived_x = "y[{x}] + h * s * (a1[{n}] + a2[{n}]) + h * s * a3[{n}]"
+    arrived_v = "y[{v}] + s * (a1[{n}] + 2.0 * (a2[{n}] + a3[{n}])) + s * a4[{n}]"
+    slopes = "k1, k2, k3, k4, k5, k6, k7"
+    errors = "\n".join(
+        f"    worst = max(worst, abs(h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))}))"
+        f" / (absolute + max(abs(y[{i}]), abs(end[{i}]))))"
+        for i in places
+    )
+    return [
+        f"def coasted(y, h):\n    return {_pairs(size, 'y[{x}] + h * y[{v}]', 'y[{v}]')}",
+        f"def bent(y, h, a):\n    return {_pairs(size, 'y[{x}] + h * a[{n}]', 'y[{v}]')}",
+        f"def pushed(y, h, a):\n    return {_pairs(size, 'y[{x}]', 'y[{v}] + h * a[{n}]')}",
+        f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {_pairs(size, arrived_x, arrived_v)}",
+        f"def blend(y, h, weights, {slopes}):\n    return {_tuple(blended)}",
+        f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
+        *_samples(places),
+    ]
+
+
+def _samples(places: Sequence[int]) -> list[str]:
+    return [
+        f"def motion_of(block, i):\n    return {_tuple([f'block[i, {k}]' for k in places])}",
+        "def keep(block, i, y):\n" + "\n".join(f"    block[i, {k}] = y[{k}]" for k in places),
+        f"def from_vector(vector):\n    return {_tuple([f'vector[{k}]' for k in places])}",
+    ]
+
+
+def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
+    places = range(2 * modes)
+    waves = range(0, 2 * tones, 1 if lagging else 2)
+    products = [[f"amplitudes[{k * modes + n}, j] * c[{i}]" for i, k in enumerate(waves)] for n in range(modes)]
+    drive = [" + ".join(terms) for terms in products]
+    first = [f"p[{k}]" for k in range(OTHERS)]
+    others = [f"others[{k}]" for k in range(parameters - OTHERS)]
+    return [
+        f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
+        "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
+        f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
+        f"def waves_at(waves, i):\n    return {_tuple([f'waves[{k}, i]' for k in waves])}",
+        f"def lane_drive(amplitudes, j, c):\n    return {_tuple(drive)}",
+        f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
+        f"def whole(p):\n    others = p[{OTHERS}]\n    return {_tuple([*first, *others])}",
+    ]
+
+
+def _forces(linker: Linker, modes: int, forces: Sequence[Force]) -> list[str]:
+    place, state, latch = parameter_count(modes), 0, 0
+    terms, evolutions, switches = [], [], []
+    for force in forces:
+        law = linker.add(force.law_function())
+        given = []
+        for several in force.layout():
+            given.append(f"p[{place}]" if several is None else f"p[{place}:{place + several}]")
+            place += 1 if several is None else several
+        memory = [f"memory[{state}:{state + force.memory}]"] if force.evolve is not None else []
+        latched = [f"latched[{latch}]"] if force.switch is not None else []
+        located = [f"p[{ZC}]"] if "zc" in force.leading() else []
+        terms.append(f"{law}({', '.join(['d', 'rate', 't', *memory, *latched, *located, *given])})")
+        if force.evolve is not None:
+            change = f"change[{state}:{state + force.memory}]"
+            evolutions.append(
+                f"    {linker.add(force.evolve)}({', '.join(['d', 'rate', 't', memory[0], change, *given])})"
+            )
+            state += force.memory
+        if force.switch is not None:
+            switches.append(
+                f"    if which == {latch}:\n"
+                f"        return {linker.add(force.switch)}({', '.join([latched[0], 'd', 'rate', 't', *given])})"
+            )
+            latch += 1
+    scale = f"    for i in range({state}):\n        change[i] /= p[{OMEGA}]" if evolutions else "    pass"
+    return [
+        f"def force(d, rate, t, memory, latched, p):\n    return {' + '.join(terms) or '0.0'}",
+        "def evolve(d, rate, t, memory, latched, change, p):\n" + "\n".join([*evolutions, scale]),
+        "def switch(which, latched, d, rate, t, p):\n" + "\n".join([*switches, "    return -1.0"]),
+    ]

@@ -1,0 +1,43 @@
+"""Advice on a sweep: what is said at the corners of its grid, where most models are at their limits."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import TYPE_CHECKING
+
+from dforce.case import Case
+from dforce.case.paths import changed
+from dforce.core import units
+from dforce.maps._axes import Axis, dims_of
+from dforce.validity import Advice, advice, points_not_settled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_CORNERS = 8
+
+
+def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset) -> list[Advice]:
+    """Return the advice on the cases at the corners of a grid, each piece once with the corner that it is about.
+
+    Points that did not settle are counted over the whole grid.
+    """
+    whole = points_not_settled(case, data[["status"]])
+    found: dict[str, Advice] = {} if whole is None else {whole.name: whole}
+    dims = dims_of(axes)
+    ends = [sorted({0, length - 1}) for length in dims.values()]
+    case = case.model_copy(update={"sweep": None})
+    for corner in itertools.islice(itertools.product(*ends), MOST_CORNERS):
+        at = dict(zip(dims, corner, strict=True))
+        one = type(case)(**changed(case, [(axis.path, axis.values[at[axis.dim]]) for axis in axes]))
+        part = data.isel(at)
+        where = ", ".join(f"{axis.path} = {_shown(axis, at[axis.dim])}" for axis in axes)
+        for piece in advice(one, part):
+            found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {where}: {piece.text}"))
+    return list(found.values())
+
+
+def _shown(axis: Axis, i: int) -> str:
+    value = axis.values[i]
+    return units.show(value, axis.quantity.unit, 4) if axis.quantity is not None else str(value)

@@ -1,0 +1,209 @@
+"""The axes of a sweep: a parameter by its path, and the values that it takes."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dforce.case import MOST_VALUES, Case, Range, Sweep
+from dforce.case.paths import place_of, quantity_at, value_at
+from dforce.core import quantities, units
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.parameters import Quantity
+from dforce.experiments import Dwell
+from dforce.maps._rows import read_rows
+
+INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
+DISTANCE = "experiment.zc"
+ROW = "case"  # dimension of cases that are given one by one
+MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter of a sweep; those of one dimension vary together.
+
+    Attributes
+    ----------
+    path
+        Where it is in the case.
+    name
+        Its name in the result: the last word of the path, or the whole path where that would be ambiguous.
+    dim
+        Its dimension in the result: its name, or `case` where the parameters of each case stand in a row.
+    values
+        Its values: SI numbers, or whatever the case takes.
+    quantity
+        What is declared about it, where its values are plain numbers of the instrument, the sample or a force, or the
+        distance of a dwell; None for a choice, which is validated with the whole case.
+    """
+
+    path: str
+    name: str
+    dim: str
+    values: tuple[Any, ...]
+    quantity: Quantity | None
+
+    def coordinate(self) -> tuple[str, Any, dict[str, str]]:
+        """Return the coordinate of the result."""
+        if self.quantity is None:
+            plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
+            return (
+                self.dim,
+                np.array(self.values if plain else [str(value) for value in self.values]),
+                {"path": self.path},
+            )
+        words = {"units": self.quantity.unit, "long_name": self.quantity.doc, "symbol": self.quantity.symbol}
+        return self.dim, np.array(self.values, dtype=float), {k: v for k, v in words.items() if v} | {"path": self.path}
+
+
+def make_axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
+    """Return the axes of all combinations of values.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, two paths that lead to one parameter, no values, or a value that is not
+        allowed.
+    """
+    if not isinstance(over, Mapping) or not over:
+        raise ParameterError('over must say what to vary, such as {"sample.youngs_modulus": ["1 GPa", "2 GPa"]}')
+    return _axes(case, over)
+
+
+def make_rows(case: Case, rows: Mapping[str, Any]) -> list[Axis]:
+    """Return the axes of cases that are given one by one, each a row of a table with a column for each path.
+
+    Raises
+    ------
+    ParameterError
+        As :func:`make_axes`, for columns of different lengths, and for a parameter that is no plain number.
+    """
+    if not isinstance(rows, Mapping) or not rows:
+        raise ParameterError(
+            'rows must be columns by path, such as {"sample.youngs_modulus": moduli, "drive.A0": amplitudes}'
+        )
+    axes = _axes(case, rows)
+    first = axes[0]
+    for axis in axes:
+        if axis.quantity is None:
+            raise ParameterError(
+                f"{axis.path} takes no plain number, so it cannot differ from row to row; vary it as over"
+            )
+        if len(axis.values) != len(first.values):
+            raise ParameterError(
+                f"{axis.path} has {len(axis.values)} values and {first.path} has {len(first.values)}; a row needs one of each"
+            )
+    return [dataclasses.replace(axis, dim=ROW) for axis in axes]
+
+
+def axes_of(case: Case, over: Mapping[str, Any] | None, rows: Mapping[str, Any] | None) -> tuple[Case, list[Axis]]:
+    """Return the axes that a user asks for, else those of the case's own table; and the case, without a table not used.
+
+    Raises
+    ------
+    ParameterError
+        As :func:`make_axes` and :func:`make_rows`, and when both are given, or nothing says what to vary.
+    CaseError
+        When the file of a case's rows cannot be read.
+    """
+    if over is not None and rows is not None:
+        raise ParameterError(
+            "over and rows are both given; over varies all combinations of values, rows are cases one by one"
+        )
+    if over is None and rows is None and case.sweep is not None:
+        if case.sweep.rows:
+            return case, make_rows(case, read_rows((case.folder or Path()) / case.sweep.rows))
+        return case, make_axes(case, case.sweep.over)
+    case = case.model_copy(update={"sweep": None})
+    return case, make_axes(case, over or {}) if rows is None else make_rows(case, rows)
+
+
+def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
+    paths = [str(path) for path in over]
+    last = [path.split(".")[-1] for path in paths]
+    taken = {*quantities.OBSERVABLES, *quantities.AXES, "status", ROW} - {"zc", "frequency"}
+    if case.experiment is not None and not isinstance(case.experiment, Dwell):
+        taken.add("zc")
+    axes: list[Axis] = []
+    places: dict[tuple[str | int, ...], str] = {}
+    for path, word in zip(paths, last, strict=True):
+        name = word if last.count(word) == 1 and word not in taken else path
+        same = places.setdefault(place_of(case, path), path)
+        if same != path:
+            raise ParameterError(f"{same} and {path} are one parameter; give its values once")
+        quantity = _number_at(case, path)
+        axes.append(Axis(path, name, name, _values(path, over[path], quantity), quantity))
+    return axes
+
+
+def _number_at(case: Case, path: str) -> Quantity | None:
+    """Return the declaration of a plain number that can be changed without building the case anew, else None."""
+    value = value_at(case, path)
+    if path == DISTANCE and isinstance(case.experiment, Dwell):
+        return quantity_at(case, path)
+    if path == DISTANCE:
+        raise ParameterError("experiment.zc can be swept over in a dwell only; an approach has its own distances")
+    if path.split(".")[0] not in INSTRUMENT or not (value is None or isinstance(value, float)):
+        return None
+    try:
+        return quantity_at(case, path)
+    except ParameterError:
+        return None
+
+
+def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]:
+    if isinstance(given, Mapping):
+        given = Sweep(over={path: given}).over[path]
+    if isinstance(given, Range):
+        given = _spread(path, given, quantity)
+    if isinstance(given, str) or not hasattr(given, "__iter__"):
+        raise ParameterError(f"{path} = {shorten(given)} is not a list of values")
+    if hasattr(given, "__len__") and len(given) > MOST_VALUES:
+        raise ParameterError(f"{path} has {len(given)} values; at most {MOST_VALUES} are allowed")
+    items = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else list(given)
+    if not items:
+        raise ParameterError(f"{path} has no values; give at least one")
+    if quantity is None:
+        return tuple(items)
+    try:
+        numbers = tuple(units.parse(item, quantity.unit) for item in items)
+        for extreme in (min(numbers), max(numbers)):
+            quantity.check(extreme)
+    except ParameterError as error:
+        raise type(error)(f"{path} {error}") from None
+    return numbers
+
+
+def _spread(path: str, given: Range, quantity: Quantity | None) -> Any:
+    """Return the values of a range (SI)."""
+    if quantity is None:
+        raise ParameterError(f"{path} takes no plain number, so it has no range; list its values")
+    try:
+        start, stop = units.parse(given.start, quantity.unit), units.parse(given.stop, quantity.unit)
+    except ParameterError as error:
+        raise type(error)(f"{path} {error}") from None
+    if given.spacing == "linear":
+        return np.linspace(start, stop, given.points)
+    if not start * stop > 0.0:
+        first, last = units.show(start, quantity.unit), units.show(stop, quantity.unit)
+        raise ParameterError(
+            f"{path} goes from {first} to {last}, which no equal factors lead along; use linear spacing"
+        )
+    return np.geomspace(start, stop, given.points)
+
+
+def dims_of(axes: Sequence[Axis]) -> dict[str, int]:
+    """Return the dimensions of axes in order, and their lengths."""
+    return {axis.dim: len(axis.values) for axis in axes}
+
+
+def count(axes: Sequence[Axis]) -> int:
+    """Return the number of cases."""
+    return math.prod(dims_of(axes).values())

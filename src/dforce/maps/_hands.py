@@ -1,0 +1,239 @@
+"""Who computes the blocks of a map: threads of this process, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import tempfile
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from dforce.case import Case
+from dforce.core.errors import ParameterError, ResultError
+from dforce.core.files import beside
+from dforce.core.parallel import Crew, Stopped, cores
+from dforce.maps._axes import Axis
+from dforce.maps._part import solve
+from dforce.maps._result import Found, Layout, table
+from dforce.maps._states import NEEDED, states_of
+
+LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+TRIES = 2  # of a block
+TRIES_OF_DEAD = (
+    8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
+)
+AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
+Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
+
+
+def _nothing(done: int, total: int, note: str) -> None:
+    """Tell nobody."""
+
+
+class Alone(Crew):
+    """Does the jobs of one block in the thread that calls it, until `stop` is set."""
+
+    def __init__(self, stop: threading.Event) -> None:
+        super().__init__(0, _nothing, 1)
+        self._stop = stop
+
+    def watch(self) -> None:
+        """Raise :class:`Stopped` once the work is to stop."""
+        if self._stop.is_set():
+            raise Stopped
+
+    def run(self, jobs: Iterable[Callable[[], None]], note: str = "") -> bool:
+        """Do all jobs; return False when stopped."""
+        for job in jobs:
+            if not self._stop.is_set():
+                job()
+        return not self._stop.is_set()
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of each case: quantities, of the states at a set point where one is given; None: all quantities."""
+
+    names: frozenset[str]
+    wanted: frozenset[str] | None
+    set_point: float | None
+
+    def result(self, case: Case, axes: list[Axis], crew: Crew) -> Any:
+        """Return what is kept of the cases of a block, as a Dataset.
+
+        Raises
+        ------
+        Stopped
+            When the work was stopped before its end.
+        """
+        layout = Layout(case, axes)
+        founds = Found.of(layout)
+        names = self.names if self.set_point is None else self.names | NEEDED
+        done, example = solve(case, layout, crew, names, founds, checks=False)
+        if not done:
+            raise Stopped
+        data = table(case, layout, founds, example)
+        return data if self.set_point is None else states_of(data, layout, self.set_point, self.wanted)
+
+    def arrays(self, case: Case, axes: list[Axis], crew: Crew) -> Arrays:
+        """Return the arrays of :meth:`result` that differ from case to case."""
+        data = self.result(case, axes, crew)
+        dims, known = {axis.dim for axis in axes}, {axis.name for axis in axes}
+        return {
+            str(name): (tuple(map(str, one.dims)), one.values)
+            for name, one in data.variables.items()
+            if name not in known and dims & set(one.dims)
+        }
+
+
+class Hands(Protocol):
+    """Who computes blocks."""
+
+    def room(self) -> int:
+        """Return how many blocks may be under way."""
+
+    def submit(self, axes: list[Axis]) -> Future[Arrays]:
+        """Begin to compute the cases of a block."""
+
+    def points(self) -> int:
+        """Return how many points of the blocks under way are done, as far as that is known."""
+
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+
+    def check(self) -> None:
+        """Raise :class:`ResultError` when nothing can be computed any more."""
+
+    def close(self) -> None:
+        """Stop what is under way."""
+
+
+class Threads:
+    """Threads of this process."""
+
+    def __init__(self, case: Case, kept: Kept, workers: int | None) -> None:
+        self.case, self.kept, self.workers = case, kept, workers or cores()
+        self._pool, self._stop = ThreadPoolExecutor(self.workers), threading.Event()
+        self._crews: dict[Future[Arrays], Alone] = {}
+
+    def room(self) -> int:
+        """Return how many blocks may be under way."""
+        return self.workers + 1
+
+    def submit(self, axes: list[Axis]) -> Future[Arrays]:
+        """Begin to compute the cases of a block."""
+        crew = Alone(self._stop)
+        future = self._pool.submit(self.kept.arrays, self.case, axes, crew)
+        self._crews[future] = crew
+        future.add_done_callback(self._crews.pop)
+        return future
+
+    def points(self) -> int:
+        """Return how many points of the blocks under way are done."""
+        return sum(crew.done for crew in list(self._crews.values()))
+
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+        return TRIES
+
+    def check(self) -> None:
+        """Find nothing wrong."""
+
+    def close(self) -> None:
+        """Stop what is under way."""
+        self._stop.set()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Sent:
+    """What the workers of a cluster are told: the case as text, the files of its plug-ins, what is kept, and the version."""
+
+    text: str
+    plugins: tuple[tuple[str, bytes], ...]
+    kept: Kept
+    version: str
+
+    @classmethod
+    def of(cls, case: Case, kept: Kept) -> Sent:
+        """Return what workers need to know of a case."""
+        files = tuple((path, Path(case.folder or "", path).read_bytes()) for path in case.plugins)
+        return cls(case.to_toml(complete=True), files, kept, importlib.metadata.version("dforce"))
+
+
+@functools.lru_cache(maxsize=4)
+def _case_of(sent: Sent) -> Case:
+    """Return the case that was sent, in a worker."""
+    here = importlib.metadata.version("dforce")
+    if here != sent.version:
+        raise ParameterError(
+            f"a worker of the cluster has dForce {here}, and the sweep was started with {sent.version}"
+        )
+    folder = Path(tempfile.mkdtemp(prefix="dforce-plugins-")) if sent.plugins else None
+    for name, content in sent.plugins:
+        file = Path(str(folder), Path(name).name)
+        file.write_bytes(content)
+    with beside(folder):
+        return Case.from_toml(sent.text)
+
+
+def _compute(sent: Sent, axes: list[Axis]) -> Arrays:
+    """Compute the cases of a block, in a worker."""
+    return sent.kept.arrays(_case_of(sent), axes, Alone(threading.Event()))
+
+
+class Cluster:
+    """The workers of a Dask cluster, known by a client or the address of the scheduler."""
+
+    def __init__(self, case: Case, kept: Kept, client: Any) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise ParameterError("a cluster needs Dask, which is not installed: pip install 'dforce[maps]'") from None
+        self._own = isinstance(client, str)
+        try:
+            connect: Any = distributed.Client
+            self.client: Any = connect(client, set_as_default=False) if self._own else client
+            self._pool = self.client.get_executor(pure=False)
+        except (OSError, ValueError, AttributeError) as error:
+            raise ResultError(f"no cluster answers at '{client}': {error}") from None
+        self._sent = Sent.of(case, kept)
+
+    def room(self) -> int:
+        """Return how many blocks may be under way."""
+        self.check()
+        try:
+            threads: dict[str, int] = self.client.nthreads()
+        except OSError:  # what Dask raises when a connection has ended
+            raise ResultError(LOST) from None
+        return max(1, AHEAD * sum(threads.values()))
+
+    def submit(self, axes: list[Axis]) -> Future[Arrays]:
+        """Begin to compute the cases of a block."""
+        future: Future[Arrays] = self._pool.submit(_compute, self._sent, axes)
+        return future
+
+    def points(self) -> int:
+        """Know nothing of the blocks under way."""
+        return 0
+
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+        from distributed import KilledWorker
+
+        return TRIES_OF_DEAD if isinstance(error, KilledWorker) else TRIES
+
+    def check(self) -> None:
+        """Raise :class:`ResultError` when the scheduler is gone."""
+        if self.client.status in ("closed", "closing"):
+            raise ResultError(LOST)
+
+    def close(self) -> None:
+        """Forget what is under way."""
+        self._pool.shutdown(wait=False)
+        if self._own:
+            self.client.close(timeout=5)

@@ -1,0 +1,24 @@
+"""How fast a sweep goes, told with its progress."""
+
+from __future__ import annotations
+
+import time
+
+from dforce.experiments.plan import Progress
+
+LEAST = 1.0  # s before the first figure
+
+
+def paced(progress: Progress) -> Progress:
+    """Return a progress function that tells the points a second since its first call, too."""
+    begun, first = 0.0, -1
+
+    def told(done: int, total: int, note: str) -> None:
+        nonlocal begun, first
+        if first < 0:
+            begun, first = time.monotonic(), done
+        seconds = time.monotonic() - begun
+        rate = f"{(done - first) / seconds:.3g} points a second" if seconds > LEAST and done > first else ""
+        progress(done, total, ", ".join(text for text in (note, rate) if text))
+
+    return told

@@ -1,0 +1,201 @@
+"""The cases of a sweep that differ in numbers only, solved in blocks."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import itertools
+import threading
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import changed
+from dforce.core.parallel import Crew, Stopped
+from dforce.experiments import Approach, Dwell, InitialMotion
+from dforce.experiments.motion import motions
+from dforce.experiments.plan import initial_motion
+from dforce.maps._axes import DISTANCE, Axis, count, dims_of
+from dforce.maps._result import Found, Layout, to_result
+
+if TYPE_CHECKING:
+    from dforce.kernel import Array
+    from dforce.maps._grid import Grid
+    from dforce.problem import Problem
+    from dforce.solvers.block import Block
+    from dforce.solvers.integrator import Motion
+    from dforce.solvers.problem_batch import Lot
+
+BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
+LEAST_BLOCK = 8
+_loading = threading.Lock()
+
+
+def solve(
+    case: Case, layout: Layout, crew: Crew, kept: frozenset[str], founds: list[Found], checks: bool = True
+) -> tuple[bool, Problem]:
+    """Compute what is missing in `founds`; return whether it was not stopped before the end, and one of the problems.
+
+    Parameters
+    ----------
+    checks
+        Whether cases at the corners of each part are validated as a whole.
+    """
+    paths = [axis.path for axis in layout.choices]
+    values = itertools.product(*(axis.values for axis in layout.choices))
+    cases = [type(case)(**changed(case, zip(paths, chosen, strict=True))) if paths else case for chosen in values]
+    parts = [Part(one, layout.numbers, crew, kept, found, checks) for one, found in zip(cases, founds, strict=True)]
+    return all(part.run() for part in parts), parts[0].grid.example
+
+
+class Part:
+    """The cases of a sweep that differ in numbers only; those that are whole in `found` are not computed again."""
+
+    def __init__(
+        self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found, checks: bool = True
+    ) -> None:  # fmt: skip
+        from dforce.maps._grid import Grid
+
+        self.case, self.crew, self.kept = case, crew, kept
+        self.experiment = cast(Approach | Dwell, case.experiment)
+        self.grid: Grid = Grid(case, [axis for axis in axes if axis.path != DISTANCE], checks)
+        dims = dims_of(axes)
+        size = count(axes)
+        place = dict(zip(dims, np.unravel_index(np.arange(size), tuple(dims.values())) if axes else (), strict=True))
+        of_grid = [place[dim] for dim in dims_of(self.grid.axes)]
+        self.numbers = np.ravel_multi_index(of_grid, self.grid.shape) if of_grid else np.zeros(size, dtype=np.int64)
+        self.zc = self._distances(axes, place, size)
+        self.found, self.todo = found, ~found.whole
+        self._lock = threading.Lock()
+
+    def _distances(self, axes: list[Axis], place: Any, size: int) -> Array:
+        """Return the average distances of each case, (cases, points), in the order in which the tip comes to them."""
+        if isinstance(self.experiment, Approach):
+            order = [visit[0] for visit in self.experiment.visits()]
+            return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
+        for axis in axes:
+            if axis.path == DISTANCE:
+                return np.asarray(np.array(axis.values)[place[axis.dim]][:, None])
+        return np.full((size, 1), self.experiment.zc)
+
+    def run(self) -> bool:
+        """Compute all points; return False when stopped before the end."""
+        from dforce.results.dataset import Status
+
+        if not self.todo.any():
+            return True
+        self._load_kernels()
+        whole = self.crew.run(self._jobs())
+        empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED))
+        for array in self.found.arrays.values():
+            array[empty] = np.nan
+        return whole
+
+    def _load_kernels(self) -> None:
+        """Load the kernels once, before threads ask for them at the same time."""
+        from dforce.solvers.integrator import load_kernels
+
+        with _loading:
+            load_kernels(self.grid.example)
+
+    def _jobs(self) -> Iterable[Callable[[], None]]:
+        if not self.grid.alike:
+            for number in np.flatnonzero(self.todo):
+                yield functools.partial(self._block, np.array([number]), True)
+            return
+        todo = np.flatnonzero(self.todo)
+        lot = self.grid.lot(self.numbers[todo])
+        # cases march together that have the same samples per period, and the same phases and ratios of their tones
+        same = np.column_stack([self._samples(todo, lot), lot.tones[:, :, 0], lot.tones[:, :, 1]])
+        _, group = np.unique(same, axis=0, return_inverse=True)
+        smooth = all(not force.memory and force.switch is None for force in self.grid.example.forces)
+        size = BLOCK if smooth else LEAST_BLOCK
+        size = min(size, max(LEAST_BLOCK, -(-len(todo) // self.crew.workers)))
+        for which in range(int(group.max()) + 1):
+            members = todo[group.ravel() == which]
+            for start in range(0, len(members), size):
+                yield functools.partial(self._block, members[start : start + size])
+
+    def _samples(self, todo: Any, lot: Lot) -> Any:
+        """Return the samples per period of each case."""
+        from dforce.solvers.integrator import sample_count
+        from dforce.solvers.problem_batch import has_own_samples
+
+        if has_own_samples(self.grid.example, self.case.solver):
+            return lot.samples(self.case.solver)
+        numbers, place = np.unique(self.numbers[todo], return_inverse=True)
+        each = [sample_count(self.grid.problem(int(number)), self.case.solver) for number in numbers]
+        return np.array(each)[place.ravel()]
+
+    def _block(self, which: Any, alone: bool = False) -> None:
+        """Compute cases side by side, and those that need more samples again with more."""
+        from dforce.results.dataset import Status
+        from dforce.solvers.integrator import sample_count
+        from dforce.solvers.refine import sample_counts
+
+        first = self.grid.problem(int(self.numbers[which[0]]))
+        told = self.crew.add
+        with contextlib.suppress(Stopped):  # what is done is kept
+            for points, _ in sample_counts(sample_count(first, self.case.solver), self.case.solver):
+                self._solve(which, alone, points, first, told)
+                which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
+                if not len(which):
+                    break
+                told = _nothing  # they are counted
+
+    def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
+        """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
+        from dforce.experiments.table import statuses
+        from dforce.solvers.accuracy import assure
+        from dforce.solvers.block import Block, unwatched
+        from dforce.solvers.problem_batch import Lot
+        from dforce.solvers.protocols import make_protocol
+
+        numbers, zc = self.numbers[which], self.zc[which]
+        lot = Lot.of([first]) if alone else dataclasses.replace(self.grid.lot(numbers), example=first)
+
+        def at(case: int, zc: float) -> tuple[Problem, float]:
+            return self.grid.problem(int(numbers[case])), zc
+
+        block = Block(lot, at, self.case.solver, self.experiment.harmonics, points, self.crew.watch)
+        approach = self.experiment if isinstance(self.experiment, Approach) else None
+        protocol, carry = (approach.protocol, approach.carry_state) if approach else ("quasi_static", True)
+        solver = make_protocol(protocol, block, zc, self._starts(lot, block), told, carry)
+        try:
+            solver.run()
+        finally:
+            block.watch = unwatched  # what is done is kept, as accurate as all
+            assure(block, zc, solver.points)
+            for number, jumps in zip(which, solver.jumps, strict=True):
+                self.found.jumps[number] = [to_result(jump) for jump in jumps]
+            found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
+            for name, values in found.items():
+                if name in self.kept:
+                    self._array(name, values.shape[2:])[which] = values
+            self.found.status[which] = statuses(solver.points, block, zc)
+
+    def _starts(self, lot: Lot, block: Block) -> list[Motion]:
+        start = self.experiment.start
+        if not self.grid.alike or len(lot.example.tones) > 1:
+            return [initial_motion(block.integrator(case, 0.0), start) for case in range(len(lot))]
+        rest = initial_motion(block.integrator(0, 0.0), "rest")
+        mode = lot.example.tones[0].mode
+        if isinstance(start, InitialMotion):
+            rows = lot.moving(mode, start.amplitude, start.phase)
+        else:
+            rows = lot.free() if start == "free" else lot.moving(mode, 0.0, 0.0)
+        return [dataclasses.replace(rest, y=tuple(row)) for row in rows.tolist()]
+
+    def _array(self, name: str, inner: tuple[int, ...]) -> Array:
+        with self._lock:
+            arrays = self.found.arrays
+            if name not in arrays:
+                arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
+            return arrays[name]
+
+
+def _nothing(points: int) -> None:
+    """Count nothing."""

@@ -1,0 +1,213 @@
+"""The Dataset of a sweep: put together from what was found for its cases, and taken apart again to be continued."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
+from dforce.experiments import Approach, Dwell
+from dforce.experiments.motion import COMPONENT, components
+from dforce.maps._axes import DISTANCE, Axis, dims_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+    from dforce.problem import Problem
+
+JUMPS = jumps_along("zc")
+KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
+QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump as a result holds it: distance (m), amplitudes (m), and the direction by name."""
+
+    zc: float
+    before: float
+    after: float
+    direction: str
+
+
+def to_result(jump: Any) -> Jump:
+    """Return a jump of the solvers as a result holds it."""
+    return Jump(jump.at, jump.before, jump.after, "retract" if jump.rising else "approach")
+
+
+@dataclass
+class Found:
+    """What was found for cases that differ in numbers only.
+
+    Attributes
+    ----------
+    status
+        A status for each point, (cases, points), in the order in which the tip comes to them.
+    arrays
+        Observables by name, (cases, points, ...).
+    jumps
+        The jumps of each case.
+    """
+
+    status: np.ndarray[Any, np.dtype[np.int8]]
+    arrays: dict[str, Array]
+    jumps: list[list[Jump]]
+
+    @classmethod
+    def nothing(cls, shape: tuple[int, ...]) -> Found:
+        """Return room for so many cases and points."""
+        from dforce.results.dataset import Status
+
+        return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
+
+    @classmethod
+    def of(cls, layout: Layout) -> list[Found]:
+        """Return room for each part of a sweep."""
+        return [cls.nothing((layout.cases, len(layout.visits))) for _ in range(layout.parts)]
+
+    @property
+    def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Whether all points of each case were computed."""
+        from dforce.results.dataset import Status
+
+        return np.asarray((self.status != Status.NOT_COMPUTED).all(axis=1))
+
+
+class Layout:
+    """Where the cases of a sweep, and the points of each of them, lie in its result.
+
+    A part is all cases with the same choices; inside it the cases are those of the numbers, the last one fastest.
+    """
+
+    def __init__(self, case: Case, axes: list[Axis]) -> None:
+        experiment = case.experiment
+        self.axes = axes
+        self.choices = [axis for axis in axes if axis.quantity is None]
+        self.numbers = [axis for axis in axes if axis.quantity is not None]
+        self.inner: dict[str, Any] = {}
+        self.visits: list[tuple[int, ...]] = [()]
+        if isinstance(experiment, Approach):
+            self.visits = experiment.visits()
+            self.inner["zc"] = experiment.distances()
+            if experiment.direction == "both":
+                self.inner["direction"] = ["approach", "retract"]
+        lengths = dims_of((*self.choices, *self.numbers))
+        self.shape = tuple(lengths.values())
+        self.parts, self.cases = math.prod(self.shape[: len(self.choices)]), math.prod(self.shape[len(self.choices) :])
+        self._order = [self.dims.index(dim) for dim in lengths]
+        self._places = tuple(np.array(self.visits, dtype=int).reshape(len(self.visits), -1).T)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The dimensions of the parameters."""
+        return tuple(dims_of(self.axes))
+
+    def over_axes(self, table: Any) -> Any:
+        """Return an array with a row for each part and each of its cases as one over the axes."""
+        return np.moveaxis(table.reshape(*self.shape, *table.shape[2:]), range(len(self.shape)), self._order)
+
+    def by_case(self, array: Any) -> Any:
+        """Undo :meth:`over_axes`."""
+        rows = np.moveaxis(array, self._order, range(len(self.shape)))
+        return rows.reshape(self.parts, self.cases, *array.shape[len(self.shape) :])
+
+    def over_all(self, filled: list[Any], fill: Any) -> Any:
+        """Return arrays of the parts, (cases, points, ...), as one over the axes, the inner dimensions, and what is behind."""
+        behind = next((array.shape[2:] for array in filled if array is not None), ())
+        out = np.full((self.parts, self.cases, *map(len, self.inner.values()), *behind), fill)
+        for row, array in zip(out, filled, strict=True):
+            if array is not None and self.inner:
+                row[(slice(None), *self._places)] = array
+            elif array is not None:
+                row[:] = array[:, 0]
+        return self.over_axes(out)
+
+    def by_point(self, array: Any) -> Any:
+        """Undo :meth:`over_all`, in a copy: (parts, cases, points, ...)."""
+        rows = self.by_case(array)
+        return rows[(slice(None), slice(None), *self._places)] if self.inner else rows[:, :, None].copy()
+
+
+def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> xr.Dataset:
+    """Put the parts together, and give everything its words; `example` is one of the problems."""
+    import xarray as xr
+
+    from dforce.results.dataset import Status, describe, provenance
+
+    experiment, axes = case.experiment, layout.axes
+    dims = (*layout.dims, *layout.inner)
+    names = {name for part in parts for name in part.arrays}
+    variables: dict[str, Any] = {
+        name: ((*dims, *OBSERVABLES[name].dims), layout.over_all([part.arrays.get(name) for part in parts], np.nan))
+        for name in OBSERVABLES
+        if name in names
+    }
+    counts = {part.arrays[MOTION].shape[2:] for part in parts if MOTION in part.arrays}
+    for name, behind in ((MOTION, (COMPONENT,)), (REPEATS, ())):
+        if name in names and (name != MOTION or len(counts) == 1):  # forces of another choice may remember more
+            variables[name] = (*dims, *behind), layout.over_all([part.arrays.get(name) for part in parts], np.nan)
+    variables["status"] = dims, layout.over_all([part.status for part in parts], np.int8(Status.NOT_COMPUTED))
+    for name, table in _tables([part.jumps for part in parts]).items():
+        variables[name] = (*layout.dims, "jump"), layout.over_axes(table)
+    counted = {
+        dim: np.arange(1, variables[name][1].shape[len(dims)] + 1)
+        for name in variables.keys() & OBSERVABLES
+        for dim in OBSERVABLES[name].dims
+    }
+    data = describe(xr.Dataset(variables, coords=layout.inner | counted))
+    if isinstance(experiment, Dwell) and all(axis.path != DISTANCE for axis in axes):
+        data = describe(data.assign_coords(zc=experiment.zc))
+    data = data.assign_coords({axis.name: axis.coordinate() for axis in axes})
+    data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
+    return data.assign_coords(components(example)) if MOTION in data else data
+
+
+def unfinished(kept: frozenset[str]) -> dict[str, Any]:
+    """Return the attributes by which a sweep that is not complete goes on."""
+    return {"interrupted": 1, QUANTITIES: " ".join(sorted(kept))}
+
+
+def split(data: xr.Dataset, layout: Layout) -> list[Found]:
+    """Return what an interrupted sweep has of each part."""
+    status = layout.by_point(data["status"].values)
+    arrays = {str(name): layout.by_point(data[name].values) for name in data.data_vars if name in KEPT}
+    tables = {str(name): layout.by_case(data[name].values) for name in data.data_vars if name in JUMPS}
+    return [
+        Found(
+            status[part],
+            {name: array[part] for name, array in arrays.items()},
+            [_jumps({name: table[part, case] for name, table in tables.items()}) for case in range(status.shape[1])],
+        )
+        for part in range(len(status))
+    ]
+
+
+def _empty(name: str) -> Any:
+    """Return what fills up the jumps of a case that has fewer than others."""
+    return "" if name == "jump_direction" else np.nan
+
+
+def _tables(found: list[list[list[Jump]]]) -> dict[str, Any]:
+    """Return the jumps of all cases as tables (parts, cases, jumps), filled up to the most that a case has; none: nothing."""
+    most = max(len(jumps) for cases in found for jumps in cases)
+    tables: dict[str, Any] = {}
+    for name in JUMPS if most else ():
+        rows = [
+            [getattr(jump, name.removeprefix("jump_")) for jump in jumps] + [_empty(name)] * (most - len(jumps))
+            for cases in found for jumps in cases
+        ]  # fmt: skip
+        tables[name] = np.array(rows).reshape(len(found), -1, most)
+    return tables
+
+
+def _jumps(columns: dict[str, Any]) -> list[Jump]:
+    """Return the jumps of one case from its row in the tables; what was not kept of them stays empty."""
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    filled = [row for row in rows if any(value != "" and value == value for value in row)]  # NaN differs from itself
+    known = [dict(zip(columns, row, strict=True)) for row in filled]
+    return [Jump(**{name.removeprefix("jump_"): row.get(name, _empty(name)) for name in JUMPS}) for row in known]

@@ -1,0 +1,67 @@
+"""Says whether a stopped sweep is the same as the one that is to go on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core.errors import ParameterError, nearest
+from dforce.maps._result import JUMPS, KEPT, QUANTITIES, Layout
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+ALL = KEPT | frozenset(JUMPS)
+
+
+def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float | None = None) -> None:
+    """Check that a result is an interrupted sweep of a case over the values of a layout, whole curves or states at a set point.
+
+    Raises
+    ------
+    ParameterError
+        When it is no sweep, complete, or that of another case, other values or another set point.
+    """
+    if "over" not in resume.attrs:
+        raise ParameterError("this result is not a sweep, so df.sweep cannot continue it")
+    if resume.attrs.get("set_point") != set_point:
+        raise ParameterError(
+            "this sweep does not hold the states at this set point, so it cannot be continued with them"
+        )
+    if not resume.attrs.get("interrupted"):
+        raise ParameterError("this sweep is complete; there is nothing to continue")
+    if resume.attrs.get("case") != case.to_toml(complete=True):
+        raise ParameterError("this sweep belongs to another case, so it cannot be continued with this one")
+    paths = [axis.path for axis in layout.axes]
+    before = resume.attrs["over"].split()
+    if paths != before:
+        raise ParameterError(
+            f"this sweep is over {', '.join(before)}, so it cannot be continued over {', '.join(paths)}"
+        )
+    wanted = {axis.name: (axis.path, axis.coordinate()[1]) for axis in layout.axes}
+    if set_point is None:
+        wanted |= {dim: (dim, np.asarray(values)) for dim, values in layout.inner.items()}  # some may have been cut off
+    for dim, (path, values) in wanted.items():
+        if resume[dim].values.tolist() != values.tolist():
+            raise ParameterError(f"this sweep has other values of {path}, so it cannot be continued with these")
+
+
+def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> frozenset[str]:
+    """Return the names of the quantities to keep: those given, else those of the sweep that goes on, else all.
+
+    Raises
+    ------
+    ParameterError
+        For a name that is not known, or names other than those of the sweep that goes on.
+    """
+    before = ALL if resume is None else frozenset(resume.attrs[QUANTITIES].split())
+    names = frozenset(before if given is None else given)
+    for name in sorted(names - ALL):
+        raise ParameterError(f"there is no quantity '{name}'{nearest(name, ALL)}")
+    if resume is not None and names != before:
+        raise ParameterError("this sweep keeps other quantities, so it cannot be continued with these; leave them out")
+    return names

@@ -1,9 +1,0 @@
-"""The forces of a case over a motion that is prescribed: no cantilever, only tip and sample.
-
-Memory, latches and viscosity are included, so that the answer depends on the path and on its speed.
-"""
-
-from dforce.prescribed._curves import force_along, force_curve
-from dforce.prescribed._follow import Answer, follow
-
-__all__ = ["Answer", "follow", "force_along", "force_curve"]

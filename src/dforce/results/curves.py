@@ -1,0 +1,257 @@
+"""What of a result can be drawn against what: its lines, for pictures on paper and in the window alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.errors import ParameterError, checked, nearest, shorten
+from dforce.results.dataset import COLUMN_DIMS, check_computed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Places = np.ndarray[Any, np.dtype[np.int64]]
+
+LISTS = ("jump", "state", "search", "component")  # dimensions of lists, along which nothing is drawn
+ROUNDING = 1e-6
+MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
+OF_CURVES = {
+    "amplitude and phase": ("amplitude", "phase"),
+    "forces": ("peak_force", "min_force"),
+    "contact": ("max_indentation", "contact_time"),
+    "energies": ("total_virial", "total_dissipated_energy"),
+}
+AT_SET_POINT = ("peak_force", "max_indentation")  # what one asks for first when choosing a set point
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Quantities of a result against another one.
+
+    Attributes
+    ----------
+    x, y
+        Names of variables of the result.
+    together
+        Whether the quantities share one frame, each with its own axis; otherwise one stands above the other.
+    logarithmic
+        Whether the quantities are shown on a logarithmic scale.
+    title
+        What it is called where there are several to choose from.
+    """
+
+    x: str
+    y: tuple[str, ...]
+    together: bool = False
+    logarithmic: bool = False
+    title: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a picture.
+
+    Attributes
+    ----------
+    x, y
+        Values in SI; NaN where the line has a gap.
+    name
+        What tells it from the other lines of its quantity, such as ``"retract, tone 2"``; may be empty.
+    direction
+        "approach", "retract", "up", "down" or nothing.
+    column
+        Number of its tone, mode or harmonic, counted from 0.
+    stable
+        Whether its points are states that an experiment can show.
+    row
+        Dimension along which its points lie.
+    places
+        Place of each point along `row`; -1 in gaps.
+    chosen
+        Places along other dimensions, such as that of the direction.
+    marks
+        Special points by place in the line, such as a fold.
+    """
+
+    x: Floats
+    y: Floats
+    name: str
+    direction: str
+    column: int
+    stable: bool
+    row: str
+    places: Places
+    chosen: Mapping[str, int]
+    marks: Mapping[int, str]
+
+
+@checked
+def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
+    """Return the names of the quantities that can be drawn, those it goes along first.
+
+    Parameters
+    ----------
+    dataset
+        A result.
+    along
+        Only those that can be drawn against this one.
+    """
+    rows = {str(name): row_of(dataset, str(name)) for name in (*dataset.coords, *dataset.data_vars)}
+    wanted = rows.get(along) if along is not None else None
+    return [name for name, row in rows.items() if row and (along is None or row == wanted)]
+
+
+def _variable(dataset: xr.Dataset, name: str) -> xr.Variable:
+    if name not in dataset.variables:
+        check_computed(dataset)
+        raise ParameterError(f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables))}")
+    return dataset.variables[name]
+
+
+@checked
+def row_of(dataset: xr.Dataset, name: str) -> str:
+    """Return the dimension along which a quantity makes a line; empty where it makes none.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no such quantity.
+    """
+    variable = _variable(dataset, name)
+    rows = [str(dim) for dim in variable.dims if dim not in (*COLUMN_DIMS, "direction")]
+    return rows[0] if variable.dtype.kind == "f" and len(rows) == 1 and rows[0] not in LISTS else ""
+
+
+def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
+    """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
+    paths = str(dataset.attrs.get("over", "")).split()
+    names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
+    dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset[name].dims)
+    return [dim for dim in dims if dim != along]
+
+
+def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np.ndarray[Any, np.dtype[Any]]:
+    """Return a quantity of a sweep over parameters `over` as (cases, directions, points of a row, columns ...).
+
+    Any other result is one case, and where there are no directions there is one; what has no such dimensions is repeated.
+    """
+    dims = [*over, *(dim for dim in ("direction",) if dim in dataset.dims), row]
+    variable = dataset.variables[name]
+    values = variable.transpose(*(dim for dim in dims if dim in variable.dims), ...).values
+    values = values[tuple(slice(None) if dim in variable.dims else None for dim in dims)]
+    columns = values.shape[len(dims) :]
+    values = np.broadcast_to(values, (*(dataset.sizes[dim] for dim in dims), *columns))
+    return values.reshape(-1, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
+
+
+@checked
+def rounding(dataset: xr.Dataset, name: str) -> float:
+    """Return the size (SI) below which a quantity is rounding: a millionth of the largest one that a result has in its unit.
+
+    A conservative force takes no energy, but its computed loss is not quite 0. Numbers without a unit have nothing in
+    common, so theirs is 0.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no such quantity.
+    """
+    unit = _variable(dataset, name).attrs.get("units", "1")
+    alike = [
+        one.values for one in dataset.variables.values() if one.attrs.get("units") == unit and one.dtype.kind == "f"
+    ]
+    if unit == "1":
+        return 0.0
+    return ROUNDING * max(float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values))) for values in alike)
+
+
+@checked
+def goes_along(dataset: xr.Dataset) -> str:
+    """Return the quantity that a curve goes along: the distance, the frequency or the parameter of branches; or time."""
+    if "along" in dataset.attrs:
+        return str(dataset.attrs["along"])
+    return next((name for name in ("time", "zc", "frequency") if name in dataset.dims), "")
+
+
+@checked
+def pictures_of(dataset: xr.Dataset) -> list[Picture]:
+    """Return the pictures that suit a result, the one that says most first; none for a map, which is a picture itself."""
+    along = goes_along(dataset)
+    if along == "time":
+        named = [
+            Picture("time", ("deflection", "velocity", "force", "indentation"), title="traces"),
+            Picture("frequency", ("spectrum",), logarithmic=True, title="spectrum"),
+            Picture("distance", ("force",), title="force against distance"),
+            Picture("deflection", ("velocity",), title="phase portrait"),
+        ]
+    else:
+        named = [Picture(along, names, title=title) for title, names in OF_CURVES.items()]
+        named.append(Picture("amplitude_ratio", AT_SET_POINT, title="force against A/A0"))
+    known = set(drawable(dataset))
+    return [picture for picture in named if {picture.x, *picture.y} <= known]
+
+
+@checked
+def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
+    """Give the lines of a quantity: one for each direction and tone (mode, harmonic), stable and unstable states apart.
+
+    Raises
+    ------
+    ParameterError
+        For names that the result lacks, and for quantities that do not go along the same dimension.
+    """
+    for name in (x, y):
+        if name not in dataset.variables or not row_of(dataset, name):
+            raise ParameterError(f"this result has no '{name}' to draw{nearest(name, drawable(dataset))}")
+    row = row_of(dataset, y)
+    if row_of(dataset, x) != row:
+        raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values go along {row}")
+    columns = [str(dim) for dim in dataset[y].dims if dim in COLUMN_DIMS]
+    directions = list(dataset["direction"].values) if "direction" in dataset.dims else []
+    several = "direction" in {*dataset[x].dims, *dataset[y].dims}
+    for index in np.ndindex(*(dataset.sizes[dim] for dim in columns)):
+        words = [
+            f"{dim} {dataset[dim].values[n]}" for dim, n in zip(columns, index, strict=True) if dataset.sizes[dim] > 1
+        ]
+        for number, direction in enumerate(directions if several else [""]):
+            chosen = {"direction": number} if several else {}
+            picked = dict(zip(columns, index, strict=True))
+            values = [_values(dataset.variables[name], row, chosen, picked) for name in (x, y)]
+            name = ", ".join([str(direction)] * bool(direction) + words)
+            yield from _parts(dataset, row, values[0], values[1], name, str(direction), sum(index), chosen)
+
+
+def _values(variable: xr.Variable, row: str, chosen: Mapping[str, int], picked: Mapping[str, int]) -> Floats:
+    """Return the values of a variable along a row; of columns that the other quantity lacks the first."""
+    places = {**chosen, **picked}
+    one = variable.isel({dim: places.get(str(dim), 0) for dim in variable.dims if dim != row})
+    return np.asarray(one.values, dtype=float)
+
+
+def _parts(
+    dataset: xr.Dataset, row: str, x: Floats, y: Floats, name: str, direction: str, column: int, chosen: Mapping[str, int]
+) -> Iterator[Line]:  # fmt: skip
+    """Give a line as it is, or its stable and unstable parts with gaps between its pieces."""
+    places = np.arange(len(x))
+    if row != "point" or "stable" not in dataset:
+        yield Line(x, y, name, direction, column, True, row, places, chosen, {})
+        return
+    stable, branch = dataset["stable"].values.astype(bool), dataset["branch"].values
+    special = dataset["special"].values.astype(str)
+    same = branch[1:] == branch[:-1]
+    breaks = np.flatnonzero(~same) + 1
+    for wanted, word in ((stable, "stable"), (~stable, "unstable")):
+        if not wanted.any():
+            continue
+        kept = wanted.copy()
+        kept[1:] |= wanted[:-1] & same  # each piece reaches the next point of the curve
+        xs, ys = (np.insert(np.where(kept, values, np.nan), breaks, np.nan) for values in (x, y))
+        at = np.insert(np.where(kept, places, -1), breaks, -1)
+        marks = {i: special[p] for i, p in enumerate(at) if p >= 0 and wanted[p] and special[p] in MARKED}
+        yield Line(xs, ys, ", ".join([*([name] if name else []), word]), direction, column, word == "stable", row, at,
+                   chosen, marks)  # fmt: skip

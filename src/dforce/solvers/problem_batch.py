@@ -1,0 +1,114 @@
+"""Many problems that differ in numbers only, as arrays: what is solved side by side."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.kernel import Array
+from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.problem import Problem
+from dforce.solvers import SolverSettings
+from dforce.solvers.integrator import PHASE_ERROR, ROUND
+
+LEAST_SAMPLES = 32  # per period of a mode
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+
+def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
+    """Say whether :meth:`Lot.samples` knows all that decides how many samples problems like this need."""
+    return (
+        len(problem.tones) == 1 and settings.integrator == "rk4" and not any(force.memory for force in problem.forces)
+    )
+
+
+@dataclass(frozen=True)
+class Lot:
+    """Problems with the same modes, tones and force models, one row each.
+
+    Attributes
+    ----------
+    example
+        One of them; only what they have in common counts.
+    numbers
+        The kernel's parameters, with 0 in the place of zc, shape (problems, parameters).
+    tones
+        The kernel's tone tables, shape (problems, tones, columns).
+    kinks, jumps
+        Distances (m) at which the forces are not smooth, and not continuous, shape (problems, kinks).
+    """
+
+    example: Problem
+    numbers: Array
+    tones: Array
+    kinks: Array
+    jumps: Array
+
+    @classmethod
+    def of(cls, problems: Sequence[Problem]) -> Lot:
+        """Return problems as a lot."""
+        return cls(
+            problems[0],
+            np.array([kernel.parameters(problem, 0.0) for problem in problems]),
+            np.array([kernel.tone_table(problem) for problem in problems]),
+            np.array([kernel.kink_distances(problem) for problem in problems]),
+            np.array([[jump for force in problem.forces for jump in force.jumps()] for problem in problems]),
+        )
+
+    def take(self, which: Any) -> Lot:
+        """Return some of the problems, by their numbers."""
+        return Lot(self.example, self.numbers[which], self.tones[which], self.kinks[which], self.jumps[which])
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    @property
+    def length(self) -> Array:
+        """Units of length (m): the free amplitudes."""
+        return self.numbers[:, LENGTH]
+
+    @property
+    def period(self) -> Array:
+        """Periods of the drive (s)."""
+        return np.asarray(2.0 * math.pi / self.numbers[:, OMEGA])
+
+    @functools.cached_property
+    def decay(self) -> Indices:
+        """Decay times of the slowest mode, in periods of the drive."""
+        slowest = self._modes()[:, :, 1].min(1)  # ratio / Q
+        return np.asarray(np.maximum(1, np.ceil(1.0 / (math.pi * slowest))), dtype=np.int64)
+
+    def samples(self, settings: SolverSettings) -> Indices:
+        """Return the samples per period of each, as :func:`dforce.solvers.integrator.sample_count` does."""
+        modes = self._modes()
+        ratio = np.sqrt(modes[:, :, 0])
+        least = 2.0 * math.pi * (2.0 * ratio / modes[:, :, 1] / (120.0 * PHASE_ERROR)) ** 0.25
+        needs = np.maximum(np.maximum(least, LEAST_SAMPLES) * ratio, LEAST_SAMPLES).max(1)
+        raised = ROUND * np.ceil(needs / ROUND).astype(np.int64)
+        return np.where(needs <= settings.points_per_period, settings.points_per_period, raised)
+
+    def moving(self, mode: int, amplitude: float, phase: float) -> Array:
+        """Return scaled motions at the start of a period: a mode deflects by an amplitude (m) with a phase lag (rad)."""
+        out = kernel.base_in_motion(self.example, self.tones)
+        turn = (amplitude / self.length) * np.exp(1j * (self.tones[:, 0, 1] - phase))
+        out[:, 2 * mode] += turn.real
+        out[:, 2 * mode + 1] -= turn.imag
+        return out
+
+    def free(self) -> Array:
+        """Return the scaled motions without tip–sample forces at the start of a period."""
+        modes = self._modes()
+        drive = kernel.drive_of(self.tones[:, 0], modes.shape[1]) * np.exp(1j * self.tones[:, :1, 1])
+        motion = drive / (modes[:, :, 0] - 1.0 + 1j * modes[:, :, 1])
+        return np.stack([motion.real, -motion.imag], axis=2).reshape(len(self), -1)
+
+    def _modes(self) -> Array:
+        """Return stiffness, damping and gain of each mode, (problems, modes, 3)."""
+        count = len(self.example.modes)
+        return self.numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
