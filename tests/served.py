@@ -15,6 +15,7 @@ import numpy as np
 import dforce as df
 from dforce.checks.benchmark.server import STARTING, Server
 from dforce.gui.server import find_browser
+from dforce.results.dataset import reader_unit
 
 FLAGS = (
     "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -176,6 +177,6 @@ def _result(case: df.Case) -> Any:
 def _same(lines: list[list[float]], wanted: Any) -> bool:
     """Return whether lines hold the numbers wanted, one line for each direction and tone, in the unit of the reader."""
     numbers = np.moveaxis(wanted.values, wanted.dims.index("zc"), -1).reshape(-1, wanted.sizes["zc"])
-    scale = df.reader_unit(wanted)[0]
+    scale = reader_unit(wanted)[0]
     same = [len(line) for line in lines] == [len(line) for line in numbers]
     return same and bool(np.allclose(lines, numbers / scale, rtol=1e-6, equal_nan=True))

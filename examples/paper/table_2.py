@@ -15,10 +15,10 @@ written over Python functions then. dForce compiles the whole right-hand side, a
 
 import matplotlib.pyplot as plt
 
-import dforce as df
+from dforce.checks.benchmark import benchmark
 
 PRINTED = {"Hertz": 2.8, "Hertz, bimodal": 4.5}  # table 2, m = 128
-rows = {row["name"]: row["seconds"] for row in df.benchmark(quick=True)["rows"]}
+rows = {row["name"]: row["seconds"] for row in benchmark(quick=True)["rows"]}
 
 
 def period(method, way, motion):

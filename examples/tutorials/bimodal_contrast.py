@@ -24,6 +24,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import dforce as df
+from dforce.core.units import show
 
 case = df.Case(
     title="Bimodal, attractive regime",
@@ -124,7 +125,7 @@ assert np.all(table[0, 1:4] > table[-1, 1:4])
 
 for name, curve in curves.items():
     one = df.at_set_point(curve, 0.8).isel(crossing=0)
-    force, depth = df.show(float(one.min_force), "N", 3), df.show(float(one.max_indentation), "m", 2)
+    force, depth = show(float(one.min_force), "N", 3), show(float(one.max_indentation), "m", 2)
     print(f"{name}: lowest force {force}, indentation {depth}")
 
 # sphinx_gallery_start_ignore

@@ -26,7 +26,7 @@ case = df.Case(
     tip=df.Tip(radius="10 nm"),
     sample=df.Sample(youngs_modulus="50 MPa", poisson_ratio=0.5),
     forces=[df.forces.Hertz()],
-    experiment=df.Approach(zc={"start": "5.5 nm", "stop": "0.1 nm", "points": 109}),
+    experiment=df.experiments.Approach(zc={"start": "5.5 nm", "stop": "0.1 nm", "points": 109}),
     sweep={
         "over": {
             "sample.youngs_modulus": {"start": "30 MPa", "stop": "3 GPa", "points": 13, "spacing": "log"},

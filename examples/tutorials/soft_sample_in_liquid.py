@@ -27,7 +27,7 @@ case = df.Case(
     tip=df.Tip(radius="20 nm"),
     sample=df.Sample(youngs_modulus="20 MPa", poisson_ratio=0.5),
     forces=[df.forces.Hertz()],
-    experiment=df.Approach(zc={"start": "26 nm", "stop": "-2 nm", "points": 141}),
+    experiment=df.experiments.Approach(zc={"start": "26 nm", "stop": "-2 nm", "points": 141}),
 )
 
 # %%

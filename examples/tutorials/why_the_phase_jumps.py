@@ -245,7 +245,7 @@ assert round(1e3 * lever.Q / (np.pi * lever.f0), 2) == 0.76
 # set point:
 
 free_amplitudes = np.linspace(5e-9, 60e-9, 56)
-approach = df.Approach(zc={"start": "65 nm", "stop": "2 nm", "points": 316})
+approach = df.experiments.Approach(zc={"start": "65 nm", "stop": "2 nm", "points": 316})
 grid = df.sweep(
     case.replace("experiment", approach),
     over={"drive.A0": free_amplitudes},

@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli import app
+from dforce.kernel.cache import KernelCache
 
 
 @pytest.fixture
@@ -47,5 +48,5 @@ def test_clearing_removes_kernels_and_nothing_else(folder):
 
 def test_a_folder_that_is_not_there_is_empty(tmp_path, monkeypatch):
     monkeypatch.setenv("DFORCE_CACHE_DIR", str(tmp_path / "no" / "such"))
-    assert df.kernel_cache() == df.KernelCache(tmp_path / "no" / "such", 0, 0)
+    assert df.kernel_cache() == KernelCache(tmp_path / "no" / "such", 0, 0)
     assert invoke("--clear").exit_code == 0

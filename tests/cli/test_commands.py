@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 import dforce as df
 from dforce.cli import app
 from dforce.cli._streams import plain
+from dforce.findings.summary import count_status
 from dforce.validity import attributes
 
 CASE = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'
@@ -493,7 +494,7 @@ def test_a_real_ctrl_c_or_sigterm_keeps_the_points_and_ends_with_130(here, sent)
     _, said = child.communicate(timeout=60)
     assert child.returncode == 130
     assert said == b"dforce: stopped; 7 of 111 points are done and kept; continue with: dforce run case.nc\n"
-    assert df.count_status(df.read("case.nc"))[df.Status.OK] == 7
+    assert count_status(df.read("case.nc"))[df.Status.OK] == 7
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as a terminal or a batch queue sends them")

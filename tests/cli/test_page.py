@@ -6,6 +6,7 @@ import pytest
 
 import dforce as df
 from dforce.cli._page import readable
+from dforce.core.notation import first_sentence, plain_math
 
 
 @pytest.mark.parametrize(
@@ -27,12 +28,12 @@ from dforce.cli._page import readable
     ],
 )
 def test_an_equation_is_text(latex, text):
-    assert df.plain_math(latex) == text
+    assert plain_math(latex) == text
 
 
 def test_a_piecewise_equation_has_a_line_for_each_case():
     latex = r"F = \begin{cases} 0 & d > a_0 \\[1ex] -\gamma & d \le a_0 \end{cases}"
-    assert df.plain_math(latex).split("\n") == ["F =", "   0   d > a₀", "   -γ   d ≤ a₀"]
+    assert plain_math(latex).split("\n") == ["F =", "   0   d > a₀", "   -γ   d ≤ a₀"]
 
 
 def test_a_docstring_loses_its_marks():
@@ -52,4 +53,4 @@ def test_a_docstring_loses_its_marks():
 def test_no_model_leaves_latex_on_the_page(model):
     page = readable(model.__doc__ or "")
     assert "\\" not in page and ":math:" not in page and "{" not in page
-    assert "`" not in df.first_sentence(model.__doc__ or "")
+    assert "`" not in first_sentence(model.__doc__ or "")

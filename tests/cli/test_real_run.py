@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli import app
+from dforce.findings.summary import count_status
 
 GRID = 'experiment.zc={ start = "11 nm", stop = "9 nm", points = 5 }'
 
@@ -69,7 +70,7 @@ def test_states_that_are_stopped_leave_the_curve_and_its_picture(tmp_path, monke
     monkeypatch.setattr(df, "branches", lambda case, zc, progress: branches(case, zc=zc, progress=stop))
     done = CliRunner().invoke(app, ["run", "hysteresis", "-o", "x.nc", "--plot", "x.png", "--states", "--set", LOOP])
     assert done.exit_code == 130 and "the curve is complete, and drawn without them" in done.stderr
-    assert df.count_status(df.read("x.nc")) == {df.Status.OK: 26}
+    assert count_status(df.read("x.nc")) == {df.Status.OK: 26}
     assert pictures == [{"← approach", "retract →"}]
 
 

@@ -8,13 +8,14 @@ import re
 import pytest
 
 import dforce as df
+from dforce.core.units import parse
 from dforce.gui.document import Document
 from dforce.gui.fields import check, fields, name_of
 from dforce.gui.values import read, shown, units_of, usual_unit
 
 MODELS = [
     df.Cantilever, df.Mode, df.Beam, df.Drive, df.Tone, df.Medium, df.Tip, df.Sample, df.Contact, df.SolverSettings,
-    *df.EXPERIMENTS.values(), *df.forces.REGISTRY.values(),
+    *df.experiments.EXPERIMENTS.values(), *df.forces.REGISTRY.values(),
 ]  # fmt: skip
 FIELDS = [pytest.param(field, id=f"{model.__name__}.{field.key}") for model in MODELS for field in fields(model)]
 
@@ -46,13 +47,13 @@ def test_no_label_is_a_word_of_the_file(field):
 def test_every_unit_offered_measures_the_quantity(field):
     for unit in units_of(field, usual_unit(field)):
         text = "1" if unit == "1" else f"1 {unit}"
-        assert df.parse(text, field.unit) >= 0.0
+        assert parse(text, field.unit) >= 0.0
 
 
-@pytest.mark.parametrize("name", list(df.EXPERIMENTS))
+@pytest.mark.parametrize("name", list(df.experiments.EXPERIMENTS))
 def test_every_experiment_starts_with_values_that_suit_the_instrument(name):
     case = df.example("figure-3-air")
-    kind = df.EXPERIMENTS[name]
+    kind = df.experiments.EXPERIMENTS[name]
     assert case.replace(experiment=kind(**kind.suggested(case.problem))).experiment.kind == name
 
 
@@ -88,14 +89,14 @@ def test_a_field_that_needs_a_value_says_so():
 
 
 def test_a_list_of_values_is_typed_with_semicolons():
-    zc = field(df.EXPERIMENTS["approach"], "zc")
+    zc = field(df.experiments.EXPERIMENTS["approach"], "zc")
     numbers = next(shape for shape in zc.shapes if shape.kind == "numbers")
     assert read(zc, numbers, "12; 11,5; 1000 pm", "nm") == ["12 nm", "11.5 nm", "1000 pm"]
     assert shown(zc, ["12 nm", "11.5 nm"]) == ("12; 11.5", "nm")
 
 
 def test_a_whole_number_stays_one():
-    points = field(df.Grid, "points")
+    points = field(df.experiments.Grid, "points")
     assert read(points, points.shapes[0], "221", "") == 221
     assert "whole number" in check(points, points.shapes[0], read(points, points.shapes[0], "2.5", ""))
 

@@ -10,6 +10,7 @@ import pytest
 
 import dforce as df
 from dforce.gui.figures import Layer, basins, picture, unit_of
+from dforce.results.curves import Picture, pictures_of
 
 
 @functools.cache
@@ -23,21 +24,21 @@ def numbers(packed):
 
 def test_the_values_drawn_are_those_of_the_result_in_the_unit_of_the_axis():
     dataset = result("figure-3-air-jump")
-    drawn = picture([Layer(dataset)], df.Picture("zc", ("amplitude",)))
+    drawn = picture([Layer(dataset)], Picture("zc", ("amplitude",)))
     assert drawn.figure["layout"]["yaxis"]["title"]["text"] == "amplitude <i>A</i> (nm)"
     np.testing.assert_allclose(numbers(drawn.figure["data"][0]["y"]), 1e9 * dataset["amplitude"][:, 0, 0], rtol=1e-12)
 
 
 def test_one_frame_stands_above_the_other_and_all_have_one_axis_across():
-    layout = picture(
-        [Layer(result("figure-3-air-jump"))], df.Picture("zc", ("amplitude", "phase", "peak_force"))
-    ).figure["layout"]
+    layout = picture([Layer(result("figure-3-air-jump"))], Picture("zc", ("amplitude", "phase", "peak_force"))).figure[
+        "layout"
+    ]
     assert layout["yaxis"]["domain"][0] > layout["yaxis2"]["domain"][1] > layout["yaxis3"]["domain"][1]
     assert layout["xaxis2"]["matches"] == layout["xaxis3"]["matches"] == "x"
 
 
 def test_together_quantities_of_one_unit_share_an_axis_and_others_have_their_own():
-    wanted = df.Picture("zc", ("amplitude", "min_distance", "phase", "peak_force"), together=True)
+    wanted = Picture("zc", ("amplitude", "min_distance", "phase", "peak_force"), together=True)
     drawn = picture([Layer(result("figure-3-air-jump"))], wanted)
     axes = {trace["meta"]: trace["yaxis"] for trace in drawn.figure["data"]}
     assert axes["amplitude"] == axes["min_distance"] == "y"
@@ -46,7 +47,7 @@ def test_together_quantities_of_one_unit_share_an_axis_and_others_have_their_own
 
 
 def test_unstable_states_are_dashed_and_folds_marked():
-    drawn = picture([Layer(result("figure-3-branches"))], df.Picture("zc", ("amplitude",)))
+    drawn = picture([Layer(result("figure-3-branches"))], Picture("zc", ("amplitude",)))
     dashes = {trace["name"]: trace["line"]["dash"] for trace in drawn.figure["data"] if "line" in trace}
     assert dashes == {"stable": "solid", "unstable": "dash"}
     assert [trace["name"] for trace in drawn.figure["data"] if trace["mode"] == "markers"] == ["fold"]
@@ -58,7 +59,7 @@ def test_several_results_have_a_color_each_and_one_that_lacks_the_quantities_is_
         Layer(result("figure-3-branches"), "b", 3),
         Layer(result("table-1-am")),
     ]
-    drawn = picture(layers, df.Picture("zc", ("phase",)))
+    drawn = picture(layers, Picture("zc", ("phase",)))
     colors = {
         trace[0].name: data["line"]["color"]
         for trace, data in zip(drawn.traces, drawn.figure["data"], strict=True)
@@ -69,10 +70,9 @@ def test_several_results_have_a_color_each_and_one_that_lacks_the_quantities_is_
 
 def test_zoom_is_kept_while_the_same_is_drawn_and_only_then():
     first, again = (
-        picture([Layer(result(name))], df.Picture("zc", ("phase",)))
-        for name in ("figure-3-air-jump", "figure-3-branches")
+        picture([Layer(result(name))], Picture("zc", ("phase",))) for name in ("figure-3-air-jump", "figure-3-branches")
     )
-    other = picture([Layer(result("figure-3-air-jump"))], df.Picture("zc", ("amplitude",)))
+    other = picture([Layer(result("figure-3-air-jump"))], Picture("zc", ("amplitude",)))
     kept = [drawn.figure["layout"]["uirevision"] for drawn in (first, again, other)]
     assert kept[0] == kept[1] != kept[2]
 
@@ -81,13 +81,13 @@ def test_names_of_results_are_never_html():
     layers = [Layer(result("figure-3-air-jump"), "<img src=x onerror=alert(1)>", n) for n in (1, 2)]
     texts = [
         str(trace.get("hovertemplate")) + str(trace.get("name"))
-        for trace in picture(layers, df.Picture("zc", ("phase",))).figure["data"]
+        for trace in picture(layers, Picture("zc", ("phase",))).figure["data"]
     ]
     assert not any("<img" in text for text in texts)
 
 
 def test_nothing_in_common_is_said_in_a_sentence():
-    drawn = picture([Layer(result("table-1-am"))], df.Picture("zc", ("phase",)))
+    drawn = picture([Layer(result("table-1-am"))], Picture("zc", ("phase",)))
     assert "nothing to draw" in drawn.figure["layout"]["annotations"][0]["text"]
 
 
@@ -101,7 +101,7 @@ def test_basins_have_a_color_for_each_state():
     "name", ["figure-3-air-jump", "figure-3-branches", "resonance-curve", "table-1-am", "figure-6"]
 )
 def test_every_usual_picture_is_drawn(name):
-    for wanted in df.pictures_of(result(name)):
+    for wanted in pictures_of(result(name)):
         assert picture([Layer(result(name))], wanted).figure["data"]
 
 
@@ -109,7 +109,7 @@ def test_rounding_is_drawn_as_nothing_beside_a_quantity_of_the_same_unit():
     dataset = result("figure-3-air")
     small, large = (float(abs(dataset[name]).max()) for name in ("total_dissipated_energy", "total_virial"))
     assert small < 1e-6 * large  # the case is conservative
-    layout = picture([Layer(dataset)], df.Picture("zc", ("total_virial", "total_dissipated_energy"))).figure["layout"]
+    layout = picture([Layer(dataset)], Picture("zc", ("total_virial", "total_dissipated_energy"))).figure["layout"]
     assert "range" not in layout["yaxis"]
     assert layout["yaxis2"]["range"][0] == -layout["yaxis2"]["range"][1] < 0.0
 

@@ -23,6 +23,7 @@ from dforce.gui.figures import Layer, picture
 from dforce.gui.results import Shelf
 from dforce.gui.session import Session
 from dforce.gui.view import Curve
+from dforce.results.curves import Picture, drawable, pictures_of
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
 
@@ -142,9 +143,9 @@ def test_a_strange_result_is_refused_or_can_be_drawn_and_written_again(tmp_path,
         return
     df.write(again, tmp_path / "again.nc")
     df.write(again, tmp_path / "again.csv")
-    for quantity in df.drawable(again):
-        picture([Layer(again)], df.Picture(quantity, (quantity,)))
-    for usual in df.pictures_of(again):
+    for quantity in drawable(again):
+        picture([Layer(again)], Picture(quantity, (quantity,)))
+    for usual in pictures_of(again):
         picture([Layer(again)], usual)
 
 
@@ -375,7 +376,7 @@ def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
 
 
 def test_no_picture_that_a_project_asks_for_fails_on_its_results(tmp_path, made):
-    names = df.drawable(result())
+    names = drawable(result())
     plots = [{"x": x, "y": names, "together": way, "logarithmic": way} for x in names[:5] for way in (False, True)]
 
     async def flow():
@@ -406,14 +407,14 @@ def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
 @pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
 def test_a_figure_of_what_is_drawn_is_saved_in_each_format(ending, start):
     layers = [Layer(result(), "<b>$one", 1), Layer(result(), "two", 2)]
-    assert files.figure_file(layers, df.Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
+    assert files.figure_file(layers, Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
 
 
 def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
     strange = result().copy()
     strange["phase"].attrs["symbol"] = r"\nosuch{"
     with pytest.raises(df.ResultError, match="cannot be drawn"):
-        files.figure_file([Layer(strange)], df.Picture("zc", ("phase",)), ".png", "85 mm")
+        files.figure_file([Layer(strange)], Picture("zc", ("phase",)), ".png", "85 mm")
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from dforce.gui.motion import Drawing
 from dforce.gui.numbers import Sheet
 from dforce.gui.plots import Picker
 from dforce.gui.session import Session
+from dforce.results.curves import Picture
 
 CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")
 
@@ -28,7 +29,7 @@ def test_quantities_and_axis_are_chosen_and_kept_in_the_document(tmp_path):
             send(
                 picker, "own", {"x": "amplitude", "y": ["peak_force", "phase"], "together": True, "logarithmic": False}
             )
-            assert session.document.plots == (df.Picture("amplitude", ("phase", "peak_force"), True),)
+            assert session.document.plots == (Picture("amplitude", ("phase", "peak_force"), True),)
             figure = show(page, page.view.result)
             assert figure["layout"]["xaxis"]["title"]["text"] == "amplitude <i>A</i> (nm)"
 
@@ -54,7 +55,7 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
             session = page.view.session
             result = df.run(CASE)
             session.document = session.document.__class__.of(CASE)
-            session.look(session.document.__class__(session.document.table, plots=(df.Picture(x, ("amplitude",)),)))
+            session.look(session.document.__class__(session.document.table, plots=(Picture(x, ("amplitude",)),)))
             show(page, result)
             clicked = page.plots.drawn.traces
             click(page, curve=1, index=11, x=0, y=0, id="amplitude")
@@ -139,12 +140,12 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
         async with window(tmp_path, session, live=False) as (_, page):
             await session.keep(df.run(CASE))
             session.look(session.document.__class__(session.document.table, results=session.document.results,
-                                                    plots=(df.Picture("zc", ("phase",)),)))  # fmt: skip
+                                                    plots=(Picture("zc", ("phase",)),)))  # fmt: skip
             page._open("table-1-am")
             session.undo()
             kept = session.document.results, session.document.plots
             # they were of another case than the one that was opened: in the list, not in the picture
-            assert ([one.shown for one in kept[0]], kept[1]) == ([False], (df.Picture("zc", ("phase",)),))
+            assert ([one.shown for one in kept[0]], kept[1]) == ([False], (Picture("zc", ("phase",)),))
             session.close()
             again = Session(store, tmp_path)
             assert (again.document.results, again.document.plots) == kept

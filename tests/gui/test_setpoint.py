@@ -11,10 +11,12 @@ import pytest
 from simulated import element, send, show, window
 
 import dforce as df
+from dforce.core.units import parse
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer
 from dforce.gui.session import Session
 from dforce.gui.setpoint import Readout, states_of, table_of, three_digits
+from dforce.results.curves import Picture
 
 
 @functools.cache
@@ -41,8 +43,8 @@ def test_the_force_at_the_set_point_stands_beside_the_curves(tmp_path):
             (row,) = rows(user)
             assert (row["state"], row["ways"]) == ("repulsive", "approach and retract")
             # three digits are shown: the last one is off by half of itself, 5e-3 of 1.00
-            assert df.parse(row["peak force"], "N") == pytest.approx(float(wanted["peak_force"]), rel=5e-3)
-            assert df.parse(row["average tip–surface distance"], "m") == pytest.approx(float(wanted["zc"]), rel=5e-3)
+            assert parse(row["peak force"], "N") == pytest.approx(float(wanted["peak_force"]), rel=5e-3)
+            assert parse(row["average tip–surface distance"], "m") == pytest.approx(float(wanted["zc"]), rel=5e-3)
             rings = figure["layout"]["shapes"]  # of both directions, in both frames
             assert [ring["yanchor"] for ring in rings] == pytest.approx(
                 [8.0, 8.0, *np.repeat(wanted["phase"].values, 2)]
@@ -65,7 +67,7 @@ def test_a_number_has_three_digits_and_no_e(value, shown):
 
 def test_each_number_has_the_unit_in_which_it_reads_best_and_rounding_is_zero():
     result = df.run(df.example("figure-3-air").set("experiment.zc.points=12"))
-    picture = df.Picture("zc", ("amplitude", "peak_force", "min_force", "phase", "total_dissipated_energy"))
+    picture = Picture("zc", ("amplitude", "peak_force", "min_force", "phase", "total_dissipated_energy"))
     layer = Layer(result, states=states_of(result, 0.8, picture))
     layer.states["min_force"][:] = -2.378e-14
     (row,) = table_of([layer], picture)[1][:1]

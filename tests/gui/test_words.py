@@ -9,6 +9,7 @@ import pytest
 from simulated import window
 
 import dforce as df
+from dforce.core.parameters import Parameters
 from dforce.gui import pages
 from dforce.gui.document import Document
 from dforce.gui.fields import fields
@@ -70,8 +71,8 @@ SECTIONS = [info.annotation for info in df.Case.model_fields.values()]
     dict.fromkeys(
         classes(
             [
-                *(one for one in SECTIONS if isinstance(one, type) and issubclass(one, df.Parameters)),
-                *df.EXPERIMENTS.values(),
+                *(one for one in SECTIONS if isinstance(one, type) and issubclass(one, Parameters)),
+                *df.experiments.EXPERIMENTS.values(),
                 *df.forces.REGISTRY.values(),
             ]
         )

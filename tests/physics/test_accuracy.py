@@ -13,7 +13,7 @@ VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples lea
     cantilever=df.Cantilever(f0="50 kHz", k="0.9 N/m", Q=100), drive=df.Drive(A0="10 nm"), tip=df.Tip(radius="10 nm"),
     sample=df.Sample(youngs_modulus="0.1 GPa"),
     forces=[df.forces.DMT(hamaker="1e-22 J"), df.forces.KelvinVoigt(viscosity="100 Pa s")],
-    experiment=df.Approach(zc=["12 nm", "9 nm", "6 nm"]),
+    experiment=df.experiments.Approach(zc=["12 nm", "9 nm", "6 nm"]),
 )  # fmt: skip
 
 

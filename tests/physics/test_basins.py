@@ -120,7 +120,7 @@ def test_starts_that_make_no_sense_are_one_sentence(figure_3, settings, sentence
 
 def test_a_case_file_gives_the_same_basins(figure_3, basins):
     text = figure_3.replace(
-        experiment=df.Basins(zc="9 nm", amplitude={"stop": "12 nm", "points": 13}, phase={"points": 20})
+        experiment=df.experiments.Basins(zc="9 nm", amplitude={"stop": "12 nm", "points": 13}, phase={"points": 20})
     ).to_toml()
     again = df.run(df.Case.from_toml(text))
     np.testing.assert_array_equal(again.reached, basins.reached)

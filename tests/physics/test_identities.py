@@ -28,7 +28,7 @@ def settled(problem, zc, start="free", integrator="adaptive", **solver):
     ready = INTEGRATORS[integrator](problem, chosen, 60)
     ready.place(zc)
     if isinstance(start, dict):
-        start = df.InitialMotion(**start)
+        start = df.experiments.InitialMotion(**start)
     found = steady(ready, initial_motion(ready, start), lambda: None)
     return found, mean_squares(ready, found.motion)
 

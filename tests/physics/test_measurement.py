@@ -20,7 +20,7 @@ WALL = df.Case(  # a Lennard-Jones wall that is passed within one of 256 steps
 def over_the_wall(zc):
     return df.Case(
         **{name: getattr(WALL, name) for name in ("cantilever", "drive", "tip", "sample", "forces")},
-        experiment=df.Approach(zc=tuple(zc)),
+        experiment=df.experiments.Approach(zc=tuple(zc)),
     )
 
 

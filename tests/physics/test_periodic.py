@@ -9,6 +9,7 @@ import pytest
 
 import dforce as df
 from dforce.checks.validation.curves import SAME, agreement, both_ways, random_case
+from dforce.validity import advice_in
 
 NM = 1e-9
 SEEDS = range(6)
@@ -193,11 +194,11 @@ def test_a_chaotic_motion_is_not_asked_for_more_periods_and_one_that_only_needs_
     )  # fmt: skip
     chaotic = df.run(bouncing)
     assert chaotic.status.item() == df.Status.NOT_REPEATING
-    assert "not_settled" not in {piece.name for piece in df.advice_in(chaotic)}
+    assert "not_settled" not in {piece.name for piece in advice_in(chaotic)}
     hurried = df.example("figure-3-air").set('solver.method="transient"', "solver.max_periods=300")
     hurried = df.dwell(hurried, zc="9 nm", start="rest")
     assert hurried.status.item() == df.Status.NOT_SETTLED
-    assert "not_settled" in {piece.name for piece in df.advice_in(hurried)}
+    assert "not_settled" in {piece.name for piece in advice_in(hurried)}
 
 
 def test_two_tones_share_a_common_period():

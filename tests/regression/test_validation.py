@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.checks.validation import published
+from dforce.checks.validation import published, validation_page
 from dforce.checks.validation.checks import compare, half_a_digit
 from dforce.checks.validation.disagreements import Tally
 from dforce.checks.validation.draws import FAMILIES, draw
@@ -70,7 +70,7 @@ def test_quick_part_meets_all_of_its_checks(quick):
 
 
 def test_page_holds_every_check_and_the_cases_that_it_names(quick):
-    page = df.validation_page(quick)
+    page = validation_page(quick)
     for part in quick["parts"]:
         assert f"## {part['title']}" in page
         assert all(check["name"] in page for check in part["checks"])
@@ -83,7 +83,7 @@ def test_page_holds_every_check_and_the_cases_that_it_names(quick):
 def test_page_says_what_is_not_met(quick):
     part = json.loads(json.dumps(quick["parts"][0]))
     part["checks"][0] |= {"met": False, "error": 0.5, "note": "it was broken"}
-    page = df.validation_page(quick | {"parts": [part]})
+    page = validation_page(quick | {"parts": [part]})
     assert "## Not met" in page
     assert "it was broken" in page
     assert "**not met**" in page
@@ -94,7 +94,7 @@ def test_page_is_written_whole_and_a_miss_is_the_exit_code(tmp_path, monkeypatch
     given = quick
     target = tmp_path / "page.md"
     assert CliRunner().invoke(app, ["validate", "-o", str(target)]).exit_code == 0
-    assert target.read_text(encoding="utf-8") == df.validation_page(quick)
+    assert target.read_text(encoding="utf-8") == validation_page(quick)
     given = quick | {"met": False}
     assert CliRunner().invoke(app, ["validate"]).exit_code == 1
     assert CliRunner().invoke(app, ["validate", "-o", "page.pdf"]).exit_code == 2

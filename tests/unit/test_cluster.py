@@ -46,7 +46,7 @@ def case(**changes: object) -> df.Case:
         "tip": df.Tip(radius="5 nm"),
         "sample": df.Sample(youngs_modulus="1 GPa"),
         "forces": [df.forces.DMT(hamaker="3e-20 J")],
-        "experiment": df.Approach(zc={"start": "12 nm", "stop": "6 nm", "points": 9}),
+        "experiment": df.experiments.Approach(zc={"start": "12 nm", "stop": "6 nm", "points": 9}),
     }
     return df.Case(**values | changes)
 

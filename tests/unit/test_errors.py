@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
+from dforce.core.errors import nearest
 
 
 @pytest.mark.parametrize(
@@ -21,4 +22,4 @@ def test_the_name_that_begins_alike_is_suggested_before_one_of_like_length(name,
 
 
 def test_a_letter_or_two_begin_too_many_names_to_suggest_one():
-    assert df.nearest("f", df.examples()).startswith("; known: ")
+    assert nearest("f", df.examples()).startswith("; known: ")

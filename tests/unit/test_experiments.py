@@ -34,7 +34,7 @@ def quiet(done, total, note):
     [("approach", [9, 7, 5]), ("retract", [5, 7, 9]), ("both", [9, 7, 5, 5, 7, 9])],
 )
 def test_distances_are_visited_from_far_to_near_or_back_and_stored_as_given(direction, order):
-    experiment = df.Approach(zc=["7 nm", "9 nm", "5 nm"], direction=direction)
+    experiment = df.experiments.Approach(zc=["7 nm", "9 nm", "5 nm"], direction=direction)
     assert [round(experiment.distances()[place[0]] * 1e9) for place in experiment.visits()] == order
     curve = df.approach(tapping(), zc=["7 nm", "9 nm", "5 nm"], direction=direction)
     assert curve.zc.values == pytest.approx([7e-9, 9e-9, 5e-9])
@@ -73,7 +73,7 @@ def test_start_of_a_retract_chooses_the_branch():
 
 def test_progress_counts_the_points():
     seen = []
-    experiment = df.Approach(zc=[9e-9, 8e-9, 7e-9])
+    experiment = df.experiments.Approach(zc=[9e-9, 8e-9, 7e-9])
     case = tapping(settle="fixed", periods=2, measured_periods=1)
     experiment.run(case.problem, case.solver, lambda *call: seen.append(call))
     assert [done for done, _, _ in seen] == sorted(done for done, _, _ in seen)
@@ -145,7 +145,7 @@ def with_hole(**solver):
 def test_a_point_that_fails_is_nan_and_the_run_goes_on(solver, motion):
     # near the edge the orbit runs into the hole; then far again, on the way back
     problem, settings = with_hole(**solver)
-    experiment = df.Approach(zc=["8 nm", "7.2 nm", "7.1 nm"], direction="both", **motion)
+    experiment = df.experiments.Approach(zc=["8 nm", "7.2 nm", "7.1 nm"], direction="both", **motion)
     curve = experiment.run(problem, settings, quiet)
     status = curve.status.transpose("direction", "zc").values
     assert status.tolist() == [[STATUS.OK, STATUS.FAILED, STATUS.FAILED]] * 2
@@ -159,7 +159,7 @@ def test_a_point_that_fails_is_nan_and_the_run_goes_on(solver, motion):
 
 def test_a_dwell_that_fails_has_no_traces_and_does_not_raise():
     problem, settings = with_hole(**TRANSIENT)
-    result = df.Dwell(zc="7 nm").run(problem, settings, quiet)
+    result = df.experiments.Dwell(zc="7 nm").run(problem, settings, quiet)
     assert int(result.status) == STATUS.FAILED
     assert np.isnan(float(result.amplitude[0]))
     assert "deflection" not in result
@@ -223,7 +223,7 @@ def test_memory_does_not_grow_with_points_times_periods():
 
     def peak(points, periods):
         case = tapping(settle="fixed", periods=periods, measured_periods=4)
-        experiment = df.Approach(zc=np.linspace(9e-9, 8e-9, points))
+        experiment = df.experiments.Approach(zc=np.linspace(9e-9, 8e-9, points))
         tracemalloc.start()
         experiment.run(case.problem, case.solver, quiet)
         size = tracemalloc.get_traced_memory()[1]

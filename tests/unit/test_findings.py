@@ -89,7 +89,7 @@ def test_a_sweep_is_summed_up_by_its_parameters_and_its_extremes_over_all_cases(
 
 
 def test_a_sweep_of_dwells_is_summed_up():
-    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="8 nm"))
+    case = df.example("figure-3-air").replace("experiment", df.experiments.Dwell(zc="8 nm"))
     grid = df.sweep(case, over={"sample.youngs_modulus": np.geomspace(1e9, 4e9, 5)}, quantities=["peak_force"])
     found = by_name(grid)
     assert found["youngs_modulus"].text == "1 GPa ... 4 GPa (5 values)"

@@ -17,6 +17,7 @@ from numba.core.errors import TypingError
 
 import dforce as df
 from dforce import kernel
+from dforce.core.log import listening
 from dforce.forces import Force
 from dforce.integrators import adaptive, rk4
 from dforce.integrators.lanes import LANES, advance_lanes
@@ -291,7 +292,7 @@ def test_who_waits_for_what_another_thread_compiles_is_told_so_and_its_time_coun
             assert other.running(), other.exception()
             assert "Compiling a slow one" in capsys.readouterr().err  # where nobody listens it is printed
             asked = time.monotonic()
-            with df.listening(hear) as heard:
+            with listening(hear) as heard:
                 assert loaded.entry("probe")() == 1.0
             got = time.monotonic()
             assert other.result() == 1.0

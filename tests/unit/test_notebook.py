@@ -16,6 +16,9 @@ from IPython.utils.capture import capture_output
 
 import dforce as df
 from dforce.core import progress
+from dforce.core.progress import ProgressBar
+from dforce.core.units import show
+from dforce.validity import advice_in
 
 
 class Reader(html.parser.HTMLParser):
@@ -71,7 +74,7 @@ def test_a_case_shows_what_a_user_wrote_as_text():
 def test_every_example_has_a_table(name):
     case = df.example(name)
     cells = Reader(case._repr_html_()).cells
-    assert df.show(case.problem.modes[0].k, "N/m") in cells
+    assert show(case.problem.modes[0].k, "N/m") in cells
     assert {f"forces.{force.name}" for force in case.forces} <= set(cells)
 
 
@@ -114,7 +117,7 @@ def test_advice_is_a_table_in_a_notebook_and_paragraphs_on_a_terminal():
     assert all(f"{piece.name}: {piece.figures}" in text.splitlines() for piece in pieces)
     assert " ".join(pieces[0].text.split()) in " ".join(text.split())
     assert {piece.text for piece in pieces} <= set(Reader(page).cells)
-    assert shown(df.advice_in(synthetic.approach())) == ("no advice", "<p>no advice</p>")
+    assert shown(advice_in(synthetic.approach())) == ("no advice", "<p>no advice</p>")
 
 
 def test_the_examples_are_a_table_and_a_dict_all_the_same():
@@ -159,7 +162,7 @@ def updates(captured):
 
 
 def test_a_bar_in_a_notebook_is_replaced_in_place_and_taken_away(notebook):
-    with capture_output() as captured, df.ProgressBar("a <b>long</b> run") as bar:
+    with capture_output() as captured, ProgressBar("a <b>long</b> run") as bar:
         bar(1, 4, "zc = 5 nm")
         bar._bar.show()
         bar(2, 4, "zc = 4 nm")
@@ -181,7 +184,7 @@ def test_a_quick_run_in_a_notebook_shows_no_bar(notebook, monkeypatch):
 
 def test_a_bar_appears_by_itself_while_nothing_is_reported(notebook, monkeypatch):
     monkeypatch.setattr(progress, "WAIT", 0.0)
-    with capture_output() as captured, df.ProgressBar("compiling"):
+    with capture_output() as captured, ProgressBar("compiling"):
         time.sleep(0.3)
     assert any("<progress></progress> compiling" in text for text in updates(captured))
 
@@ -194,7 +197,9 @@ def test_progress_is_asked_for_by_true(monkeypatch):
             seen.append((self.title, done, total))
 
     monkeypatch.setattr("dforce.runs.ProgressBar", Bar)
-    case = df.example("figure-3-air").replace(title="curve", experiment=df.Approach(zc=np.linspace(9e-9, 8e-9, 3)))
+    case = df.example("figure-3-air").replace(
+        title="curve", experiment=df.experiments.Approach(zc=np.linspace(9e-9, 8e-9, 3))
+    )
     df.run(case, progress=True)
     assert seen[-1] == ("curve", 3, 3)
     df.sweep(case, over={"sample.youngs_modulus": [1e9, 2e9]}, progress=True)
@@ -205,7 +210,7 @@ def test_progress_is_asked_for_by_true(monkeypatch):
 
 
 def test_there_is_no_bar_where_nobody_looks(capsys):
-    with df.ProgressBar("into a file") as bar:
+    with ProgressBar("into a file") as bar:
         assert bar._bar is None
         bar(1, 2, "")
     assert capsys.readouterr().err == ""

@@ -5,13 +5,14 @@ import sys
 
 import pytest
 
-import dforce as df
 from dforce.core import log, progress
+from dforce.core.log import listening
+from dforce.core.progress import ProgressBar
 
 
 def test_a_listener_hears_the_same_sentence_once_in_a_row_and_each_new_one():
     heard = []
-    with df.listening(heard.append):
+    with listening(heard.append):
         for text in ("compiling one", "compiling one", "compiling another", "compiling another"):
             log.announce(text)
     assert heard == ["compiling one", "compiling another"]
@@ -38,7 +39,7 @@ def test_a_run_goes_on_where_nothing_can_be_told(make, monkeypatch, capsys):
     monkeypatch.setattr(sys, "stderr", make())
     monkeypatch.setattr(progress, "WAIT", 0.0)
     log.announce("compiling")
-    with df.ProgressBar("a run") as bar:
+    with ProgressBar("a run") as bar:
         for done in range(3):
             bar(done, 3, "")
             if bar._timer is not None:

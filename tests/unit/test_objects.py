@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.units import parse, show
 
 WRONG = "2 cd"  # a luminous intensity: no quantity of dForce is one
 CASE = df.example("figure-3-air")
@@ -19,8 +21,9 @@ SECTIONS = {
 QUANTITIES = [
     (model, name)
     for model in (
-        df.Cantilever, df.Mode, df.Beam, df.Drive, df.Tone, df.Tip, df.Sample, df.Contact, df.Medium, df.Grid,
-        df.FrequencyGrid, df.Span, df.InitialMotion, *df.EXPERIMENTS.values(), *df.forces.REGISTRY.values(),
+        df.Cantilever, df.Mode, df.Beam, df.Drive, df.Tone, df.Tip, df.Sample, df.Contact, df.Medium,
+        df.experiments.Grid, df.experiments.FrequencyGrid, df.experiments.Span, df.experiments.InitialMotion,
+        *df.experiments.EXPERIMENTS.values(), *df.forces.REGISTRY.values(),
     )
     for name in model.quantities()
 ]  # fmt: skip
@@ -58,7 +61,7 @@ def test_a_unit_of_another_kind_is_a_unit_error_in_every_class(model, name):
         lambda: df.force_curve(CASE, zc=WRONG),
         lambda: df.sweep(CASE, over={"tip.radius": ["1 nm", WRONG]}),
         lambda: df.plot.check_width(WRONG),
-        lambda: df.parse(WRONG, "m"),
+        lambda: parse(WRONG, "m"),
     ],
 )
 def test_a_unit_of_another_kind_is_a_unit_error_wherever_it_is_given(call):
@@ -100,7 +103,7 @@ def test_a_case_is_told_in_a_line(name):
     text = repr(case)
     assert len(text) < 250 and "\n" not in text
     assert text.startswith("<Case '") and case.title[:40] in text
-    assert all(df.show(mode.k, "N/m", 4) in text for mode in case.problem.modes)
+    assert all(show(mode.k, "N/m", 4) in text for mode in case.problem.modes)
     assert all(force.name in text for force in case.forces)
 
 
@@ -115,5 +118,5 @@ def test_a_public_function_can_be_sent_to_another_process():
 
 
 def test_a_number_of_numpy_is_as_good_as_pythons():
-    assert df.show(np.float64(2e-9), "m") == "2 nm"
-    assert df.shorten("a" * 90, np.int64(10)) == "aaaaaaa..."
+    assert show(np.float64(2e-9), "m") == "2 nm"
+    assert shorten("a" * 90, np.int64(10)) == "aaaaaaa..."

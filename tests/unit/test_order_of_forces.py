@@ -31,7 +31,7 @@ def case(forces, **changes):
         "drive": df.Drive(A0="8 nm"),
         "tip": df.Tip(radius="5 nm"),
         "sample": df.Sample(youngs_modulus="1 GPa", poisson_ratio=0.3),
-        "experiment": df.Dwell(zc="7 nm"),
+        "experiment": df.experiments.Dwell(zc="7 nm"),
     }
     return df.Case(**values | changes, forces=list(forces))
 

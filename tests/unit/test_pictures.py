@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.results.curves import Picture, pictures_of, rounding
 
 
 @functools.cache
@@ -17,7 +18,7 @@ def result(*settings):
 
 
 def test_the_lines_drawn_are_those_of_the_result_in_the_unit_of_the_axis():
-    (axes,) = df.plot.draw(result(), df.Picture("amplitude", ("peak_force",)))
+    (axes,) = df.plot.draw(result(), Picture("amplitude", ("peak_force",)))
     first = axes.lines[0]
     np.testing.assert_allclose(first.get_xdata(), 1e9 * result()["amplitude"][:, 0, 0], rtol=1e-12)
     assert axes.get_xlabel() == "amplitude $A$ (nm)"
@@ -25,7 +26,7 @@ def test_the_lines_drawn_are_those_of_the_result_in_the_unit_of_the_axis():
 
 def test_several_results_have_a_color_and_a_name_in_the_legend_each():
     axes = df.plot.draw(
-        {"soft": result(), "stiff $ as it is": result("sample.youngs_modulus=5 GPa")}, df.Picture("zc", ("phase",))
+        {"soft": result(), "stiff $ as it is": result("sample.youngs_modulus=5 GPa")}, Picture("zc", ("phase",))
     )
     words = [text.get_text() for text in axes[0].get_legend().get_texts()]
     assert words == ["soft", "approach", "retract", r"stiff \$ as it is"]
@@ -35,14 +36,14 @@ def test_several_results_have_a_color_and_a_name_in_the_legend_each():
 def test_each_usual_picture_of_each_kind_of_result_can_be_saved(tmp_path):
     for name in ("figure-3-air-jump", "figure-3-branches", "resonance-curve", "table-1-am"):
         dataset = df.run(df.example(name))
-        for number, picture in enumerate(df.pictures_of(dataset)):
+        for number, picture in enumerate(pictures_of(dataset)):
             path = df.plot.save(df.plot.draw(dataset, picture), tmp_path / f"{name}-{number}.png", dpi=30)
             assert path.stat().st_size > 1000
 
 
 @pytest.mark.parametrize(("width", "points"), [("85 mm", 241), (0.18, 510)])
 def test_a_picture_has_the_width_asked_for(tmp_path, width, points):
-    file = df.plot.save(df.plot.draw(result(), df.Picture("zc", ("phase",))), tmp_path / "x.svg", width=width)
+    file = df.plot.save(df.plot.draw(result(), Picture("zc", ("phase",))), tmp_path / "x.svg", width=width)
     found = re.search(r'width="([\d.]+)pt"', file.read_text())
     assert float(found[1]) == pytest.approx(points, abs=1.0)  # 72 points to the inch
 
@@ -50,20 +51,20 @@ def test_a_picture_has_the_width_asked_for(tmp_path, width, points):
 @pytest.mark.parametrize(("width", "words"), [("5 mm", "not between"), ("85 kg", "mass"), ("wide", "the width")])
 def test_a_width_that_is_none_is_refused_in_a_sentence(tmp_path, width, words):
     with pytest.raises(df.ParameterError, match=words):
-        df.plot.save(df.plot.draw(result(), df.Picture("zc", ("phase",))), tmp_path / "x.png", width=width)
+        df.plot.save(df.plot.draw(result(), Picture("zc", ("phase",))), tmp_path / "x.png", width=width)
     assert not list(tmp_path.iterdir())
 
 
 def test_results_without_the_quantities_are_refused_in_a_sentence():
     dwell = df.run(df.example("table-1-am"))
     with pytest.raises(df.ParameterError, match="nothing to draw"):
-        df.plot.draw({"a": dwell, "b": dwell}, df.Picture("zc", ("phase",)))
+        df.plot.draw({"a": dwell, "b": dwell}, Picture("zc", ("phase",)))
 
 
 @pytest.mark.parametrize(
     "draw",
     [
-        lambda result: df.plot.draw(result, df.Picture("zc", ("total_virial", "total_dissipated_energy"))),
+        lambda result: df.plot.draw(result, Picture("zc", ("total_virial", "total_dissipated_energy"))),
         lambda result: [None, *df.plot.curve(result, "total_dissipated_energy")],
     ],
 )
@@ -78,5 +79,5 @@ def test_what_is_rounding_throughout_is_a_line_at_zero(draw):
 def test_what_is_small_but_no_rounding_keeps_its_axis():
     result = df.run(df.example("figure-3-air"))
     largest, mean = (float(np.abs(result[name]).max()) for name in ("min_force", "mean_force"))
-    assert 0.0 < df.rounding(result, "mean_force") < mean < 0.1 * largest
-    assert df.rounding(result, "drift") == 0.0
+    assert 0.0 < rounding(result, "mean_force") < mean < 0.1 * largest
+    assert rounding(result, "drift") == 0.0

@@ -17,6 +17,7 @@ import dforce as df
 from dforce import plot
 from dforce.core.errors import ParameterError, ResultError
 from dforce.plot._style import figure_of, thin
+from dforce.results.curves import Picture
 from dforce.results.dataset import Status
 
 
@@ -284,7 +285,7 @@ PICTURES = {
     "branches": lambda figure: plot.branches(df.run(df.example("figure-3-branches")), figure=figure),
     "cost_of_accuracy": lambda figure: plot.cost_of_accuracy(costs(), figure=figure),
     "curve": lambda figure: plot.curve(synthetic.approach(), ["amplitude", "peak_force", "contact_time"], figure),
-    "draw": lambda figure: plot.draw(synthetic.dwell(), df.Picture("time", ("force", "indentation"), True), figure),
+    "draw": lambda figure: plot.draw(synthetic.dwell(), Picture("time", ("force", "indentation"), True), figure),
     "force_curve": lambda figure: plot.force_curve(synthetic.force_curve(), figure),
     "force_distance": lambda figure: plot.force_distance(synthetic.dwell(), figure),
     "map": lambda figure: plot.map(synthetic.grid(), "A0", "youngs_modulus", "peak_force", figure=figure),

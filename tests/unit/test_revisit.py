@@ -98,7 +98,7 @@ def test_a_point_without_a_result_says_why():
 
 
 def test_the_motion_of_one_case_of_a_sweep_is_that_of_its_own_parameters():
-    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="6 nm"))
+    case = df.example("figure-3-air").replace("experiment", df.experiments.Dwell(zc="6 nm"))
     grid = df.sweep(case, over={"sample.youngs_modulus": ["1 GPa", "4 GPa"]})
     point = grid.isel(youngs_modulus=1)
     # the largest of 256 samples a period misses the force between them

@@ -22,7 +22,7 @@ QUICK = df.example("table-1-am").replace("cantilever.Q", 20)
 
 
 def approach(case=QUICK, integrator="rk4", direction="both", protocol="quasi_static", carry_state=True, **solver):
-    experiment = df.Approach(
+    experiment = df.experiments.Approach(
         zc=[4.8e-9, 4.5e-9, 4.2e-9, 4e-9], direction=direction, protocol=protocol, carry_state=carry_state, start="rest"
     )
     settings = df.SolverSettings(**{"method": "transient", "integrator": integrator, **solver})
@@ -96,13 +96,13 @@ STIFF = df.Case(
     cantilever=df.Cantilever(f0="70 kHz", k=2.7, Q=180), drive=df.Drive(A0="30 nm"), tip=df.Tip(radius="8 nm"),
     sample=df.Sample(youngs_modulus="2 GPa"),
     forces=[df.forces.DMT(hamaker="6e-20 J"), df.forces.KelvinVoigt(viscosity="20 Pa s")],
-    experiment=df.Approach(zc=grid(34, 18, 101), direction="both"),
+    experiment=df.experiments.Approach(zc=grid(34, 18, 101), direction="both"),
 )  # fmt: skip
 # a bond that pulls by more than the lever holds: two different taps that repeat together, until that state ends
 ALTERNATING = df.Case(
     cantilever=df.Cantilever(f0="50 kHz", k=0.57, Q=28), drive=df.Drive(A0="1.6 nm", frequency="49 kHz"),
     forces=[df.forces.Morse(bond_energy="1.42e-18 J", decay="1.31 1/nm", bond_length="0.62 nm")],
-    experiment=df.Approach(
+    experiment=df.experiments.Approach(
         zc=grid(2.86, 2.8855, 80), direction="retract", start={"amplitude": "0.17358 nm", "phase": "175.85 deg"}
     ),
 )  # fmt: skip
@@ -110,19 +110,19 @@ RELAXING = df.Case(
     cantilever=df.Cantilever(f0="63 kHz", k=9.5, Q=2.7), drive=df.Drive(A0="24 nm"), tip=df.Tip(radius="16 nm"),
     sample=df.Sample(poisson_ratio=0.3),
     forces=[df.forces.SLS(instant_modulus="100 MPa", relaxed_modulus="50 MPa", relaxation_time="4 us", elements=4)],
-    experiment=df.Approach(zc=grid(30, 18, 70)),
+    experiment=df.experiments.Approach(zc=grid(30, 18, 70)),
 )  # fmt: skip
 BOUNCING = df.Case(  # without any period between 0.32 and 0.14 nm
     cantilever=df.Cantilever(f0="395 kHz", k=0.0853, Q=23.7), drive=df.Drive(A0="3.08 nm", frequency="385.8 kHz"),
     tip=df.Tip(radius="10.7 nm"), sample=df.Sample(youngs_modulus="5.3 GPa"), contact=df.Contact(a0="0.185 nm"),
-    forces=[df.forces.Hertz()], experiment=df.Approach(zc=grid(0.6, 0.06, 90)),
+    forces=[df.forces.Hertz()], experiment=df.experiments.Approach(zc=grid(0.6, 0.06, 90)),
 )  # fmt: skip
 # cases, how many jumps each has, and after how many periods of the first tone its motion repeats; None: that changes, and
 # where a motion without a period is lost and found is chance, decided by rounding
 SLOW_CHANGES = {
     "over both folds and back": (STIFF, 2, 1),
     "over four folds of the frequency": (df.example("resonance-curve").set("experiment.frequency.points=101"), 4, 1),
-    "of two tones": (df.example("figure-6").replace(experiment=df.Approach(zc=grid(14, 8, 70))), 0, 5),
+    "of two tones": (df.example("figure-6").replace(experiment=df.experiments.Approach(zc=grid(14, 8, 70))), 0, 5),
     "of two taps": (ALTERNATING, 0, 2),
     "of a force with memory": (RELAXING, 0, 1),
     "of a motion that loses its period": (BOUNCING, None, None),

@@ -10,6 +10,7 @@ import xarray as xr
 from synthetic import approach
 
 import dforce as df
+from dforce.findings import set_point
 
 STEPWISE = "experiment.protocol=stepwise"
 
@@ -106,7 +107,7 @@ def test_a_jump_of_a_curve_in_one_direction_is_no_state(direction):
 
 def test_a_state_is_read_across_no_sudden_step_of_states_that_are_not_carried():
     curve = approach(directions=("approach",), spoiled=False)
-    anew = df.Approach(zc=[9e-9], protocol="stepwise", carry_state=False)
+    anew = df.experiments.Approach(zc=[9e-9], protocol="stepwise", carry_state=False)
     case = df.Case.from_toml(curve.attrs["case"]).replace("experiment", anew)
     curve = curve.assign(amplitude_ratio=curve["amplitude"].isel(tone=0) / 10e-9, corrections=curve["peak_force"] * 0.0)
     carried = curve.assign_attrs(case=case.set("experiment.carry_state=true").to_toml(complete=True))
@@ -208,7 +209,7 @@ def test_a_sweep_without_the_ratio_says_how_to_keep_it():
 
 
 def test_a_sweep_of_dwells_over_the_distance_alone_is_a_curve():
-    case = df.example("figure-3-air").replace("experiment", df.Dwell(zc="8 nm"))
+    case = df.example("figure-3-air").replace("experiment", df.experiments.Dwell(zc="8 nm"))
     zc = np.linspace(9e-9, 5e-9, 21)
     states = df.at_set_point(df.sweep(case, over={"drive.A0": ["8 nm"], "experiment.zc": zc}), 0.8, ["peak_force"])
     anew = df.approach(case.replace("drive.A0", 8e-9), zc=zc, protocol="stepwise", carry_state=False)
@@ -232,4 +233,4 @@ def test_what_cannot_be_asked_is_said_in_a_sentence(name, set_point, names, word
 
 def test_a_motion_without_forces_is_in_no_regime():
     case = df.example("figure-3-air").replace("forces", ()).set("solver.method=transient")
-    assert df.regime(df.dwell(case, zc="20 nm")) == ""
+    assert set_point.regime(df.dwell(case, zc="20 nm")) == ""

@@ -13,7 +13,7 @@ import xarray as xr
 import dforce as df
 from dforce.core.parallel import Crew
 
-CURVE = df.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 17}, direction="both")
+CURVE = df.experiments.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 17}, direction="both")
 NUMBERS = {"sample.youngs_modulus": ["3 GPa", "0.5 GPa", "1 GPa"], "drive.A0": ["15 nm", "17 nm"]}
 AROUND_A_CHOICE = {
     "sample.youngs_modulus": ["1 GPa", "3 GPa"], "solver.method": ["periodic", "transient"], "drive.A0": ["15 nm", "17 nm"],
@@ -108,7 +108,7 @@ def test_a_case_that_is_begun_anew_has_no_values_where_it_is_not_computed(stoppe
 
 
 def test_a_stopped_sweep_over_the_distance_of_a_dwell_goes_on(stopped):
-    dwell = case(experiment=df.Dwell(zc="14 nm"), solver={"method": "transient"})
+    dwell = case(experiment=df.experiments.Dwell(zc="14 nm"), solver={"method": "transient"})
     over = {"experiment.zc": ["10 nm", "12 nm", "14 nm"], "drive.A0": ["15 nm", "17 nm"]}
     part = stopped(1, dwell, over)
     assert 0 < int((part.status == df.Status.OK).sum()) < 6

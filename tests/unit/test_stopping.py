@@ -10,7 +10,8 @@ import pytest
 
 import dforce as df
 from dforce import runs
-from dforce.core.stopping import SAME, at_end
+from dforce.core.stopping import SAME, at_end, late_stop_waits, sigterm_as_ctrl_c
+from dforce.findings.summary import count_status
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
@@ -36,7 +37,7 @@ def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(monkeypa
             terminate()
 
     result = df.run(df.example("figure-3-air"), progress=watch)
-    found = df.count_status(result)
+    found = count_status(result)
     assert result.attrs["interrupted"] and found[df.Status.NOT_COMPUTED]
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
@@ -51,7 +52,7 @@ def test_a_handler_of_the_program_stays():
     heard = []
     before = signal.signal(signal.SIGTERM, lambda number, frame: heard.append(number))
     try:
-        with df.sigterm_as_ctrl_c():
+        with sigterm_as_ctrl_c():
             terminate()
         assert heard == [signal.SIGTERM]
     finally:
@@ -62,7 +63,7 @@ def test_another_thread_leaves_signals_alone():
     found = []
 
     def work():
-        with df.sigterm_as_ctrl_c():
+        with sigterm_as_ctrl_c():
             found.append(signal.getsignal(signal.SIGTERM))
 
     thread = threading.Thread(target=work)
@@ -81,7 +82,7 @@ def test_a_stop_after_the_last_point_waits_for_the_result(monkeypatch, number):
 
     monkeypatch.setattr(runs, "advice", late)
     result = df.run(df.example("figure-3-air"))
-    assert df.Status.NOT_COMPUTED not in df.count_status(result)
+    assert df.Status.NOT_COMPUTED not in count_status(result)
     assert result.attrs["interrupted"], "a script that asks whether it is to end is told"
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     monkeypatch.setattr(runs, "advice", put_together)
@@ -89,7 +90,7 @@ def test_a_stop_after_the_last_point_waits_for_the_result(monkeypatch, number):
 
 
 def test_a_stop_that_came_when_only_one_part_was_done_ends_what_follows():
-    with df.late_stop_waits() as stop, pytest.raises(KeyboardInterrupt):
+    with late_stop_waits() as stop, pytest.raises(KeyboardInterrupt):
         at_end(True)
         terminate()
         assert stop.asked
@@ -97,7 +98,7 @@ def test_a_stop_that_came_when_only_one_part_was_done_ends_what_follows():
 
 
 def test_a_second_ctrl_c_does_not_wait():
-    with df.late_stop_waits() as stop, pytest.raises(KeyboardInterrupt):
+    with late_stop_waits() as stop, pytest.raises(KeyboardInterrupt):
         at_end(True)
         os.kill(os.getpid(), signal.SIGINT)
         assert stop.asked
@@ -106,7 +107,7 @@ def test_a_second_ctrl_c_does_not_wait():
 
 
 def test_a_ctrl_c_that_is_sent_twice_at_once_is_one():
-    with df.late_stop_waits():
+    with late_stop_waits():
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
         os.kill(os.getpid(), signal.SIGINT)
@@ -117,7 +118,7 @@ def test_a_result_without_a_point_says_so_wherever_it_is_read():
         raise KeyboardInterrupt
 
     empty = df.approach(df.example("hysteresis"), progress=stop)
-    assert df.count_status(empty) == {df.Status.NOT_COMPUTED: empty.status.size}
+    assert count_status(empty) == {df.Status.NOT_COMPUTED: empty.status.size}
     assert "0 of 281" in str(df.summary(empty))
     for reader in (
         df.at_set_point,

@@ -34,7 +34,7 @@ def case(**changes: object) -> df.Case:
         "tip": df.Tip(radius="5 nm"),
         "sample": df.Sample(youngs_modulus="1 GPa"),
         "forces": [df.forces.DMT(hamaker="3e-20 J")],
-        "experiment": df.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 9}, direction="both"),
+        "experiment": df.experiments.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 9}, direction="both"),
     }
     return df.Case(**values | changes)
 
@@ -89,13 +89,13 @@ def test_a_store_holds_the_numbers_of_a_result_in_memory(store):
     ids=["some quantities", "states at a set point", "rows", "a choice"],
 )
 def test_every_kind_of_sweep_fits_into_a_store(store, kind):
-    small = case(experiment=df.Approach(zc={"start": "12 nm", "stop": "6 nm", "points": 9}))
+    small = case(experiment=df.experiments.Approach(zc={"start": "12 nm", "stop": "6 nm", "points": 9}))
     same(df.sweep(small, store=store, **kind), df.sweep(small, **kind))
 
 
 def test_a_dwell_over_distances_fits_into_a_store(store):
     over = {"experiment.zc": [5e-9, 6e-9, 7e-9], "drive.A0": [8e-9, 9e-9]}
-    dwell = case(experiment=df.Dwell(zc="7 nm"))
+    dwell = case(experiment=df.experiments.Dwell(zc="7 nm"))
     same(df.sweep(dwell, over, store=store), df.sweep(dwell, over))
 
 

@@ -12,6 +12,7 @@ import dforce as df
 from dforce.maps._axes import make_axes
 from dforce.maps._grid import NOWHERE, Grid
 from dforce.solvers.problem_batch import Lot
+from dforce.validity import advice_in
 
 NM = 1e-9
 
@@ -23,7 +24,7 @@ def case(**changes: object) -> df.Case:
         "tip": df.Tip(radius="5 nm"),
         "sample": df.Sample(youngs_modulus="1 GPa"),
         "forces": [df.forces.DMT(hamaker="3e-20 J")],
-        "experiment": df.Dwell(zc="7 nm"),
+        "experiment": df.experiments.Dwell(zc="7 nm"),
     }
     return df.Case(**values | changes)
 
@@ -47,7 +48,7 @@ def test_parameters_by_path_become_the_first_dimensions():
 
 
 def test_an_approach_keeps_its_own_dimensions_behind():
-    approach = df.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
+    approach = df.experiments.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
     result = df.sweep(case(experiment=approach), over={"forces.dmt.hamaker": [0.0, 5e-20]})
     assert result.amplitude.dims == ("hamaker", "zc", "direction", "tone")
     single = df.run(case(experiment=approach).replace("forces.dmt.hamaker", 5e-20))
@@ -56,7 +57,7 @@ def test_an_approach_keeps_its_own_dimensions_behind():
 
 
 def test_the_motion_at_each_point_is_kept_as_a_single_run_keeps_it():
-    approach = df.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
+    approach = df.experiments.Approach(zc=["9 nm", "7 nm", "8 nm"], direction="both")
     result = df.sweep(case(experiment=approach), over={"drive.A0": ["6 nm", "8 nm"]})
     single = df.run(case(experiment=approach))
     assert result.motion.dims == ("A0", "zc", "direction", "component")
@@ -175,7 +176,9 @@ def test_a_number_that_decides_the_law_of_a_force_may_be_swept_over():
     ids=["smooth", "with memory"],
 )
 def test_a_case_has_the_same_numbers_whatever_it_is_solved_beside(forces, monkeypatch):
-    approach = df.Approach(zc={"start": "18 nm", "stop": "10 nm", "points": 7}, direction="both", start="rest")
+    approach = df.experiments.Approach(
+        zc={"start": "18 nm", "stop": "10 nm", "points": 7}, direction="both", start="rest"
+    )
     over = {"drive.A0": ["15 nm", "17 nm"], "cantilever.Q": [80.0, 100.0, 180.0]}
     together = df.sweep(case(forces=forces, experiment=approach), over, workers=1)
     assert "jump_zc" in together or forces[0].memory
@@ -194,7 +197,7 @@ def test_quantities_can_be_chosen():
 
 def test_progress_counts_every_point():
     told = []
-    approach = df.Approach(zc=["9 nm", "8 nm", "7 nm"])
+    approach = df.experiments.Approach(zc=["9 nm", "8 nm", "7 nm"])
     df.sweep(case(experiment=approach), {"drive.A0": ["6 nm", "7 nm"]}, progress=lambda *at: told.append(at[:2]))
     assert told[0] == (0, 6)
     assert told[-1] == (6, 6)
@@ -241,25 +244,25 @@ def test_only_an_approach_or_a_dwell_can_be_swept():
     with pytest.raises(df.ParameterError, match="repeats an approach or a dwell"):
         df.sweep(case(experiment=None), over={"drive.A0": [1e-9]})
     with pytest.raises(df.ParameterError, match="can be swept over in a dwell only"):
-        df.sweep(case(experiment=df.Approach(zc=["9 nm"])), over={"experiment.zc": [1e-9]})
+        df.sweep(case(experiment=df.experiments.Approach(zc=["9 nm"])), over={"experiment.zc": [1e-9]})
 
 
 def test_advice_is_given_at_the_corners_of_a_sweep():
-    elastic = case(forces=[df.forces.Hertz()], experiment=df.Dwell(zc="5 nm"))
+    elastic = case(forces=[df.forces.Hertz()], experiment=df.experiments.Dwell(zc="5 nm"))
     result = df.sweep(
         elastic, over={"sample.youngs_modulus": ["10 MPa", "1 GPa", "300 GPa"], "drive.A0": ["8 nm", "9 nm"]}
     )
-    piece = next(piece for piece in df.advice_in(result) if piece.name == "indentation_and_radius")
+    piece = next(piece for piece in advice_in(result) if piece.name == "indentation_and_radius")
     assert piece.text.startswith("At sample.youngs_modulus = 10 MPa, drive.A0 = 9 nm: The indentation is")
     assert piece.found == float(result.max_indentation[0, 1])
-    assert df.advice_in(df.sweep(elastic, over={"sample.youngs_modulus": [1e9, 2e9]})) == []
+    assert advice_in(df.sweep(elastic, over={"sample.youngs_modulus": [1e9, 2e9]})) == []
 
 
 def test_points_of_a_sweep_that_did_not_settle_are_counted_inside_the_grid_too():
-    moving = case(forces=[df.forces.Hertz()], experiment=df.Dwell(zc="5 nm", start="rest"))
+    moving = case(forces=[df.forces.Hertz()], experiment=df.experiments.Dwell(zc="5 nm", start="rest"))
     moving = moving.set("solver.method=transient", "solver.max_periods=20")
     result = df.sweep(moving, over={"sample.youngs_modulus": [1e9, 2e9, 3e9]})
-    (piece,) = (piece for piece in df.advice_in(result) if piece.name == "not_settled")
+    (piece,) = (piece for piece in advice_in(result) if piece.name == "not_settled")
     assert piece.found == 3
 
 
@@ -268,7 +271,7 @@ def test_a_curve_that_comes_to_repeat_as_another_one_does_takes_its_turn_once():
     case = df.Case(
         cantilever=df.Cantilever(f0="25 kHz", k="0.05 N/m", Q=3.0), drive=df.Drive(A0="3 nm"), tip=df.Tip(radius="10 nm"),
         sample=df.Sample(youngs_modulus="2043.8762 MPa", poisson_ratio=0.5), forces=[df.forces.Hertz()],
-        experiment=df.Approach(zc={"start": "5.5 nm", "stop": "-0.5 nm", "points": 121}),
+        experiment=df.experiments.Approach(zc={"start": "5.5 nm", "stop": "-0.5 nm", "points": 121}),
     )  # fmt: skip
     both = df.sweep(case, {"drive.A0": ["0.5 nm", "4 nm"]})
     alone = df.sweep(case, {"drive.A0": ["4 nm"]})

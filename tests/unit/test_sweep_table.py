@@ -8,7 +8,7 @@ import xarray as xr
 
 import dforce as df
 
-CURVE = df.Approach(zc={"start": "12 nm", "stop": "4 nm", "points": 9})
+CURVE = df.experiments.Approach(zc={"start": "12 nm", "stop": "4 nm", "points": 9})
 MODULI = {"start": "0.5 GPa", "stop": "2 GPa", "points": 3, "spacing": "log"}
 OVER = {"sample.youngs_modulus": MODULI, "drive.A0": ["6 nm", "8 nm"]}
 
@@ -62,7 +62,7 @@ def test_rows_are_cases_one_by_one(tmp_path, monkeypatch):
     for i in range(3):
         np.testing.assert_array_equal(rows.amplitude[i], grid.amplitude[i, i])
     dwells = df.sweep(
-        case(experiment=df.Dwell(zc="7 nm")),
+        case(experiment=df.experiments.Dwell(zc="7 nm")),
         rows={"experiment.zc": ["6 nm", "7 nm"], "sample.youngs_modulus": [1e9, 2e9]},
     )
     assert dwells.zc.dims == ("case",)

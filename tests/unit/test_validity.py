@@ -12,8 +12,9 @@ import xarray as xr
 
 import dforce as df
 from dforce.case.paths import value_at
+from dforce.core.units import parse
 from dforce.results.dataset import Status
-from dforce.validity import PIECES
+from dforce.validity import PIECES, advice_in
 from dforce.validity._evidence import Evidence
 from dforce.validity.contact import pull_off
 
@@ -322,7 +323,7 @@ def test_it_speaks(name, example):
     assert piece.source and piece.about
     for path in piece.about:
         value_at(case, path)  # says so when the case has no such path
-    df.parse(1.0, piece.unit)
+    parse(1.0, piece.unit)
 
 
 @pytest.mark.parametrize(("name", "example"), pairs(SILENT))
@@ -337,7 +338,7 @@ def test_advice_is_read_back_from_a_result_and_its_file(tmp_path):
     assert result.attrs["advice"] == piece.text
     df.write(result, tmp_path / "air.nc")
     df.write(result, tmp_path / "air.csv")
-    assert df.advice_in(df.read(tmp_path / "air.nc")) == [piece]
+    assert advice_in(df.read(tmp_path / "air.nc")) == [piece]
     assert json.dumps(piece.text, ensure_ascii=False) in (tmp_path / "air.csv").read_text(encoding="utf-8")
 
 
@@ -345,7 +346,7 @@ def test_a_calm_case_gives_no_advice():
     assert df.advice(CALM) == []
     result = df.run(CALM)
     assert result.attrs["advice"] == ""
-    assert df.advice_in(result) == df.advice(CALM, result) == []
+    assert advice_in(result) == df.advice(CALM, result) == []
 
 
 def test_the_tabor_parameter_says_how_far_the_adhesion_is_off():
@@ -397,16 +398,16 @@ def test_a_steep_wall_passed_in_too_few_samples_is_told():
         )
         for samples, distances in ((256, 33), (4096, 5))
     )  # fmt: skip
-    assert "sampling" in {piece.name for piece in df.advice_in(coarse)}
-    assert not {"amplitude_beyond_the_drive", "sampling"} & {piece.name for piece in df.advice_in(fine)}
+    assert "sampling" in {piece.name for piece in advice_in(coarse)}
+    assert not {"amplitude_beyond_the_drive", "sampling"} & {piece.name for piece in advice_in(fine)}
 
 
 def test_a_contact_sampled_too_coarsely_is_told_and_the_samples_advised_are_enough():
     coarse = df.run(STIFF.replace("solver.points_per_period", 256))
-    (piece,) = (one for one in df.advice_in(coarse) if one.name == "contact_sampling")
+    (piece,) = (one for one in advice_in(coarse) if one.name == "contact_sampling")
     advised = int(piece.text.rstrip(".").split()[-1])
     better, best = (df.run(STIFF.replace("solver.points_per_period", points)) for points in (advised, 8 * advised))
-    assert "contact_sampling" not in {one.name for one in df.advice_in(better)}
+    assert "contact_sampling" not in {one.name for one in advice_in(better)}
     assert abs(float(coarse.phase[0] - best.phase[0])) > 1.0
     assert abs(float(better.phase[0] - best.phase[0])) < 0.05
     assert float(better.peak_force) == pytest.approx(float(best.peak_force), rel=1e-3)
@@ -419,13 +420,13 @@ def test_the_mean_force_is_off_by_about_as_much_as_the_advice_on_the_sampling_sa
     case = over(wall, cantilever__Q=5, experiment__zc="5 nm", drive__A0="10 nm", solver__method="transient")
     case = case.replace("experiment.start", {"amplitude": "5 nm", "phase": "30 deg"})
     coarse, fine = (df.run(case.replace("solver.points_per_period", points)) for points in (768, 8192))
-    (piece,) = (one for one in df.advice_in(coarse) if one.name == "sampling")
+    (piece,) = (one for one in advice_in(coarse) if one.name == "sampling")
     assert piece.found == pytest.approx(abs(float(coarse.mean_force / fine.mean_force) - 1), rel=0.5)
 
 
 def test_a_force_curve_is_told_of_its_forces_alone():
     slack = over(DMT(hamaker=2e-20), cantilever__Q=2)
-    assert [piece.name for piece in df.advice_in(df.force_curve(slack))] == ["tabor_of_dmt"]
+    assert [piece.name for piece in advice_in(df.force_curve(slack))] == ["tabor_of_dmt"]
     assert {piece.name for piece in df.advice(slack)} == {"tabor_of_dmt", "low_Q"}
 
 
@@ -443,7 +444,7 @@ def test_a_continued_run_is_advised_on_as_a_whole():
         part = df.run(case, progress=stop)
     assert part.attrs["interrupted"]
     whole = df.run(case, resume=part)
-    assert df.advice_in(whole) == df.advice(case, df.run(case)) != df.advice_in(part)
+    assert advice_in(whole) == df.advice(case, df.run(case)) != advice_in(part)
 
 
 def test_advice_costs_little_beside_a_run():
@@ -468,10 +469,10 @@ def test_every_force_model_can_be_advised_on(name):
 def test_advice_takes_a_result_alone_which_tells_its_case():
     case = df.example("figure-3-air-jump")
     result = df.run(case)
-    assert df.advice(result) == df.advice(case, result) == df.advice_in(result) != []
+    assert df.advice(result) == df.advice(case, result) == advice_in(result) != []
     assert df.advice(result.transpose("direction", ...)) == df.advice(result)
     swept = df.sweep(case, over={"drive.A0": ["9 nm", "10 nm"]})
-    assert df.advice(swept) == df.advice_in(swept) != []
+    assert df.advice(swept) == advice_in(swept) != []
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pydantic
 from sphinx.application import Sphinx
 
 import dforce as df
+from dforce.case import About, Range, Sweep
 from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS, AmplitudeGrid, DeflectionGrid, PhaseGrid, VelocityGrid
 from dforce_docs.declared import list_table, parameter_table
@@ -36,10 +37,10 @@ SECTIONS: tuple[tuple[str, type[Parameters]], ...] = (
     ("[medium]", df.Medium),
 )
 INNER: tuple[tuple[str, type[Parameters]], ...] = (
-    ("zc = { ... }, a grid of distances", df.Grid),
-    ("zc = { ... }, a range of distances", df.Span),
-    ("frequency = { ... }", df.FrequencyGrid),
-    ("start = { ... }", df.InitialMotion),
+    ("zc = { ... }, a grid of distances", df.experiments.Grid),
+    ("zc = { ... }, a range of distances", df.experiments.Span),
+    ("frequency = { ... }", df.experiments.FrequencyGrid),
+    ("start = { ... }", df.experiments.InitialMotion),
     ("amplitude = { ... }", AmplitudeGrid),
     ("phase = { ... }", PhaseGrid),
     ("deflection = { ... }", DeflectionGrid),
@@ -67,7 +68,7 @@ def _about(model: type[pydantic.BaseModel], key: str) -> str:
 
 def text() -> str:
     """Return the page in reStructuredText."""
-    parts = [INTRODUCTION, _top(), _section("[about]", df.About, "-")]
+    parts = [INTRODUCTION, _top(), _section("[about]", About, "-")]
     parts += [_section(title, model, "-") for title, model in SECTIONS]
     parts.append(
         "[[forces]]\n----------\n\n``model`` names the law; the other keys are its parameters. Each model has "
@@ -78,8 +79,8 @@ def text() -> str:
         parts.append(_section(f'kind = "{kind}"', model, "~", skip=("kind",)))
     parts += [_section(title, model, "~") for title, model in INNER]
     parts.append(_section("[solver]", df.SolverSettings, "-"))
-    parts.append(_section("[sweep]", df.Sweep, "-"))
-    parts.append(_section("over.PATH = { ... }, a range of values", df.Range, "~"))
+    parts.append(_section("[sweep]", Sweep, "-"))
+    parts.append(_section("over.PATH = { ... }, a range of values", Range, "~"))
     return "\n\n".join(parts)
 
 

@@ -17,8 +17,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-import dforce as df
-from dforce.checks.benchmark import many_users
+from dforce.checks.benchmark import benchmark, many_users
 from dforce_docs.declared import list_table
 
 PICTURE = "generated/pictures/costs.png"
@@ -30,7 +29,7 @@ def measured() -> dict[str, Any]:
     if given:
         return json.loads(Path(given).read_text(encoding="utf-8"))
     window = many_users.measures(*many_users.FEW, lambda name: None)
-    return df.benchmark(quick=True) | {"window": [asdict(measure) for measure in window]}
+    return benchmark(quick=True) | {"window": [asdict(measure) for measure in window]}
 
 
 def draw(rows: list[dict[str, Any]], path: Path) -> None:

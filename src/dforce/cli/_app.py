@@ -24,6 +24,7 @@ from dforce.cli import (
     sweep,
     validate,
 )
+from dforce.core.stopping import sigterm_as_ctrl_c
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -71,5 +72,5 @@ for _command in COMMANDS:
 
 def main() -> None:
     """Run the program; the entry point of the console script."""
-    with _streams.careful(), df.sigterm_as_ctrl_c():
+    with _streams.careful(), sigterm_as_ctrl_c():
         app()

@@ -12,6 +12,7 @@ import typer.core
 
 import dforce as df
 from dforce.cli._terminal import BAD_INPUT, DONE, STOPPED, say, width, wrapped
+from dforce.core.errors import nearest, shorten
 
 USAGE_ERROR: type[Exception] = typer.BadParameter.mro()[1]  # of all mistakes in the words typed; it has no public name
 SECTIONS = ("Arguments", "Options")
@@ -25,7 +26,7 @@ class Command(typer.core.TyperCommand):
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         if ctx.args:
-            raise df.ParameterError(f"'{df.shorten(ctx.args[0])}' is one word too many; see {ctx.command_path} --help")
+            raise df.ParameterError(f"'{shorten(ctx.args[0])}' is one word too many; see {ctx.command_path} --help")
         return super().invoke(ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -43,9 +44,7 @@ class Program(typer.core.TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that is meant; an unknown one is answered with the nearest."""
         if args[0] not in self.commands and not args[0].startswith("-") and not ctx.resilient_parsing:
-            raise df.ParameterError(
-                f"there is no command '{df.shorten(args[0])}'{df.nearest(args[0][:100], self.commands)}"
-            )
+            raise df.ParameterError(f"there is no command '{shorten(args[0])}'{nearest(args[0][:100], self.commands)}")
         return super().resolve_command(ctx, args)
 
     def main(self, *args: Any, **options: Any) -> Any:
@@ -69,7 +68,7 @@ def _sentence(error: Any) -> str:
     context = error.ctx
     if context is not None and hasattr(error, "possibilities"):
         known = [name for parameter in context.command.params for name in _names(parameter)]
-        return f"there is no option '{df.shorten(error.option_name)}'{df.nearest(error.option_name[:100], known)}"
+        return f"there is no option '{shorten(error.option_name)}'{nearest(error.option_name[:100], known)}"
     text = error.format_message().rstrip(".")
     more = "" if context is None else f"; see {context.command_path} --help"
     return f"{text[:1].lower()}{text[1:]}{more}"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import inspect
 import textwrap
 
-from dforce import plain_math, unmarked
 from dforce.cli._terminal import width, wrapped
+from dforce.core.notation import plain_math, unmarked
 
 
 def readable(docstring: str) -> str:

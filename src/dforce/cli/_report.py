@@ -30,16 +30,30 @@ def print_findings(result: xr.Dataset) -> None:
     terminal.print(table)
 
 
+def counted(result: xr.Dataset) -> dict[df.Status, int]:
+    """Return the number of points of each status that occurs."""
+    from dforce.findings.summary import count_status
+
+    return count_status(result)
+
+
+def advice_of(result: xr.Dataset) -> list[df.Advice]:
+    """Return the advice that a result carries."""
+    from dforce.validity import advice_in
+
+    return advice_in(result)
+
+
 def status_lines(result: xr.Dataset) -> list[str]:
     """Return a sentence for each way in which points are not as they should be, and advice does not say it."""
-    counted = df.count_status(result)
-    total = sum(counted.values())
+    counts = counted(result)
+    total = sum(counts.values())
     said = {df.Status.OK, df.Status.NOT_COMPUTED}
-    if any(piece.name == df.Status.NOT_SETTLED.meaning for piece in df.advice_in(result)):
+    if any(piece.name == df.Status.NOT_SETTLED.meaning for piece in advice_of(result)):
         said.add(df.Status.NOT_SETTLED)
     return [
         f"{count} of {total} {'point' if total == 1 else 'points'}: {status.sentence}"
-        for status, count in counted.items()
+        for status, count in counts.items()
         if status not in said
     ]
 
@@ -53,7 +67,7 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
 
 def advice_lines(result: xr.Dataset, name: str) -> list[str]:
     """Return what each piece of advice in a result found, and how to read on about the case or result of this name."""
-    found = [f"advice: {piece.finding}" for piece in df.advice_in(result)]
+    found = [f"advice: {piece.finding}" for piece in advice_of(result)]
     return [*found, f"what to do: dforce check {quoted(name)}"] if found else []
 
 
@@ -70,7 +84,7 @@ def advice_as_json(pieces: list[df.Advice]) -> list[dict[str, Any]]:
 def as_json(result: xr.Dataset) -> dict[str, Any]:
     """Return status, findings and advice for a program: SI numbers beside the text."""
     return {
-        "points": {status.meaning: count for status, count in df.count_status(result).items()},
+        "points": {status.meaning: count for status, count in counted(result).items()},
         "found": [
             {
                 "name": finding.name, "direction": finding.direction or None, "label": finding.label,
@@ -78,5 +92,5 @@ def as_json(result: xr.Dataset) -> dict[str, Any]:
             }
             for finding in df.summary(result)
         ],
-        "advice": advice_as_json(df.advice_in(result)),
+        "advice": advice_as_json(advice_of(result)),
     }  # fmt: skip

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 import typer
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.log import listening
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,7 +91,7 @@ def print_json(content: Any) -> None:
 def whole_number(option: str, text: str, least: int, most: int) -> int:
     """Return the number that an option was given."""
     if not text.isdecimal() or len(text) > len(str(most)) or not least <= int(text) <= most:
-        raise df.ParameterError(f"{option} is '{df.shorten(text)}', not a whole number from {least} to {most}")
+        raise df.ParameterError(f"{option} is '{shorten(text)}', not a whole number from {least} to {most}")
     return int(text)
 
 
@@ -118,7 +120,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
                 say(text)
 
         try:
-            with df.listening(notice):
+            with listening(notice):
                 raise typer.Exit(command(*args, **kwargs))
         except df.DForceError as error:
             say(f"dforce: {error}")

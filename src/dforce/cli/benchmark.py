@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-import dforce as df
 from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, say, wrapped
+from dforce.core.units import show
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,7 +23,10 @@ def benchmark(
     traceback: Traceback = False,
 ) -> int:
     """Time dForce on this machine, as ratios to loops written by hand."""
-    result = df.cost_of_accuracy(quick, say) if accuracy else df.benchmark(quick, say)
+    from dforce.checks import benchmark as timing
+    from dforce.checks.benchmark.accuracy import cost_of_accuracy
+
+    result = cost_of_accuracy(quick, say) if accuracy else timing.benchmark(quick, say)
     if json:
         print_json(result)
     elif accuracy:
@@ -41,12 +44,12 @@ def _print_accuracy(result: dict[str, Any]) -> None:
     )
     for row in result["rows"]:
         table.add_row(
-            row["case"], row["method"], f"{row['setting']:g}", df.show(row["seconds"], "s", 3),
+            row["case"], row["method"], f"{row['setting']:g}", show(row["seconds"], "s", 3),
             f"{1e9 * row['amplitude_error']:.1e} nm", f"{row['phase_error']:.1e}°",
         )  # fmt: skip
     out = _printed(table)
     for case, row in result["cheapest"].items():
-        found = f"{row['method']} at {row['setting']:g}, {df.show(row['seconds'], 's', 3)}" if row else "none of these"
+        found = f"{row['method']} at {row['setting']:g}, {show(row['seconds'], 's', 3)}" if row else "none of these"
         out.print(f"{case}, amplitude to 1e-6 nm and phase to 1e-4°: {found}")
 
 
@@ -57,7 +60,7 @@ def _print(result: dict[str, Any]) -> None:
     for row in result["rows"]:
         ratio = "" if row["ratio"] is None else f"{row['ratio']:.3g}"
         limit = "" if row["limit"] is None else f"{row['limit']:.3g}{'' if ratio else ' s'}"
-        table.add_row(row["name"], df.show(row["seconds"], "s", 3), ratio, row["to"], limit, f"{row['spread']:.2f}")
+        table.add_row(row["name"], show(row["seconds"], "s", 3), ratio, row["to"], limit, f"{row['spread']:.2f}")
     out = _printed(table)
     for measure in result["window"]:
         out.print(
@@ -69,7 +72,7 @@ def _print(result: dict[str, Any]) -> None:
 
 
 def _number(value: float, unit: str) -> str:
-    return df.show(value, "s", 3) if unit == "s" else f"{value:.3g} {unit}".strip()
+    return show(value, "s", 3) if unit == "s" else f"{value:.3g} {unit}".strip()
 
 
 def _printed(table: Table) -> Console:

@@ -8,6 +8,7 @@ import typer
 
 import dforce as df
 from dforce.cli._terminal import DONE, Json, Traceback, print_json
+from dforce.core.errors import nearest, shorten
 
 
 def cantilevers(
@@ -24,7 +25,7 @@ def cantilevers(
             typer.echo(known.as_text())
         return DONE
     if name not in known:
-        raise df.ParameterError(f"there is no cantilever '{df.shorten(name)}'{df.nearest(name, known)}")
+        raise df.ParameterError(f"there is no cantilever '{shorten(name)}'{nearest(name, known)}")
     probe = known[name]
     if json:
         print_json(vars(probe))

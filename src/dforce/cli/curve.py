@@ -11,6 +11,8 @@ import dforce as df
 from dforce.cli._names import CaseName, open_source
 from dforce.cli._report import advice_lines, as_json, print_findings
 from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json, say, whole_number
+from dforce.core.files import check_target
+from dforce.core.units import parse, show
 
 MOST_POINTS = 1_000_000
 
@@ -62,9 +64,9 @@ def curve(
 
     source = open_source(case, settings)
     if output is not None:
-        df.check_target(output)
+        check_target(output)
     if plot is not None:
-        df.check_target(plot, df.plot.FORMATS)
+        check_target(plot, df.plot.FORMATS)
     far, near = _quantity("--from", start, "m"), _quantity("--to", stop, "m")
     velocity = _quantity("--speed", speed, "m/s")
     count = whole_number("--points", points, 2, MOST_POINTS)
@@ -73,7 +75,7 @@ def curve(
         far = float(usual[0]) if far is None else far
         near = float(usual[-1]) if near is None else near
     if far == near:
-        raise df.ParameterError(f"the curve starts and ends at {df.show(far, 'm')}; give two distances")
+        raise df.ParameterError(f"the curve starts and ends at {show(far, 'm')}; give two distances")
     result = df.force_curve(source.case, distance=np.linspace(far, near, count), speed=velocity)
     if output is not None:
         df.write(result, output)
@@ -93,6 +95,6 @@ def curve(
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:
     try:
-        return None if text is None else df.parse(text, unit)
+        return None if text is None else parse(text, unit)
     except df.UnitError as error:
         raise df.UnitError(f"{option} {error}") from None

@@ -10,6 +10,7 @@ import typer
 import dforce as df
 from dforce.cli._names import complete_examples
 from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, width, wrapped
+from dforce.core.files import check_target, write_whole
 
 
 def examples(
@@ -62,9 +63,9 @@ def _list(json: bool) -> int:
 
 
 def _write(text: str, path: Path) -> None:
-    target = df.check_target(path, (".toml",))
+    target = check_target(path, (".toml",))
     try:
-        df.write_whole(target, text.encode(), overwrite=False)
+        write_whole(target, text.encode(), overwrite=False)
     except FileExistsError:
         raise df.ResultError(f"'{path}' is there already; choose another name") from None
     typer.echo(f"written: {path}")

@@ -15,6 +15,8 @@ import dforce as df
 from dforce.cli._names import complete_models
 from dforce.cli._page import readable
 from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, columns, console, print_json, width, wrapped
+from dforce.core.errors import nearest, shorten
+from dforce.core.notation import first_sentence, plain_math
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
 
@@ -52,7 +54,7 @@ def models(
             _list(list(registry.values()), long)
         return DONE
     if name not in registry:
-        raise df.ParameterError(f"there is no force model '{df.shorten(name)}'{df.nearest(name[:100], registry)}")
+        raise df.ParameterError(f"there is no force model '{shorten(name)}'{nearest(name[:100], registry)}")
     if json:
         print_json(_described(registry[name]))
     else:
@@ -84,7 +86,7 @@ def _described(model: type[df.Force]) -> dict[str, Any]:
     keys = model.keys()
     return {
         "name": model.name,
-        "summary": df.first_sentence(model.__doc__ or ""),
+        "summary": first_sentence(model.__doc__ or ""),
         "description": inspect.cleandoc(model.__doc__ or ""),
         "parameters": [_parameter(model, key) for key in keys],
         "from_the_instrument": list(model.shared_fields().values()),
@@ -120,7 +122,7 @@ def _list(models: list[type[df.Force]], long: bool) -> None:
     for title, members in df.forces.grouped(models).items():
         terminal.print(title, style="bold")
         for model in members:
-            about = df.first_sentence(model.__doc__ or "")
+            about = first_sentence(model.__doc__ or "")
             name = f"  {model.name}".ljust(column + 2)
             if long:
                 terminal.print(wrapped(about, width(), name, " " * (column + 2)))
@@ -173,7 +175,7 @@ def _page(model: type[df.Force]) -> None:
     keys = model.keys()
     for key in keys:
         about = _parameter(model, key)
-        symbol = f"{df.plain_math(about['symbol'])}: " if about.get("symbol") else ""
+        symbol = f"{plain_math(about['symbol'])}: " if about.get("symbol") else ""
         terminal.print(wrapped(_line(about), width(), "  ", "      "))
         terminal.print(wrapped(symbol + about["meaning"], width(), "      ", "      "))
     if not keys:

@@ -11,8 +11,11 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, exists, open_source
-from dforce.cli._report import advice_lines, as_json, print_findings, quoted, states_lines, status_lines
+from dforce.cli._report import advice_lines, as_json, counted, print_findings, quoted, states_lines, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
+from dforce.core.files import check_target
+from dforce.core.progress import ProgressBar
+from dforce.core.stopping import late_stop_waits
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,9 +64,9 @@ def run(
     _refuse_sweep(case, source.case, over, continued)
     if output is None and continued:
         output = source.path
-    df.check_target(output or _numbered(source.stem, 1))
+    check_target(output or _numbered(source.stem, 1))
     if plot is not None:
-        df.check_target(plot, df.plot.FORMATS)
+        check_target(plot, df.plot.FORMATS)
     if width is not None:
         if plot is None:
             raise df.ParameterError("--width is that of a picture, and none is drawn; give --plot as well")
@@ -71,8 +74,8 @@ def run(
     if states:
         _check_states(source.case, plot)
     start = time.monotonic()
-    with df.late_stop_waits() as late:  # until the result is written
-        with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+    with late_stop_waits() as late:  # until the result is written
+        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
             result = df.run(source.case, progress=bar, resume=source.result if continued else None)
         seconds = time.monotonic() - start
         if late.asked:  # nothing is left to be continued
@@ -135,7 +138,7 @@ def _check_states(case: df.Case, plot: Path | None) -> None:
     """Raise ParameterError where states cannot be drawn behind what a case gives."""
     if plot is None:
         raise df.ParameterError("--states are drawn in a picture, and none is drawn; give --plot as well")
-    if not isinstance(case.experiment, df.Approach):
+    if not isinstance(case.experiment, df.experiments.Approach):
         kind = "none" if case.experiment is None else case.experiment.kind
         raise df.ParameterError(f"--states are drawn behind the curve of an approach, and this experiment is {kind}")
     if len(set(case.experiment.distances().tolist())) == 1:
@@ -146,7 +149,7 @@ def _check_states(case: df.Case, plot: Path | None) -> None:
 
 def _draw_states(case: df.Case, curve: xr.Dataset, plot: Path, width: str | None, quiet: bool) -> xr.Dataset:
     """Draw a curve anew with all states behind it, unless their computation is stopped; return the states."""
-    with df.ProgressBar("all states", shown=not quiet) as bar:
+    with ProgressBar("all states", shown=not quiet) as bar:
         found = df.branches(case, zc=(float(curve["zc"].max()), float(curve["zc"].min())), progress=bar)
     if not found.attrs.get("interrupted"):
         df.plot.save(df.plot.overview(curve, df.plot.Sheet(), found), plot, width=width)
@@ -187,15 +190,15 @@ def _holds_the_same(path: Path, result: xr.Dataset) -> bool:
 
 
 def _points(result: xr.Dataset) -> int:
-    return sum(df.count_status(result).values())
+    return sum(counted(result).values())
 
 
 def _computed(result: xr.Dataset) -> int:
-    return _points(result) - df.count_status(result).get(df.Status.NOT_COMPUTED, 0)
+    return _points(result) - counted(result).get(df.Status.NOT_COMPUTED, 0)
 
 
 def _failed(result: xr.Dataset) -> bool:
-    return bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE} & set(df.count_status(result)))
+    return bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE} & set(counted(result)))
 
 
 def _how(written: Path) -> str:

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-import dforce as df
 from dforce.cli._terminal import DONE, Traceback
+from dforce.core.files import check_target, write_whole
 
 
 def schema(
@@ -20,10 +20,12 @@ def schema(
     traceback: Traceback = False,
 ) -> int:
     """Print the JSON schema of case files, which editors use to complete and check them."""
-    text = json.dumps(df.case_schema(), indent=2, ensure_ascii=output is None)
+    from dforce.case import case_schema
+
+    text = json.dumps(case_schema(), indent=2, ensure_ascii=output is None)
     if output is None:
         typer.echo(text)
         return DONE
-    df.write_whole(df.check_target(output, (".json",)), f"{text}\n".encode())
+    write_whole(check_target(output, (".json",)), f"{text}\n".encode())
     typer.echo(f"written: {output}")
     return DONE

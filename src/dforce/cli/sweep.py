@@ -10,7 +10,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
-from dforce.cli._report import advice_lines, as_json, quoted, status_lines
+from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
 from dforce.cli._terminal import (
     DONE,
     SOME_POINTS_FAILED,
@@ -22,6 +22,10 @@ from dforce.cli._terminal import (
     say,
     whole_number,
 )
+from dforce.core.files import check_target
+from dforce.core.progress import ProgressBar
+from dforce.core.stopping import late_stop_waits
+from dforce.core.units import parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,33 +98,33 @@ def sweep(
         )
     in_blocks = output.suffix.lower() == ".zarr"
     if not in_blocks:
-        df.check_target(output)
+        check_target(output)
     if plot is not None:
-        df.check_target(plot, df.plot.FORMATS)
+        check_target(plot, df.plot.FORMATS)
     start = time.monotonic()
-    with df.late_stop_waits() as late:  # until the result is written
-        with df.ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+    with late_stop_waits() as late:  # until the result is written
+        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
             result = df.sweep(
                 source.case,
                 progress=bar,
                 workers=None if workers is None else whole_number("--workers", workers, 1, MOST_WORKERS),
                 quantities=None if keep is None else [name.strip() for name in keep.split(",")],
-                at_set_point=None if at_set_point is None else df.parse(at_set_point, "1"),
+                at_set_point=None if at_set_point is None else parse(at_set_point, "1"),
                 store=output if in_blocks else None,
                 client=cluster,
                 resume=resume if in_blocks else df.read(output) if resume else None,
             )
         seconds = time.monotonic() - start
         stopped = bool(result.attrs.get("interrupted"))
-        counted = df.count_status(result)
-        if stopped and not in_blocks and set(counted) == {df.Status.NOT_COMPUTED}:
+        counts = counted(result)
+        if stopped and not in_blocks and set(counts) == {df.Status.NOT_COMPUTED}:
             say("dforce: stopped before the first case was done; nothing was written")
             return STOPPED
         if not in_blocks:
             df.write(result, output)
     if plot is not None:
         df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot)
-    failed = bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.BROKEN} & set(counted))
+    failed = bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.BROKEN} & set(counts))
     code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
     if json:
         print_json(_answer(source, result, output, plot, seconds, code))

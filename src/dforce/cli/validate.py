@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-import dforce as df
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+from dforce.core.files import check_target, write_whole
 
 
 def validate(
@@ -24,11 +24,13 @@ def validate(
 
     Prints a page in Markdown, or writes it. Exit code 1: a check is not met; the page says which.
     """
-    target = None if output is None else df.check_target(output, (".md",))
-    result = df.validate(quick, say)
-    page = df.validation_page(result)
+    target = None if output is None else check_target(output, (".md",))
+    from dforce.checks import validation
+
+    result = validation.validate(quick, say)
+    page = validation.validation_page(result)
     if target is not None:
-        df.write_whole(target, page.encode())
+        write_whole(target, page.encode())
         say(f"written: {output}")
     if json:
         print_json(result)

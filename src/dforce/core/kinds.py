@@ -21,7 +21,7 @@ CLASSES = {
     "xr.Dataset": ("xarray", "Dataset", "a result", "df.run and df.read give one"),
     "xr.DataArray": ("xarray", "DataArray", "a quantity of a result", "result['amplitude'] is one"),
     "FigureBase": ("matplotlib.figure", "FigureBase", "a figure", "matplotlib.pyplot.figure() gives one"),
-    "Picture": ("dforce.results.curves", "Picture", "a picture", "df.pictures_of gives some, df.Picture makes one"),
+    "Picture": ("dforce.results.curves", "Picture", "a picture", "dforce.results.curves.pictures_of gives some"),
     "type[Force]": ("dforce.forces", "Force", "a class of forces", "df.forces.DMT is one"),
 }
 """What is known by its class: module, name there, in words, and where one comes from."""

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.notation import plain_math
 from dforce.gui.document import COLORS, LONGEST_NAME, Kept
 
 if TYPE_CHECKING:
@@ -48,11 +50,11 @@ def name_of(result: xr.Dataset, last: xr.Dataset | None, taken: Sequence[str]) -
     if last is not None and str(last.attrs.get("title", "")) == str(result.attrs.get("title", "")):
         rows = differences([last, result])
         if 0 < len(rows) <= IN_A_NAME:
-            title = ", ".join(f"{df.plain_math(row.symbol) or row.label} = {row.values[1]}" for row in rows)
-    name, number = df.shorten(title, LONGEST_NAME - 6), 1
+            title = ", ".join(f"{plain_math(row.symbol) or row.label} = {row.values[1]}" for row in rows)
+    name, number = shorten(title, LONGEST_NAME - 6), 1
     while name in taken:
         number += 1
-        name = f"{df.shorten(title, LONGEST_NAME - 6)} ({number})"
+        name = f"{shorten(title, LONGEST_NAME - 6)} ({number})"
     return name
 
 
@@ -80,9 +82,9 @@ def _flat(path: str, value: Any) -> Iterator[tuple[str, str]]:
         for number, (name, inner) in enumerate(zip(names, value, strict=True), start=1):
             yield from _flat(f"{path}.{name if name and names.count(name) == 1 else number}", inner)
     elif isinstance(value, list):
-        yield path, df.shorten(", ".join(map(str, value)), LONGEST_VALUE)
+        yield path, shorten(", ".join(map(str, value)), LONGEST_VALUE)
     else:
-        yield path, df.shorten(str(value), LONGEST_VALUE)
+        yield path, shorten(str(value), LONGEST_VALUE)
 
 
 def _words(result: xr.Dataset, path: str) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import dforce as df
+from dforce.core.log import listening
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,7 +140,7 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
         if done < total and (spent - began > PATIENCE or (spent - began > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    with df.listening(say) as heard:
+    with listening(say) as heard:
         result = df.run(case, progress=watch)
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
@@ -212,7 +213,7 @@ class Job:
         self.state, self.began = "running", time.monotonic()
         self.turn = self.began
         try:
-            with df.listening(self._hear):
+            with listening(self._hear):
                 result = df.run(self.case, progress=self._watch)
         except df.DForceError as error:
             self.error, self.state = str(error), "failed"

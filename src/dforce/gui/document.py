@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import dforce as df
 from dforce.gui import bounds
+from dforce.results.curves import Picture
 
 Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count from 0
 
@@ -75,7 +76,7 @@ class Document:
     off: tuple[int, ...] = ()
     aside: Mapping[str, Any] = field(default_factory=dict)
     sliders: tuple[Slider, ...] = ()
-    plots: tuple[df.Picture, ...] = ()
+    plots: tuple[Picture, ...] = ()
     results: tuple[Kept, ...] = ()
     set_point: float = 0.8
     opened: Mapping[str, Any] = field(default_factory=dict)
@@ -205,11 +206,11 @@ def _unnamed(table: Mapping[str, Any]) -> dict[str, Any]:
     return {name: part for name, part in table.items() if name not in NAMING}
 
 
-def _picture(given: Any) -> df.Picture:
+def _picture(given: Any) -> Picture:
     x, *y = (bounds.text(name, LONGEST_NAME) for name in [given["x"], *bounds.items(given["y"], MOST_QUANTITIES)])
     if not y:
         raise ValueError("a picture of nothing")
-    return df.Picture(x, tuple(y), bool(given["together"]), bool(given["logarithmic"]))
+    return Picture(x, tuple(y), bool(given["together"]), bool(given["logarithmic"]))
 
 
 def _kept(given: Any) -> Kept:

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Literal, Union, get_args, get_origin
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.parameters import Parameters, Quantity
+from dforce.core.units import parse, show
 from dforce.gui.typed import with_point
 
 NEEDED = "this needs a value"
@@ -40,7 +43,7 @@ class Shape:
     kind: str
     label: str = ""
     words: tuple[str, ...] = ()
-    model: type[df.Parameters] | None = None
+    model: type[Parameters] | None = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Field:
     required: bool = False
     default: Any = None
     symbol: str = ""
-    quantity: df.Quantity | None = None
+    quantity: Quantity | None = None
     placeholder: str = ""
     examples: tuple[str, ...] = ()
 
@@ -86,13 +89,13 @@ def _fits(shape: Shape, value: Any) -> bool:
     return not isinstance(value, Mapping | list | tuple)
 
 
-def fields(model: type[df.Parameters]) -> list[Field]:
+def fields(model: type[Parameters]) -> list[Field]:
     """Return the fields of a class that a person may give, in order; what can only have one value is left out."""
     found = [_field(model, key) for key in model.keys()]  # noqa: SIM118 a method of Parameters
     return [field for field in found if field.shapes]
 
 
-def _field(model: type[df.Parameters], key: str) -> Field:
+def _field(model: type[Parameters], key: str) -> Field:
     info, quantity = model.model_fields[key], model.quantities().get(key)
     doc = info.description or spaced(key)
     shapes = tuple(_shapes(info.annotation, quantity))
@@ -133,7 +136,7 @@ def spaced(word: str) -> str:
     return word.replace("_", " ")
 
 
-def _bounds(quantity: df.Quantity) -> str:
+def _bounds(quantity: Quantity) -> str:
     words = []
     for name, sign in BOUNDS.items():
         bound = getattr(quantity, name)
@@ -144,10 +147,10 @@ def _bounds(quantity: df.Quantity) -> str:
 
 
 def _plain(bound: float, unit: str) -> str:
-    return f"{bound:,.12g}" if unit == "1" else df.show(bound, unit)
+    return f"{bound:,.12g}" if unit == "1" else show(bound, unit)
 
 
-def _shapes(annotation: Any, quantity: df.Quantity | None) -> list[Shape]:
+def _shapes(annotation: Any, quantity: Quantity | None) -> list[Shape]:
     parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
     parts = tuple(part for part in parts if part is not type(None))
     shapes: list[Shape] = []
@@ -160,7 +163,7 @@ def _shapes(annotation: Any, quantity: df.Quantity | None) -> list[Shape]:
     return shapes
 
 
-def _part(part: Any, quantity: df.Quantity | None, alone: bool) -> list[Shape]:
+def _part(part: Any, quantity: Quantity | None, alone: bool) -> list[Shape]:
     if get_origin(part) is Literal:
         words = tuple(map(str, get_args(part)))
         if alone:
@@ -180,7 +183,7 @@ def _part(part: Any, quantity: df.Quantity | None, alone: bool) -> list[Shape]:
 
 
 def _is_parameters(part: Any) -> bool:
-    return inspect.isclass(part) and issubclass(part, df.Parameters)
+    return inspect.isclass(part) and issubclass(part, Parameters)
 
 
 def check(field: Field, shape: Shape, value: Any) -> str:
@@ -192,15 +195,15 @@ def check(field: Field, shape: Shape, value: Any) -> str:
         return NEEDED if field.required else ""
     try:
         if field.quantity is not None and shape.kind == "quantity":
-            field.quantity.check(df.parse(_pointed(value), field.quantity.unit))
+            field.quantity.check(parse(_pointed(value), field.quantity.unit))
         elif field.quantity is not None and shape.kind == "numbers" and isinstance(value, list):
             for item in value:
-                field.quantity.check(df.parse(_pointed(item), field.quantity.unit))
+                field.quantity.check(parse(_pointed(item), field.quantity.unit))
         elif shape.kind in ("whole", "number") and isinstance(value, str):
             words = (
                 "is too large" if TOO_LARGE.fullmatch(value) else f"is not a {'whole ' * (shape.kind == 'whole')}number"
             )
-            return f"{df.shorten(value, 40)} {words}"
+            return f"{shorten(value, 40)} {words}"
         elif shape.kind == "number" and not math.isfinite(value):
             return "this is not a finite number"
     except df.ParameterError as error:
@@ -213,18 +216,18 @@ def _pointed(value: Any) -> Any:
     return with_point(value) if isinstance(value, str) else value
 
 
-def start_of(model: type[df.Parameters], typed: Any) -> dict[str, Any]:
+def start_of(model: type[Parameters], typed: Any) -> dict[str, Any]:
     """Return a table to start a form with: typical values, and of what was typed elsewhere what the model knows by name."""
     known = typed if isinstance(typed, Mapping) else {}
     return {**model.example, **{key: known[key] for key in model.keys() if key in known}}  # noqa: SIM118
 
 
-def name_of(model: type[df.Parameters]) -> str:
+def name_of(model: type[Parameters]) -> str:
     """Return the name of a class as words: "Kelvin Voigt"."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
 
 
-def carried(given: Mapping[str, Any], model: type[df.Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
+def carried(given: Mapping[str, Any], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
     """Return what another way can take over: single values as the first item of a list, or the first item as values."""
     found: dict[str, Any] = {}
     listed = [

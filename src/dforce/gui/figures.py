@@ -15,7 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.notation import html_symbol
+from dforce.core.units import parse, usual_unit
 from dforce.gui.chart import packed
+from dforce.results.curves import Line, Picture, drawable, lines_of, rounding
+from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,15 +62,15 @@ class Drawn:
     """A figure, and what each of its traces shows: its layer and line; None for marks."""
 
     figure: Figure
-    traces: tuple[tuple[Layer, df.Line] | None, ...] = ()
+    traces: tuple[tuple[Layer, Line] | None, ...] = ()
 
 
-def picture(layers: Sequence[Layer], wanted: df.Picture) -> Drawn:
+def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:
     """Return a picture of results, the last on top.
 
     One result gets a color for each direction and tone; several have a color each, and dashes tell directions apart.
     """
-    able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(df.drawable(layer.result, wanted.x))]
+    able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(drawable(layer.result, wanted.x))]
     if not able:
         return Drawn(empty("There is nothing to draw here: these results lack the quantities chosen."))
     return _Maker(able, wanted).drawn()
@@ -74,7 +79,7 @@ def picture(layers: Sequence[Layer], wanted: df.Picture) -> Drawn:
 class _Maker:
     """Makes one figure."""
 
-    def __init__(self, layers: Sequence[Layer], wanted: df.Picture) -> None:
+    def __init__(self, layers: Sequence[Layer], wanted: Picture) -> None:
         self.layers, self.wanted = layers, wanted
         self.several = len(layers) > 1
         first = layers[0].result
@@ -86,7 +91,7 @@ class _Maker:
         self.x_scale, self.x_unit = self._scale([wanted.x])
         self.scales: dict[str, tuple[float, str]] = {}  # of each quantity, that of its axis
         self.data: list[Figure] = []
-        self.traces: list[tuple[Layer, df.Line] | None] = []
+        self.traces: list[tuple[Layer, Line] | None] = []
         self.named: set[str] = set()
         layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": _legend(), "showlegend": True}
         layout["shapes"] = []
@@ -123,9 +128,9 @@ class _Maker:
         """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
         first = self.layers[0].result
         scale, unit = self._scale(names)
-        noise = max(df.rounding(layer.result, name) for layer in self.layers for name in names)
+        noise = max(rounding(layer.result, name) for layer in self.layers for name in names)
         if self._largest(names) < noise:
-            scale, unit = df.reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
+            scale, unit = reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
         words = title(first[names[0]], unit) if len(names) == 1 else _title_of_several([first[n] for n in names], unit)
         axis: Figure = {"title": {"text": words}}
@@ -181,7 +186,7 @@ class _Maker:
         scale, unit = self.scales[name]
         x_axis, y_axis = _name("x", host), _name("y", tag)
         for layer in self.layers:
-            for line in df.lines_of(layer.result, self.wanted.x, name):
+            for line in lines_of(layer.result, self.wanted.x, name):
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
                 look = self._look(layer, line, name)
                 hover = f"%{{x:.4g}} {_plain(self.x_unit)}, %{{y:.4g}} {_plain(unit)}"
@@ -196,14 +201,14 @@ class _Maker:
                 rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
                 self.layout["shapes"] += [{"xref": x_axis, "yref": y_axis, **ring} for ring in rings]
 
-    def _add(self, what: tuple[Layer, df.Line] | None, trace: Figure) -> None:
+    def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
         trace["showlegend"] = bool(words) and words not in self.named
         self.named |= {words} - {""}
         self.data.append(trace)
         self.traces.append(what)
 
-    def _look(self, layer: Layer, line: df.Line, name: str) -> Figure:
+    def _look(self, layer: Layer, line: Line, name: str) -> Figure:
         """Return name, color and dash of a line."""
         place = self.wanted.y.index(name)
         dash = DASHES.get(line.direction, "solid") if line.stable else UNSTABLE
@@ -233,7 +238,7 @@ class _Maker:
                                  "line": {"color": "soft", "dash": dash, "width": 2}})  # fmt: skip
 
 
-def _marks(line: df.Line, x_scale: float, scale: float, color: int) -> Iterator[Figure]:
+def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Figure]:
     """Give the special points of a line, one trace for each kind."""
     for kind in dict.fromkeys(line.marks.values()):
         places = [place for place, word in line.marks.items() if word == kind]
@@ -258,7 +263,7 @@ def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> 
 def basins(result: xr.Dataset) -> Drawn:
     """Return which state is reached from which start, as a map."""
     vertical, across = (str(dim) for dim in result["reached"].dims)
-    (x_scale, x_unit), (y_scale, y_unit) = df.reader_unit(result[across]), df.reader_unit(result[vertical])
+    (x_scale, x_unit), (y_scale, y_unit) = reader_unit(result[across]), reader_unit(result[vertical])
     count = result.sizes["state"]
     # a color for each state, none for starts that lead to none
     steps = [(n + more) / (count + 1) for n in range(count + 1) for more in (0, 1)]
@@ -290,7 +295,7 @@ def basins(result: xr.Dataset) -> Drawn:
 
 def force_distance(result: xr.Dataset) -> Figure:
     """Return the small figure of the total force against distance, both directions where they differ."""
-    (x_scale, x_unit), (scale, unit) = df.reader_unit(result["distance"]), df.reader_unit(result["force"])
+    (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), reader_unit(result["force"])
     force = result["force"].values
     ways = (0, 1) if not np.array_equal(force[0], force[1]) else (0,)
     data = []
@@ -329,25 +334,25 @@ def empty(text: str) -> Figure:
 def unit_of(variable: xr.DataArray) -> tuple[float, str]:
     """Return scale and name of the unit in which a quantity reads best; the usual one where it is zero everywhere."""
     if np.any(np.nan_to_num(variable.values)):
-        return df.reader_unit(variable)
+        return reader_unit(variable)
     stored = _unit(variable)
-    usual = df.usual_unit(stored)
+    usual = usual_unit(stored)
     try:
-        return df.parse(f"1 {usual}", stored), re.sub(r"^u(?=[a-zA-Z])", "µ", usual)
+        return parse(f"1 {usual}", stored), re.sub(r"^u(?=[a-zA-Z])", "µ", usual)
     except df.ParameterError:  # a phase or a percentage
-        return df.reader_unit(variable)
+        return reader_unit(variable)
 
 
 def title(variable: xr.DataArray, unit: str) -> str:
     """Return the title of an axis: name, symbol and unit."""
     name = _plain(str(variable.attrs.get("long_name", variable.name)))
-    symbol = df.html_symbol(str(variable.attrs.get("symbol", "")))
+    symbol = html_symbol(str(variable.attrs.get("symbol", "")))
     return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{_in_brackets(unit)}"
 
 
 def _title_of_several(variables: Sequence[xr.DataArray], unit: str) -> str:
     symbols = [
-        df.html_symbol(str(variable.attrs.get("symbol", ""))) or _plain(str(variable.name)) for variable in variables
+        html_symbol(str(variable.attrs.get("symbol", ""))) or _plain(str(variable.name)) for variable in variables
     ]
     return f"<i>{', '.join(symbols)}</i>{_in_brackets(unit)}"
 
@@ -361,7 +366,7 @@ def _unit(variable: xr.DataArray) -> str:
 
 
 def _plain(text: str) -> str:
-    return html.escape(df.shorten(text, 120))
+    return html.escape(shorten(text, 120))
 
 
 def _name(kind: str, tag: int) -> str:

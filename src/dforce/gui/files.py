@@ -20,6 +20,7 @@ from dforce.gui.plots import Plots
 from dforce.gui.saving import ask, choice, text
 from dforce.gui.telling import say, telling
 from dforce.gui.view import View
+from dforce.results.curves import Picture
 
 ENDING = ".dforce"  # of a project
 ACCEPTED = f".toml,.nc,{ENDING}"
@@ -173,7 +174,7 @@ class Files:
         return f"{stem(self._title())}{ending}"
 
 
-def figure_file(layers: list[Layer], wanted: df.Picture | None, ending: str, width: str) -> bytes:
+def figure_file(layers: list[Layer], wanted: Picture | None, ending: str, width: str) -> bytes:
     """Return the file of a figure. Blocking.
 
     Raises

@@ -11,6 +11,10 @@ from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.notation import first_sentence, html_symbol
+from dforce.core.parameters import Parameters
+from dforce.experiments import EXPERIMENTS
 from dforce.gui import typed
 from dforce.gui.document import Path
 from dforce.gui.entry import Entry
@@ -19,6 +23,7 @@ from dforce.gui.menus import menu
 from dforce.gui.sliders import toggle
 from dforce.gui.values import read, shown, units_of
 from dforce.gui.view import Said, View
+from dforce.problem import values_used
 
 LEFT_OUT = "left out"
 UNUSED = "Not used by the forces chosen"
@@ -117,11 +122,11 @@ class Forms:
             self._forces()
         elif name == "experiment":
             self._experiment()
-        elif inspect.isclass(model) and issubclass(model, df.Parameters):
+        elif inspect.isclass(model) and issubclass(model, Parameters):
             heading(spaced(name).capitalize())
             self._table((name,), model)
 
-    def _table(self, path: Path, model: type[df.Parameters]) -> None:
+    def _table(self, path: Path, model: type[Parameters]) -> None:
         """Show the fields of a class at a path; of its ways only the one that is chosen."""
         hidden = set()
         if model.ways:
@@ -145,23 +150,23 @@ class Forms:
                 for field in folded:
                     self._field((*path, field.key), field)
 
-    def _unused(self, path: Path, model: type[df.Parameters]) -> list[Field]:
+    def _unused(self, path: Path, model: type[Parameters]) -> list[Field]:
         """Return the fields that are there for forces, but for none of those chosen, and in which nothing is typed."""
         models = [
             df.forces.REGISTRY.get(str(force.get("model"))) for force in self.view.document.value(("forces",)) or []
         ]
-        used = df.values_used(model for model in models if model is not None)
-        known = df.values_used(df.forces.REGISTRY.values()) - used
+        used = values_used(model for model in models if model is not None)
+        known = values_used(df.forces.REGISTRY.values()) - used
         given = self.view.document.value(path) or {}
         section = ".".join(map(str, path))
         return [field for field in fields(model) if f"{section}.{field.key}" in known and field.key not in given]
 
-    def _way(self, path: Path, model: type[df.Parameters]) -> str:
+    def _way(self, path: Path, model: type[Parameters]) -> str:
         given = self.view.document.value(path) or {}
         fits = (name for name, keys in model.ways.items() if any(key in given for key in keys))
         return next(fits, next(iter(model.ways)))
 
-    def _take_way(self, path: Path, model: type[df.Parameters], old: str, new: str) -> None:
+    def _take_way(self, path: Path, model: type[Parameters], old: str, new: str) -> None:
         """Change to another way of saying the same; what both know by the same name is carried over."""
         document = self.view.document
         given = document.value(path) or {}
@@ -230,7 +235,7 @@ class Forms:
             ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
             field.label,
             on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
-            symbol=df.html_symbol(field.symbol),
+            symbol=html_symbol(field.symbol),
             help=field.help,
             kind="switch" if shape.kind == "switch" else "text",
             known=field.examples,
@@ -294,7 +299,7 @@ class Forms:
         entry.show(text=chosen, options=[{"value": word, "label": shown_} for word, shown_ in words.items()])
         return entry
 
-    def _tables(self, path: Path, field: Field, model: type[df.Parameters]) -> None:
+    def _tables(self, path: Path, field: Field, model: type[Parameters]) -> None:
         """Show a list of tables, such as modes: each with its number, a way to remove it, and one to add another."""
         items = self.view.document.value(path) or []
         what = model.__name__.lower()
@@ -333,7 +338,7 @@ class Forms:
                 switch.props.update({"dense": True, "aria-label": f"{title} takes part", "title": SWITCH})
                 self._remove(("forces", place), title)
             if model is None:
-                ui.label(f"There is no force model '{df.shorten(name)}' here.").classes("df-error")
+                ui.label(f"There is no force model '{shorten(name)}' here.").classes("df-error")
             elif on:
                 self._table(("forces", place), model)
 
@@ -348,22 +353,22 @@ class Forms:
         """Show the choice of the experiment, and the fields of the one chosen."""
         heading("Experiment")
         kind = self.view.document.value(("experiment", "kind")) or ""
-        words = {name: spaced(name) for name in df.EXPERIMENTS}
+        words = {name: spaced(name) for name in EXPERIMENTS}
         if kind not in words:
             words = {"": "choose one", **words}
         self._choice(("experiment",), "Kind", words, str(kind), lambda new: self._take_experiment(str(kind), new))
-        model = df.EXPERIMENTS.get(kind)
+        model = EXPERIMENTS.get(kind)
         if model is not None:
             ui.label(first_line(model)).classes("df-text")
             self._table(("experiment",), model)
 
     def _take_experiment(self, old: str, new: str) -> None:
         """Change to another experiment, with values that suit the instrument where nothing was typed for it yet."""
-        if new not in df.EXPERIMENTS:
+        if new not in EXPERIMENTS:
             return
         document = self.view.document
         try:
-            suggested = df.EXPERIMENTS[new].suggested(document.put(("experiment",), None).case().problem)
+            suggested = EXPERIMENTS[new].suggested(document.put(("experiment",), None).case().problem)
         except df.DForceError:  # an instrument that is not yet right suggests nothing
             suggested = {}
         start = {"kind": new, **suggested}
@@ -382,6 +387,6 @@ def button(text: str, icon: str, press: Callable[[], None], label: str = "") -> 
         made.props.update({"aria-label": label, "title": f"{label[0].upper()}{label[1:]}"})
 
 
-def first_line(model: type[df.Parameters]) -> str:
+def first_line(model: type[Parameters]) -> str:
     """Return the first sentence of a class's documentation."""
-    return df.first_sentence(model.__doc__ or "")
+    return first_sentence(model.__doc__ or "")

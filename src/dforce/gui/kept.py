@@ -10,6 +10,7 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.notation import html_symbol
 from dforce.gui import compare
 from dforce.gui.document import LONGEST_NAME, Kept
 from dforce.gui.figures import Layer
@@ -104,7 +105,7 @@ class KeptResults:
     def _show_differences(self, layers: list[Layer]) -> None:
         rows = compare.differences([layer.result for layer in layers])
         changed = {
-            "rows": [dataclasses.asdict(row) | {"symbol": df.html_symbol(row.symbol)} for row in rows],
+            "rows": [dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol)} for row in rows],
             "names": [layer.name for layer in layers],
             "colors": [layer.color for layer in layers],
             "text": SAME if len(layers) > 1 else "Draw at least two results to see what differs.",

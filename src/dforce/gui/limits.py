@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import dforce as df
+from dforce.core.parameters import Parameters
 
 # costs time, which is limited by itself, and no memory unless all of the motion is recorded
 TIME_ALONE = ("solver.max_periods", "solver.periods", "solver.measured_periods")
@@ -54,11 +55,11 @@ SHARED = Limits(seconds=300.0, count=2000)
 """Of a server that is open to others; the longest trace that they allow takes some 200 MB while it is computed."""
 
 
-def _whole_numbers(given: df.Parameters, path: str) -> Iterator[tuple[str, int]]:
+def _whole_numbers(given: Parameters, path: str) -> Iterator[tuple[str, int]]:
     """Give the whole numbers that were typed into a table of parameters and those below it; defaults are fine."""
     for key in given.model_fields_set:
         value: Any = getattr(given, key)
-        if isinstance(value, df.Parameters):
+        if isinstance(value, Parameters):
             yield from _whole_numbers(value, f"{path}.{key}")
         elif isinstance(value, int) and not isinstance(value, bool):
             yield f"{path}.{key}", value

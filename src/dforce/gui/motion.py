@@ -11,9 +11,13 @@ import numpy as np
 from nicegui import ui
 
 import dforce as df
+from dforce.core.notation import html_symbol
+from dforce.findings.set_point import regime
 from dforce.gui.compute import LIVE, Latest, in_thread
 from dforce.gui.figures import Layer, unit_of
 from dforce.gui.shown import Part, Shown
+from dforce.results.curves import pictures_of
+from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,15 +154,15 @@ def _places(point: xr.Dataset) -> list[dict[str, str]]:
     along = str(point.attrs.get("along", "zc"))
     names = dict.fromkeys(["zc", along, "frequency", "direction", "state"])
     there = [point[name] for name in names if name in point.coords and point[name].ndim == 0]
-    found = [{"symbol": df.html_symbol(str(one.attrs.get("symbol", ""))), "text": _text(one)} for one in there]
-    return found + [{"symbol": "", "text": f"{word} state"} for word in (df.regime(point),) if word]
+    found = [{"symbol": html_symbol(str(one.attrs.get("symbol", ""))), "text": _text(one)} for one in there]
+    return found + [{"symbol": "", "text": f"{word} state"} for word in (regime(point),) if word]
 
 
 def _text(variable: xr.DataArray) -> str:
     if variable.dtype.kind != "f":
         words = str(variable.values)
         return words if variable.dtype.kind == "U" else f"{variable.attrs.get('long_name', variable.name)} {words}"
-    scale, unit = df.reader_unit(variable)
+    scale, unit = reader_unit(variable)
     return f"{float(variable) / scale:.4g}{'' if unit == '1' else f' {unit}'}"
 
 
@@ -172,7 +176,7 @@ def _plain(motion: xr.Dataset) -> dict[str, Any]:
     gap = (seen["distance"].values - float(motion.attrs["a0"])) / length
     values = seen["force"].values / force
     return {
-        "traces": [_trace(motion[name], seen[name]) for name in df.pictures_of(motion)[0].y],
+        "traces": [_trace(motion[name], seen[name]) for name in pictures_of(motion)[0].y],
         "gap": _short(gap),
         "force": _short(values),
         "peak": float(np.abs(values).max()),
@@ -194,7 +198,7 @@ def _trace(whole: xr.DataArray, seen: xr.DataArray) -> dict[str, Any]:
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     return {
         "name": str(whole.name), "label": str(whole.attrs.get("long_name", whole.name)),
-        "symbol": df.html_symbol(str(whole.attrs.get("symbol", ""))), "unit": unit, "values": _short(values), "low": low,
+        "symbol": html_symbol(str(whole.attrs.get("symbol", ""))), "unit": unit, "values": _short(values), "low": low,
         "high": high if high > low else low + 1.0,
     }  # fmt: skip
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from nicegui import ui
 
-import dforce as df
 from dforce.gui.figures import Drawn, Layer, unit_of
+from dforce.results.curves import Line, Picture
 
 if TYPE_CHECKING:
     from dforce.gui.view import View
@@ -47,7 +47,7 @@ class Numbers:
         self.sheet = Sheet()
         self.sheet.set_visibility(False)
 
-    def show(self, drawn: Drawn, wanted: df.Picture | None) -> None:
+    def show(self, drawn: Drawn, wanted: Picture | None) -> None:
         """Show the numbers of a figure of curves, where the table is open."""
         self.button.set_visibility(wanted is not None)
         self.sheet.set_visibility(self.open and wanted is not None)
@@ -72,7 +72,7 @@ class Numbers:
 
 
 def _blocks(
-    lines: Sequence[tuple[str, Layer, df.Line]], layers: Sequence[Layer], x: str
+    lines: Sequence[tuple[str, Layer, Line]], layers: Sequence[Layer], x: str
 ) -> tuple[dict[str, Block], list[str]]:
     """Return the rows by the words that tell them apart, and the headings of their columns, that of the axis across first."""
     across, first = _head(layers, x)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
-import dforce as df
+from dforce.core.notation import html_symbol, plain_math
 from dforce.gui import figures
 from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
@@ -20,6 +20,7 @@ from dforce.gui.numbers import Numbers
 from dforce.gui.setpoint import SetPoint
 from dforce.gui.shown import Part
 from dforce.gui.view import STANDING, View
+from dforce.results.curves import Picture, drawable, pictures_of, row_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,8 +62,8 @@ class Plots:
     def __init__(self, view: View) -> None:
         self.view = view
         self.drawn = figures.Drawn({})
-        self.shown: df.Picture | None = None  # None: a map, or nothing
-        self.usual: list[df.Picture] = []
+        self.shown: Picture | None = None  # None: a map, or nothing
+        self.usual: list[Picture] = []
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
         self.result: xr.Dataset | None = None
         self.layers: list[figures.Layer] = []
@@ -129,11 +130,11 @@ class Plots:
         else:
             self.waiting.show(text if empty else "", None if text in STANDING else 0.0)
 
-    def wanted(self, result: xr.Dataset) -> df.Picture:
+    def wanted(self, result: xr.Dataset) -> Picture:
         """Return the picture that was last chosen for such a result, else the one that says most."""
-        known = set(df.drawable(result))
+        known = set(drawable(result))
         chosen = (picture for picture in reversed(self.view.document.plots) if {picture.x, *picture.y} <= known)
-        return next(chosen, None) or df.pictures_of(result)[0]
+        return next(chosen, None) or pictures_of(result)[0]
 
     def redraw(self) -> None:
         """Draw the same results in another way."""
@@ -147,10 +148,10 @@ class Plots:
             log.exception("the results could not be drawn")
             await self.view.main.draw(figures.empty(UNDRAWN))
 
-    def _offer(self, result: xr.Dataset, wanted: df.Picture) -> None:
+    def _offer(self, result: xr.Dataset, wanted: Picture) -> None:
         """Show in the picker what can be drawn, and what is."""
-        self.usual = df.pictures_of(result)
-        names = tuple(df.drawable(result))
+        self.usual = pictures_of(result)
+        names = tuple(drawable(result))
         if names != self.names:
             self.names = names
             self.picker.props["all"] = [_words(result, name) for name in names]
@@ -174,17 +175,17 @@ class Plots:
         result, x = self._first(), str(given["x"])
         if result is None or x not in self.names:
             return
-        able = [name for name in df.drawable(result, x) if name != x]
+        able = [name for name in drawable(result, x) if name != x]
         y = tuple(name for name in map(str, given["y"]) if name in able) or self._beside(x) or tuple(able[:1])
         if y:
             y = tuple(sorted(y, key=self.names.index))
-            self._choose(df.Picture(x, y, bool(given["together"]), bool(given["logarithmic"])))
+            self._choose(Picture(x, y, bool(given["together"]), bool(given["logarithmic"])))
 
     def _beside(self, x: str) -> tuple[str, ...]:
         """Return what is usually drawn against a quantity."""
         return next((picture.y for picture in self.usual if picture.x == x), ())
 
-    def _choose(self, picture: df.Picture) -> None:
+    def _choose(self, picture: Picture) -> None:
         document = self.view.document
         others = [other for other in document.plots if other.x != picture.x][-MOST_PLOTS + 1 :]
         self.view.session.look(dataclasses.replace(document, plots=(*others, picture)))
@@ -231,7 +232,7 @@ def _words(result: xr.Dataset, name: str) -> dict[str, str]:
     label, symbol = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("symbol", ""))
     unit = figures.unit_of(variable)[1]
     return {
-        "name": name, "label": label, "symbol": df.html_symbol(symbol), "unit": "" if unit == "1" else unit,
-        "row": df.row_of(result, name), "text": f"{label} {df.plain_math(symbol)}".strip(),
+        "name": name, "label": label, "symbol": html_symbol(symbol), "unit": "" if unit == "1" else unit,
+        "row": row_of(result, name), "text": f"{label} {plain_math(symbol)}".strip(),
         "help": str(variable.attrs.get("description", "")),
     }  # fmt: skip

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import dforce as df
 from dforce.gui import compare, figures, setpoint
 from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
+from dforce.results.curves import Picture, drawable, pictures_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 UNUSABLE = "this result cannot be used here: it differs from what dForce writes"
 
 
-def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[df.Picture] = ()) -> None:
+def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -> None:
     """Write a result again, and draw and describe all there is in it. Blocking.
 
     Parameters
@@ -47,8 +48,8 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[df.Picture] = ()
                 figures.picture([figures.Layer(result, states=states)], picture)
                 if states is not None:
                     setpoint.table_of([figures.Layer(result, states=states)], picture)
-            for name in df.drawable(result):
-                figures.picture([figures.Layer(result)], df.Picture(name, (name,)))
+            for name in drawable(result):
+                figures.picture([figures.Layer(result)], Picture(name, (name,)))
         compare.name_of(result, None, ())
     except OSError as error:  # a full disk says nothing about the file
         if isinstance(error.__cause__, OSError) or not isinstance(error, df.DForceError):
@@ -58,8 +59,8 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[df.Picture] = ()
         raise df.ResultError(UNUSABLE) from error
 
 
-def _pictures(result: xr.Dataset, chosen: Sequence[df.Picture]) -> Iterator[df.Picture]:
+def _pictures(result: xr.Dataset, chosen: Sequence[Picture]) -> Iterator[Picture]:
     """Give the usual pictures of a result, and those chosen that it has the quantities for."""
-    yield from df.pictures_of(result)
-    known = set(df.drawable(result))
+    yield from pictures_of(result)
+    known = set(drawable(result))
     yield from (picture for picture in chosen if {picture.x, *picture.y} <= known)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
+from dforce.core.errors import shorten
 from dforce.gui.document import MOST_RESULTS
 from dforce.gui.store import why
 
@@ -67,7 +68,7 @@ class Shelf:
         """
         path = self.folder / f"{name}.nc"
         if not IDENTIFIER.fullmatch(name) or not path.is_file():
-            raise df.ResultError(f"the result '{df.shorten(name, 20)}' is no longer kept")
+            raise df.ResultError(f"the result '{shorten(name, 20)}' is no longer kept")
         return path
 
     def names(self) -> list[str]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import dforce as df
+from dforce.core.errors import shorten
 from dforce.gui.document import Document
 from dforce.gui.limits import ALONE, SHARED
 from dforce.gui.security import KEY, Guard, kept_secret
@@ -88,7 +89,7 @@ def free_port(host: str, wanted: int | None = None) -> int:
                 return int(probe.getsockname()[1])
             except OSError as error:
                 reason = error.strerror or str(error)
-    raise df.ParameterError(f"cannot listen at {df.shorten(host)}, port {wanted or 'any'}: {reason.lower()}")
+    raise df.ParameterError(f"cannot listen at {shorten(host)}, port {wanted or 'any'}: {reason.lower()}")
 
 
 def serve(options: Options) -> None:
@@ -99,7 +100,7 @@ def serve(options: Options) -> None:
         secret, cookie_secret = kept_secret(folder / "secret"), kept_secret(folder / "cookie-secret")
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise df.ParameterError(f"the window cannot keep anything in '{df.shorten(str(folder))}': {reason}") from None
+        raise df.ParameterError(f"the window cannot keep anything in '{shorten(str(folder))}': {reason}") from None
     # read by NiceGUI when it is imported, which is why that waits until here
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / "sessions")
     from nicegui import app, ui

@@ -11,9 +11,11 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.notation import html_symbol
 from dforce.gui.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
 from dforce.gui.figures import Layer, unit_of
 from dforce.gui.view import View
+from dforce.results.curves import Picture, goes_along, pictures_of, rounding, row_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,12 +48,12 @@ class SetPoint:
         self.element.set_visibility(False)
         self.element.on("percent", self._changed)
 
-    def marked(self, layers: Sequence[Layer], wanted: df.Picture) -> list[Layer]:
+    def marked(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
         """Return layers with their states at the set point, those that are curves."""
         share = self.view.document.set_point
         return [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
 
-    def show(self, layers: Sequence[Layer], wanted: df.Picture | None) -> None:
+    def show(self, layers: Sequence[Layer], wanted: Picture | None) -> None:
         """Show the states of layers."""
         with_states = [layer for layer in layers if layer.states is not None]
         self.element.set_visibility(bool(with_states))
@@ -75,19 +77,19 @@ class SetPoint:
             self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
 
 
-def states_of(result: xr.Dataset, share: float, wanted: df.Picture) -> xr.Dataset | None:
+def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset | None:
     """Return the states of a result at a set point with the quantities that a picture shows; None where it is no curve."""
-    along = df.goes_along(result)
-    row = df.row_of(result, along) if along else ""
+    along = goes_along(result)
+    row = row_of(result, along) if along else ""
     names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
-    known = [name for name in names if name in result.variables and df.row_of(result, name) == row]
+    known = [name for name in names if name in result.variables and row_of(result, name) == row]
     try:
         return df.at_set_point(result, share, known)
     except df.ParameterError:  # it is no curve
         return None
 
 
-def table_of(layers: Sequence[Layer], wanted: df.Picture) -> tuple[list[Column], list[dict[str, Any]]]:
+def table_of(layers: Sequence[Layer], wanted: Picture) -> tuple[list[Column], list[dict[str, Any]]]:
     """Return the columns and the rows of the table for layers that have states."""
     columns = _columns(layers, wanted)
     return columns, [row for layer in layers for row in _rows(layer, columns, len(layers) > 1)]
@@ -104,10 +106,10 @@ class Column:
 
 def _asked_first(result: xr.Dataset) -> tuple[str, ...]:
     """Return what is usually drawn against the amplitude ratio."""
-    return next((picture.y for picture in df.pictures_of(result) if picture.x == "amplitude_ratio"), ())
+    return next((picture.y for picture in pictures_of(result) if picture.x == "amplitude_ratio"), ())
 
 
-def _columns(layers: Sequence[Layer], wanted: df.Picture) -> list[Column]:
+def _columns(layers: Sequence[Layer], wanted: Picture) -> list[Column]:
     first = layers[-1]
     assert first.states is not None
     names = dict.fromkeys([str(first.states.attrs["along"]), *_asked_first(first.result), *wanted.y])
@@ -122,7 +124,7 @@ def _of_quantity(states: xr.Dataset, name: str) -> Iterator[Column]:
     for index in np.ndindex(*variable.shape[1:]):
         which = [f"{dim} {n + 1}" for dim, n in zip(dims, index, strict=True) if variable.sizes[dim] > 1]
         label = ", ".join([str(variable.attrs.get("long_name", name)), *which])
-        yield Column(name, index, {"label": label, "symbol": df.html_symbol(str(variable.attrs.get("symbol", "")))})
+        yield Column(name, index, {"label": label, "symbol": html_symbol(str(variable.attrs.get("symbol", "")))})
 
 
 def _cell(result: xr.Dataset, states: xr.Dataset, column: Column, crossing: int) -> str:
@@ -133,7 +135,7 @@ def _cell(result: xr.Dataset, states: xr.Dataset, column: Column, crossing: int)
     value = float(one)
     if not np.isfinite(value):
         return "–"
-    if abs(value) < df.rounding(result, column.name):
+    if abs(value) < rounding(result, column.name):
         one, value = one.copy(data=0.0), 0.0
     scale, unit = unit_of(one)
     return f"{three_digits(value / scale)}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from nicegui import ui
 
 import dforce as df
+from dforce.core import units
+from dforce.core.notation import html_symbol
+from dforce.core.units import parse
 from dforce.gui import typed
 from dforce.gui.bounds import LARGEST, number
 from dforce.gui.document import MOST_SLIDERS, Path, Slider
@@ -44,7 +47,7 @@ def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
     if isinstance(value, int | float) and not isinstance(value, bool):
         if field.quantity is None or field.unit == "1":
             return float(value), "1"
-        value = df.show(float(value), field.unit)
+        value = units.show(float(value), field.unit)
     if not isinstance(value, str):
         return None, ""
     text, unit = typed.taken_apart(value, field.unit or "1")
@@ -59,7 +62,7 @@ def within(field: Field, unit: str, low: float, high: float) -> tuple[float, flo
     if not low < high:
         low, high = low, low + (abs(low) or 1.0)
     if field.quantity is not None:
-        scale = df.parse(f"1 {unit}", field.unit) if unit != "1" else 1.0
+        scale = parse(f"1 {unit}", field.unit) if unit != "1" else 1.0
         least, most = (bound / scale for bound in field.quantity.bounds())
         if least > low or (field.quantity.above is not None and least >= low):
             low = least
@@ -113,7 +116,7 @@ class SliderStrip:
         if field is None:
             return
         element = SliderElement(
-            ".".join(map(str, path)), self._label(path, field), df.html_symbol(field.symbol),
+            ".".join(map(str, path)), self._label(path, field), html_symbol(field.symbol),
             on_slide=lambda value: self._slide(path, field, value),
             on_range=lambda ends: self._range(path, field, ends),
             on_remove=lambda: toggle(self.view, path, field),

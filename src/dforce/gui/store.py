@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import dforce as df
+from dforce.core.files import write_whole
 
 ASIDE = ".unread"  # ending of what could not be read; it is kept, for nothing typed is thrown away
 
@@ -48,7 +49,7 @@ class Store(dict[str, Any]):
         super().__setitem__(key, value)
         try:
             self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            df.write_whole(self.file, json.dumps(dict(self)).encode())
+            write_whole(self.file, json.dumps(dict(self)).encode())
             self.file.chmod(0o600)
         except (OSError, ValueError, TypeError, RecursionError, df.ResultError) as error:
             raise df.ResultError(why(error)) from error

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 
 import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.units import parse, split_unit
 
 COMMA = re.compile(r"\s*([+-]?)(\d*),(\d+)((?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
 
@@ -22,16 +24,14 @@ def with_point(text: str) -> str:
         return text.strip()
     sign, whole, decimals, exponent, rest = match.groups()
     if len(decimals) == 3 and whole.strip("0") and len(whole) <= 3:
-        raise df.ParameterError(
-            f"is {df.shorten(text, 40)}, where the comma may mean a point or thousands; leave it out"
-        )
+        raise df.ParameterError(f"is {shorten(text, 40)}, where the comma may mean a point or thousands; leave it out")
     return f"{sign}{whole or '0'}.{decimals}{exponent}{rest}".strip()
 
 
 def composed(text: str, unit: str) -> str:
     """Return number and unit as a text of a case; a unit that was typed wins over the one shown."""
     number = with_point(text)
-    parts = df.split_unit(number)
+    parts = split_unit(number)
     if parts is None or parts[1] or unit in ("", "1"):
         return number
     return f"{number} {unit}"
@@ -39,7 +39,7 @@ def composed(text: str, unit: str) -> str:
 
 def taken_apart(text: str, unit: str) -> tuple[str, str]:
     """Return the number and the unit that a field shows for a text of a case; `unit` where it has none."""
-    parts = df.split_unit(text)
+    parts = split_unit(text)
     if parts is None:
         return text, unit
     return parts[0], parts[1] or unit
@@ -48,7 +48,7 @@ def taken_apart(text: str, unit: str) -> tuple[str, str]:
 def fits(unit: str, stored: str) -> bool:
     """Return whether a unit is one of the quantity that is stored in another."""
     try:
-        df.parse(f"1 {unit}", stored)
+        parse(f"1 {unit}", stored)
     except df.ParameterError:
         return False
     return True
@@ -57,9 +57,9 @@ def fits(unit: str, stored: str) -> bool:
 def in_unit(text: str, old: str, new: str, stored: str) -> str:
     """Return a number in another unit, the same quantity: 10 (nm) is 0.01 (um); a text that is none stays."""
     try:
-        value = df.parse(composed(text, old), stored)
-        scale = df.parse(f"1 {new}", stored) - df.parse(f"0 {new}", stored)
-        offset = df.parse(f"0 {new}", stored)
+        value = parse(composed(text, old), stored)
+        scale = parse(f"1 {new}", stored) - parse(f"0 {new}", stored)
+        offset = parse(f"0 {new}", stored)
     except df.ParameterError:
         return text
     return f"{(value - offset) / scale:.12g}"

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import dforce as df
+from dforce.core.errors import shorten
 from dforce.gui import inspection
 from dforce.gui.document import PLUGINS, Document
 from dforce.gui.rehearsal import rehearse
 from dforce.gui.store import why
+from dforce.results.curves import Picture
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +68,7 @@ def case_of(text: str) -> df.Case:
     return df.Case.from_toml(text)
 
 
-def result_from(data: bytes, folder: Path, pictures: Sequence[df.Picture] = ()) -> xr.Dataset:
+def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> xr.Dataset:
     """Return the result in the bytes of a netCDF file. Blocking.
 
     Parameters
@@ -103,7 +105,7 @@ def _result(path: Path) -> xr.Dataset:
     try:
         result = df.read(path)
     except df.ResultError as error:
-        raise df.ResultError(str(error).replace(f"'{df.shorten(str(path))}'", "this file")) from None
+        raise df.ResultError(str(error).replace(f"'{shorten(str(path))}'", "this file")) from None
     try:
         case_of(str(result.attrs.get("case", "")))
     except df.DForceError as error:
@@ -123,6 +125,6 @@ def _inspect(path: Path) -> None:
         raise df.ResultError("this file takes too long to read, so it is not opened") from None
     wrong = found.stdout.decode("utf-8", "replace").strip()
     if wrong:
-        raise df.ResultError(f"this file is not opened: {df.shorten(wrong, 200)}")
+        raise df.ResultError(f"this file is not opened: {shorten(wrong, 200)}")
     if found.returncode:
         raise df.ResultError("this file is damaged or was cut short")

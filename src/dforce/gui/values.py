@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import dforce as df
+from dforce.core import units
+from dforce.core.units import show, split_unit, unit_choices
 from dforce.gui import bounds, typed
 from dforce.gui.fields import Field, Shape
 
@@ -22,7 +24,7 @@ def shown(field: Field, value: Any) -> tuple[str, str]:
     if not isinstance(value, str):
         if not isinstance(value, int | float) or isinstance(value, bool):
             return "", unit
-        value = df.show(float(value), field.unit)
+        value = show(float(value), field.unit)
     text, own = typed.taken_apart(value, unit)
     # a unit that is wrong or half typed stays in the text: the next number must not inherit it
     return (text, own) if own == unit or typed.fits(own, field.unit) else (value, unit)
@@ -31,13 +33,13 @@ def shown(field: Field, value: Any) -> tuple[str, str]:
 def usual_unit(field: Field) -> str:
     """Return the unit that an empty field shows: that of its default or bounds, where they do not stand in plain SI."""
     declared = [field.default, *((field.quantity.low, field.quantity.above) if field.quantity is not None else ())]
-    units = [parts[1] for text in declared if isinstance(text, str) and (parts := df.split_unit(text))]
-    return next((unit for unit in units if unit not in ("", field.unit)), df.usual_unit(field.unit))
+    written = [parts[1] for text in declared if isinstance(text, str) and (parts := split_unit(text))]
+    return next((unit for unit in written if unit not in ("", field.unit)), units.usual_unit(field.unit))
 
 
 def units_of(field: Field, unit: str) -> list[str]:
     """Return the units to choose from, the one shown among them."""
-    known = [*df.unit_choices(field.unit)]
+    known = [*unit_choices(field.unit)]
     return known if unit in known else [unit, *known]
 
 

@@ -20,6 +20,7 @@ from dforce.gui.document import Document, Path, path_of
 from dforce.gui.session import Session
 from dforce.gui.shown import Part, Shown
 from dforce.gui.words import in_words, with_labels
+from dforce.validity import advice_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -245,7 +246,7 @@ class View:
             self.shown.show(Part.FORCE, followed.document)
             if self._latest.busy or self._beside.overtaken or self.said.wrong:
                 return
-            advice = df.advice(followed.case) if followed.result is None else df.advice_in(followed.result)
+            advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
             self._say(Said(advice=_places(followed.document, advice)), followed.document)
 
     def show_beside(self) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 
 import dforce as df
+from dforce.core.parameters import Parameters
+from dforce.experiments import EXPERIMENTS
 from dforce.gui.document import Document, Path, path_of
 from dforce.gui.fields import Field, fields, name_of, spaced
 
@@ -56,7 +58,7 @@ def label_of(document: Document, path: Path) -> str:
 
 def field_at(document: Document, path: Path) -> Field | None:
     """Return the field that a path of the document leads to, None when it leads to none now."""
-    model: type[df.Parameters] | None = df.Case
+    model: type[Parameters] | None = df.Case
     found: Field | None = None
     walked: tuple[str | int, ...] = ()
     for step in path:
@@ -69,7 +71,7 @@ def field_at(document: Document, path: Path) -> Field | None:
             return None
         if model is df.Case and step in ("forces", "experiment"):
             kind = str(document.value(("experiment", "kind")))
-            model = df.EXPERIMENTS.get(kind) if step == "experiment" else None
+            model = EXPERIMENTS.get(kind) if step == "experiment" else None
             continue
         found = next((field for field in fields(model) if field.key == step), None)
         if found is None:

@@ -35,7 +35,7 @@ def cost_of_accuracy(
         When the result has no such case, or is another table.
     """
     if not {"rows", "reference"} <= {*result}:
-        raise ParameterError("result is not what df.cost_of_accuracy returns")
+        raise ParameterError("result is not what dforce.checks.benchmark.accuracy.cost_of_accuracy returns")
     rows = [row for row in result["rows"] if row["case"] == case]
     if not rows:
         raise ParameterError(f"this result has no case '{case}'{nearest(case, result['reference'])}")

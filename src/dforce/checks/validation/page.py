@@ -22,7 +22,7 @@ def validation_page(result: Mapping[str, Any]) -> str:
         When it is another table.
     """
     if not {"parts", "machine", "quick", "seconds"} <= {*result}:
-        raise ParameterError("result is not what df.validate returns")
+        raise ParameterError("result is not what dforce.checks.validation.validate returns")
     blocks = ["# Validation", _introduction(result), _summary(result), *_missed(result)]
     for part in result["parts"]:
         blocks += [f"## {part['title']}", part["text"]]
