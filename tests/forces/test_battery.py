@@ -6,6 +6,7 @@ import pkgutil
 from math import sqrt
 from typing import Literal
 
+import pydantic
 import pytest
 
 import dforce.forces
@@ -183,8 +184,7 @@ def test_a_choice_that_fails_is_found(registry):
 
         name = "tried"
         source = "this test"
-        shape: Literal["round", "sharp"] = "round"
-        """the shape"""
+        shape: Literal["round", "sharp"] = pydantic.Field("round", description="the shape")
 
         @property
         def size(self):

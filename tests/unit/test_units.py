@@ -158,8 +158,8 @@ def test_units_are_known_whatever_became_of_the_copy_of_pint_that_read_them_firs
     import pint
 
     def tell(libraries):
-        code = "from dforce import units; print(units.parse('1 GPa', 'Pa'))"
-        places = [str(libraries), str(Path(units.__file__).parents[1])]
+        code = "from dforce.core import units; print(units.parse('1 bar', 'Pa'))"
+        places = [str(libraries), str(Path(units.__file__).parents[2])]
         env = os.environ | {
             "PYTHONPATH": os.pathsep.join(places),
             "XDG_CACHE_HOME": str(tmp_path),
@@ -172,9 +172,25 @@ def test_units_are_known_whatever_became_of_the_copy_of_pint_that_read_them_firs
         shutil.copytree(
             Path(pint.__file__).parent, libraries / "pint"
         )  # with the times of the files, as installers copy them
-    assert tell(first) == "1000000000.0\n"
+    assert tell(first) == "100000.0\n"
     shutil.rmtree(first)
-    assert tell(second) == "1000000000.0\n"
+    assert tell(second) == "100000.0\n"
     for kept in tmp_path.rglob("*.pickle"):
         kept.write_bytes(b"")
-    assert tell(second) == "1000000000.0\n"
+    assert tell(second) == "100000.0\n"
+
+
+@pytest.mark.parametrize("unit", sorted(units.QUICK))
+def test_the_units_that_need_no_pint_are_what_pint_says(unit):
+    kind, scale = units.QUICK[unit]
+    one = units.registry().Quantity(1.0, units._pint_unit(unit)).to_base_units()
+    known = units.registry().Quantity(1.0, units._pint_unit(kind)).to_base_units()
+    assert one.units == known.units
+    assert known.magnitude == 1.0
+    assert units._decimal(float(one.magnitude)) == scale
+
+
+def test_a_case_in_usual_units_never_loads_pint():
+    code = "import sys, dforce as df; df.example('figure-3-air').problem; print('pint' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "False"

@@ -212,7 +212,6 @@ class Parameters(pydantic.BaseModel):
         extra="forbid",
         validate_default=True,
         ser_json_inf_nan="constants",
-        use_attribute_docstrings=True,
     )
 
     title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty

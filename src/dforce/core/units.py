@@ -1,6 +1,7 @@
 """Text with a unit to SI numbers and back; the only module that knows pint.
 
-Inside dForce every quantity is a float in SI units; a unit appears only where a user reads or types.
+Inside dForce every quantity is a float in SI units; a unit appears only where a user reads or types. The units that nearly
+every case is written in stand in a table, so that pint, which takes a second to load, is asked for the others alone.
 """
 
 from __future__ import annotations
@@ -42,6 +43,16 @@ SHOWN: dict[str, tuple[str, ...]] = {
     "mol/m^3": ("mol/m^3", "mmol/l", "mol/l"),
 }
 
+# The units that need no pint: what they measure, and their size there. A test holds each against pint.
+PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
+PREFIXED = {
+    "m": "m u n p", "Hz": "k M G", "N": "m u n p f", "N/m": "m", "Pa": "k M G T", "Pa s": "m k", "J": "", "J/m^2": "m",
+    "s": "m u n", "m/s": "m u n", "V": "m", "W": "p f", "K": "", "kg/m^3": "", "1": "",
+}  # fmt: skip
+QUICK: dict[str, tuple[str, float]] = {
+    prefix + unit: (unit, PREFIXES[prefix]) for unit, prefixes in PREFIXED.items() for prefix in ("", *prefixes.split())
+} | {"rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0)}
+
 
 @functools.cache
 def registry() -> pint.UnitRegistry[Any]:
@@ -68,6 +79,8 @@ def unit_scale(unit: str) -> tuple[float, float]:
 
     Raises :class:`UnitError` for a unit that is not known.
     """
+    if unit in QUICK:
+        return QUICK[unit][1], 0.0
     if not UNIT.fullmatch(unit) or EXPONENT.search(unit):
         raise UnitError(f"'{shorten(unit, 40)}' is not a unit")
     quantity = registry().Quantity
@@ -95,6 +108,8 @@ def _pint_unit(unit: str) -> Any:
 @functools.lru_cache(maxsize=4096)
 def _mismatch(unit: str, wanted: str) -> str | None:
     """Say why `unit` cannot measure what is stored in `wanted`; None when it can."""
+    if unit in QUICK and wanted in QUICK and QUICK[unit][0] == QUICK[wanted][0]:
+        return None
     given, asked = _pint_unit(unit), _pint_unit(wanted)
     if given.dimensionality != asked.dimensionality:
         return f"is {_kind(unit)}, not {_kind(wanted)}"

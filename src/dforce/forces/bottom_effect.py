@@ -6,6 +6,8 @@ from functools import lru_cache
 from math import pi, sqrt, tan
 from typing import Literal
 
+import pydantic
+
 from dforce.core.parameters import shared
 from dforce.forces import _layer
 from dforce.forces._contract import Force
@@ -50,10 +52,10 @@ class BottomEffect(Force):
     poisson: float = shared("sample.poisson_ratio")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    geometry: Literal["cone", "sphere", "punch"] = "cone"
-    """shape of the tip"""
-    form: Literal["numerical", "series"] = "numerical"
-    """form of the law: the series carried on by the numerical solution, or the series alone"""
+    geometry: Literal["cone", "sphere", "punch"] = pydantic.Field("cone", description="shape of the tip")
+    form: Literal["numerical", "series"] = pydantic.Field(
+        "numerical", description="form of the law: the series carried on by the numerical solution, or the series alone"
+    )
 
     @property
     def linear(self) -> float:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import cos, log, pi, sqrt
 from typing import Literal
 
+import pydantic
+
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, param, shared
 from dforce.forces._contract import Force
@@ -55,8 +57,9 @@ class Capillary(Force):
         symbol=r"d_\mathrm{on}",
         doc="distance at which the neck forms while the tip comes",
     )
-    meniscus: Literal["constant_volume", "kelvin"] = "constant_volume"
-    """what the neck keeps while it is stretched"""
+    meniscus: Literal["constant_volume", "kelvin"] = pydantic.Field(
+        "constant_volume", description="what the neck keeps while it is stretched"
+    )
     volume: Number = param("10 nm^3", above="0 nm^3", symbol="V", doc="volume of the neck (constant_volume)")
     humidity: Number = param("0.5", above="0", below="1", symbol="h", doc="relative humidity (kelvin)")
     molar_volume: Number = param(

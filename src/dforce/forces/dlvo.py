@@ -83,8 +83,7 @@ class DLVO(Force):
     )
     variant: Literal[
         "superposition", "constant_charge", "constant_charge_exact", "constant_potential", "gouy_chapman"
-    ] = "superposition"
-    """form of the double layer force"""
+    ] = pydantic.Field("superposition", description="form of the double layer force")
 
     @pydantic.model_validator(mode="after")
     def _each_is_given_once(self) -> Self:

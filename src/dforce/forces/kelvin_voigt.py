@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt, tan
 from typing import Literal
 
+import pydantic
+
 from dforce.core.parameters import Number, param, shared
 from dforce.forces._contract import Force
 
@@ -45,10 +47,10 @@ class KelvinVoigt(Force):
         low="0 Pa s",
         doc="viscosity coefficient of the contact, twice the plane-strain one",
     )
-    geometry: Literal["sphere", "cone", "pyramid", "punch"] = "sphere"
-    """shape of the tip"""
-    no_tension: bool = False
-    """limit the drag on withdrawal to the elastic force, for surfaces that do not stick"""
+    geometry: Literal["sphere", "cone", "pyramid", "punch"] = pydantic.Field("sphere", description="shape of the tip")
+    no_tension: bool = pydantic.Field(
+        False, description="limit the drag on withdrawal to the elastic force, for surfaces that do not stick"
+    )
 
     @property
     def flat(self) -> float:

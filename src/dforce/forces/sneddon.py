@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt, tan, tanh
 from typing import Literal
 
+import pydantic
+
 from dforce.core.parameters import shared
 from dforce.forces._contract import Force
 
@@ -34,8 +36,9 @@ class Sneddon(Force):
     half_angle: float | None = shared("tip.half_angle")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    geometry: Literal["cone", "pyramid", "punch", "exact_sphere"] = "cone"
-    """shape of the tip"""
+    geometry: Literal["cone", "pyramid", "punch", "exact_sphere"] = pydantic.Field(
+        "cone", description="shape of the tip"
+    )
 
     @property
     def linear(self) -> float:

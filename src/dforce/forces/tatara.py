@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt
 from typing import Literal
 
+import pydantic
+
 from dforce.core.parameters import shared
 from dforce.forces._contract import Force
 
@@ -42,8 +44,9 @@ class Tatara(Force):
     sample_poisson: float = shared("sample.poisson_ratio")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
-    form: Literal["implicit", "series", "series_15"] = "implicit"
-    """form of the law: the law itself, or its series"""
+    form: Literal["implicit", "series", "series_15"] = pydantic.Field(
+        "implicit", description="form of the law: the law itself, or its series"
+    )
 
     @property
     def n(self) -> float:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from math import sin, tan
 from typing import Any, ClassVar, Literal
 
+import pydantic
+
 from dforce.core.parameters import Number, param, shared
 from dforce.forces._contract import Force
 
@@ -43,10 +45,12 @@ class VanDerWaals(Force):
     half_angle: float | None = shared("tip.half_angle")
     a0: float = shared("contact.a0")
     hamaker: Number = param(unit="J", symbol="H", doc="Hamaker constant; negative for repulsion across a liquid")
-    geometry: Literal["sphere", "exact_sphere", "capped_cone", "flat"] = "sphere"
-    """shape of the tip"""
-    inside: Literal["constant", "off"] = "constant"
-    """attraction in contact: as at a0, or none"""
+    geometry: Literal["sphere", "exact_sphere", "capped_cone", "flat"] = pydantic.Field(
+        "sphere", description="shape of the tip"
+    )
+    inside: Literal["constant", "off"] = pydantic.Field(
+        "constant", description="attraction in contact: as at a0, or none"
+    )
 
     @property
     def strength(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from dforce.core import log
 from dforce.forces import Force
-from dforce.kernel import cache
+from dforce.kernel import cache, texts
 from dforce.kernel.codegen import FIRST_DRIVE, OTHERS, compose, compose_solvers, native_types
 from dforce.problem import Problem
 
@@ -189,7 +189,16 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     forces = tuple(signature(force) for force in problem.forces)
     key = (modes, tones, forces, tuple(entries.items()), problem.lagging)
     if key not in _KERNELS:
-        module = cache.load(compose(modes, tones, problem.forces, entries, problem.lagging))
+        parts = (
+            modes,
+            tones,
+            problem.lagging,
+            [(name, entry.__module__, entry.__qualname__) for name, entry in entries.items()],
+        )
+        text = texts.remembered(
+            parts, problem.forces, lambda: compose(modes, tones, problem.forces, entries, problem.lagging)
+        )
+        module = cache.load(text)
         what = " + ".join(force.name for force in problem.forces) or "a free tip"
         _KERNELS[key] = Kernel(module, f"the tip equation for {what}")
     return _KERNELS[key]
@@ -199,7 +208,8 @@ def load_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Seq
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
     key = (modes, tuple(entries.items()), tuple(called))
     if key not in _KERNELS:
-        module = cache.load(compose_solvers(modes, entries, called))
+        parts = (modes, [(f.__module__, f.__qualname__) for f in (*entries.values(), *called)], list(entries))
+        module = cache.load(texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called)))
         _KERNELS[key] = Kernel(module, f"the solvers for {modes} mode{'s' * (modes > 1)}")
     return _KERNELS[key]
 

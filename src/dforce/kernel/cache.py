@@ -33,6 +33,7 @@ from dforce.core.files import reason
 from dforce.kernel.cache_files import CODE, Kept, keep, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
+TEXTS = "texts"  # folder beside the kernels, see ``kernel.texts``
 MOST_KERNELS = 100  # folders kept; the least recently used go first
 SELDOM = 100_000  # new objects between two looks for garbage while a kernel is compiled
 NAME = re.compile(r"[0-9a-f]{20}")
@@ -70,7 +71,7 @@ def kernel_cache() -> KernelCache:
 def clear_kernel_cache() -> KernelCache:
     """Remove all compiled force models from the disk, and return what was removed; they are compiled anew when needed."""
     before = kernel_cache()
-    for folder in _kernels(before.folder):
+    for folder in (*_kernels(before.folder), before.folder / TEXTS):
         shutil.rmtree(folder, ignore_errors=True)
     after = kernel_cache()
     return KernelCache(before.folder, before.kernels - after.kernels, before.size - after.size)

@@ -1,0 +1,78 @@
+"""Keeps the texts of composed modules on disk, so that a process need not write them anew only to find their names.
+
+A text follows from the sources of dForce, the shipped laws among them, and from the combination that is asked for. Both are
+hashed; laws from elsewhere (expressions, files of a user's own) are composed each time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from dforce.forces import Force
+from dforce.kernel.cache import TEXTS, cache_folder
+from dforce.kernel.cache_files import keep, kept
+
+MOST_TEXTS = 200  # kept; the least recently written go first
+SHIPPED = "dforce."
+ASIDE = {"checks", "cli", "gui", "plot"}  # no kernel is made of these
+
+
+@functools.cache
+def sources() -> str:
+    """Return the hash of everything in the package that a kernel may be made of."""
+    package = Path(__file__).parent.parent
+    files = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in ASIDE]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(path.as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def is_shipped(force: Force) -> bool:
+    """Return whether the sources of dForce hold the law of a force."""
+    law = force.law_function()
+    owner = getattr(type(force), law.__name__, None)
+    return type(force).__module__.startswith(SHIPPED) and law.__module__.startswith(SHIPPED) and owner is law
+
+
+def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callable[[], str]) -> str:
+    """Return the text for a combination: the one kept, else the one composed, which is then kept where that may be done.
+
+    Parameters
+    ----------
+    parts
+        What else than the forces decides the text; each says by its ``repr`` all that matters.
+    forces
+        The bound forces.
+    compose
+        Makes the text.
+    """
+    given = [*map(repr, parts)]
+    for force in forces:
+        if not is_shipped(force):
+            return compose()
+        law = force.law_function()
+        given.append(repr((type(force).__module__, type(force).__name__, law.__name__, force.memory, force.layout())))
+    key = hashlib.sha256("\0".join([sources(), *given]).encode()).hexdigest()[:20]
+    file = cache_folder() / TEXTS / f"{key}.text"
+    content = kept(file)
+    if content is not None:
+        return content.decode()
+    text = compose()
+    with contextlib.suppress(OSError):  # that nothing can be kept there is told where compiled code is
+        file.parent.mkdir(parents=True, exist_ok=True)
+        keep(file, text.encode())
+        forget_oldest(file.parent)
+    return text
+
+
+def forget_oldest(folder: Path) -> None:
+    """Remove the texts written first, where there are too many."""
+    found = list(folder.glob("*.text"))
+    with contextlib.suppress(OSError):  # another process may forget the same ones
+        for path in sorted(found, key=lambda path: path.stat().st_mtime)[: max(0, len(found) - MOST_TEXTS)]:
+            path.unlink(missing_ok=True)
