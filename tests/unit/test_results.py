@@ -242,7 +242,7 @@ def test_a_process_killed_while_writing_leaves_the_old_file(tmp_path):
     old = path.read_bytes()
     code = (
         "import os, signal, sys; sys.path.insert(0, sys.argv[1])\n"
-        "import synthetic; from dforce import results\n"
+        "import synthetic; from dforce.results import dataset as results\n"
         "os.fsync = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
         "results.write(synthetic.approach(), sys.argv[2])\n"
     )

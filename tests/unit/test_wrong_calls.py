@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import inspect
 import types
 from pathlib import Path
@@ -21,63 +22,67 @@ CASE = df.Case.from_toml(TEXT)
 CURVE, TRACES = synthetic.approach(), synthetic.dwell()
 WAYS = {"case": CASE, "zc": "8 nm"}
 MOST_CHARACTERS = 1000  # of a sentence that lists all known names
-LONG = ("benchmark", "cost_of_accuracy", "validate")  # run for minutes where an argument is right after all
+LONG = (
+    "checks.benchmark:benchmark",
+    "checks.benchmark.accuracy:cost_of_accuracy",
+    "checks.validation:validate",
+)  # run for minutes where an argument is right after all
 
 # An allowed call of each function; each argument in turn is then replaced by something wrong.
 CALLS = {
     "advice": {"case": CASE, "result": CURVE},
-    "advice_in": {"result": CURVE},
+    "validity:advice_in": {"result": CURVE},
     "approach": WAYS,
     "at_set_point": {"result": CURVE, "set_point": 0.8, "names": ["phase"]},
     "basins": WAYS | {"amplitude": ["1 nm"], "phase": ["0 deg"]},
-    "benchmark": {},
+    "checks.benchmark:benchmark": {},
     "branches": {"case": CASE, "zc": ("12 nm", "11 nm")},
-    "case_schema": {},
+    "case:case_schema": {},
     "check_force": {"model": df.forces.Hertz},
-    "check_target": {"path": "x.nc"},
-    "cost_of_accuracy": {},
-    "count_status": {"dataset": CURVE},
-    "drawable": {"dataset": CURVE},
+    "core.files:check_target": {"path": "x.nc"},
+    "checks.benchmark.accuracy:cost_of_accuracy": {},
+    "findings.summary:count_status": {"dataset": CURVE},
+    "results.curves:drawable": {"dataset": CURVE},
     "dwell": WAYS,
     "example": {"name": "figure-3-air"},
     "examples": {},
-    "first_sentence": {"docstring": "One."},
+    "core.notation:first_sentence": {"docstring": "One."},
     "force_along": {"case": CASE, "time": [0.0, 1.0, 2.0], "distance": [3e-9, 2e-9, 1e-9]},
     "force_curve": {"case": CASE, "distance": [3e-9, 2e-9]},
     "frequency_sweep": {"case": CASE, "frequency": ["48 kHz", "49 kHz"], "zc": "8 nm"},
-    "goes_along": {"dataset": CURVE},
-    "html_symbol": {"latex": "E"},
-    "lines_of": {"dataset": CURVE, "x": "zc", "y": "phase"},
-    "listening": {"listener": print},
+    "results.curves:goes_along": {"dataset": CURVE},
+    "core.notation:html_symbol": {"latex": "E"},
+    "results.curves:lines_of": {"dataset": CURVE, "x": "zc", "y": "phase"},
+    "core.log:listening": {"listener": print},
     "load_case": {"path": "case.toml"},
     "load_plugin": {"path": "my_force.py"},
     "motion_at": {"point": CURVE},
-    "nearest": {"name": "a", "known": ["b"]},
+    "core.errors:nearest": {"name": "a", "known": ["b"]},
     "param": {"default": "1 nm", "doc": "a length"},
     "parse": {"given": "1 nm", "unit": "m"},
-    "pictures_of": {"dataset": CURVE},
-    "plain_math": {"latex": "E"},
+    "results.curves:pictures_of": {"dataset": CURVE},
+    "core.notation:plain_math": {"latex": "E"},
     "read": {"path": "x.nc"},
-    "reader_unit": {"variable": CURVE["zc"]},
-    "regime": {"point": CURVE.isel(zc=0, direction=0)},
+    "results.dataset:reader_unit": {"variable": CURVE["zc"]},
+    "findings.set_point:regime": {"point": CURVE.isel(zc=0, direction=0)},
     "report": {"result": CURVE},
-    "rounding": {"dataset": CURVE, "name": "phase"},
-    "row_of": {"dataset": CURVE, "name": "phase"},
+    "results.curves:rounding": {"dataset": CURVE, "name": "phase"},
+    "results.curves:row_of": {"dataset": CURVE, "name": "phase"},
     "run": {"case": CASE},
     "save_case": {"case": CASE, "path": "saved.toml"},
     "shared": {"path": "tip.radius"},
-    "shorten": {"value": "text"},
+    "core.errors:shorten": {"value": "text"},
     "show": {"value": 1e-9, "unit": "m"},
-    "split_unit": {"text": "1 nm"},
+    "core.units:split_unit": {"text": "1 nm"},
     "summary": {"dataset": CURVE},
     "sweep": {"case": CASE, "over": {"tip.radius": ["2 nm"]}},
-    "unit_choices": {"unit": "m"},
-    "unmarked": {"text": "one"},
-    "usual_unit": {"unit": "m"},
-    "validate": {},
-    "validation_page": {"result": {}},
-    "values_used": {"models": [df.forces.Hertz]},
-    "write_whole": {"path": "whole.txt", "content": b"whole"},
+    "core.units:unit_choices": {"unit": "m"},
+    "core.notation:unmarked": {"text": "one"},
+    "core.units:usual_unit": {"unit": "m"},
+    "checks.validation:validate": {},
+    "checks.validation:validation_page": {"result": {}},
+    "problem:values_used": {"models": [df.forces.Hertz]},
+    "core.files:write_whole": {"path": "whole.txt", "content": b"whole"},
     "write": {"dataset": CURVE, "path": "x.nc"},
     "plot.amplitude_phase": {"dataset": CURVE},
     "plot.basins": {"dataset": CURVE},
@@ -108,8 +113,12 @@ WRONG = (
 
 
 def public():
-    """The functions that the package exports, and the methods of a case that a user calls, by name."""
+    """The functions that the package exports, some of its modules', and the methods of a case that a user calls, by name."""
     found = {name: getattr(df, name) for name in df.__all__}
+    for name in CALLS:
+        if ":" in name:
+            module, _, function = name.partition(":")
+            found[name] = getattr(importlib.import_module(f"dforce.{module}"), function)
     found |= {f"plot.{name}": getattr(df.plot, name) for name in df.plot.__all__}
     found |= {f"Case.{name}": value for name, value in inspect.getmembers(df.Case) if name in vars(df.Case)}
     return {

@@ -46,8 +46,11 @@ def _implied(given: Parameters) -> tuple[str, ...]:
 
 
 def _class(given: Parameters) -> str:
-    name = type(given).__name__
-    return f"df.forces.{name}" if isinstance(given, Force) else f"df.{name}"
+    """Return where a script finds a class: forces and experiments have modules of their own."""
+    name, module = type(given).__name__, type(given).__module__
+    if isinstance(given, Force):
+        return f"df.forces.{name}"
+    return f"df.experiments.{name}" if module.startswith("dforce.experiments.") else f"df.{name}"
 
 
 def _call(start: str, parts: Iterable[tuple[str, Any, Quantity | None]], end: str, indent: str) -> str:
@@ -63,6 +66,8 @@ def _call(start: str, parts: Iterable[tuple[str, Any, Quantity | None]], end: st
 def _value(value: Any, quantity: Quantity | None, indent: str) -> str:
     if isinstance(value, Force) and getattr(forces, type(value).__name__, None) is not type(value):
         return repr(tables(value, shown=True))  # of a file of one's own, which the case loads
+    if isinstance(value, Parameters) and type(value).__module__.startswith("dforce.case."):
+        return _value(tables(value, shown=True), None, indent)  # sections without a public class
     if isinstance(value, Parameters):
         return _object(value, indent)
     if isinstance(value, dict):

@@ -1,0 +1,37 @@
+"""The worked example of CONTRIBUTING is an experiment like those that are shipped."""
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dforce as df
+
+TEXT = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def settling(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Add the experiment that CONTRIBUTING shows."""
+    [written] = [block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "(Experiment)" in block]
+    file = tmp_path / "settling.py"
+    file.write_text(written, encoding="utf-8")
+    spec = importlib.util.spec_from_file_location("dforce.experiments.settling", file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, module)
+    spec.loader.exec_module(module)
+    monkeypatch.setitem(df.experiments.EXPERIMENTS, "settling", module.Settling)
+
+
+def test_the_experiment_of_contributing_runs_from_a_case_and_agrees_with_an_approach(settling: None) -> None:
+    grid = {"start": "12 nm", "stop": "8 nm", "points": 2}
+    case = df.example("figure-3-air").replace(experiment={"kind": "settling", "zc": grid})
+    result = df.run(case)
+    known = df.run(case.replace(experiment={"kind": "approach", "zc": grid}))
+    assert (result["settling_periods"] > 100).all()  # Q is 255
+    np.testing.assert_allclose(result["amplitude"][0], known["amplitude"][0], rtol=1e-5)  # free: one state
+    assert df.report(result).findings
