@@ -24,10 +24,14 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: demo test browser lint docs validate screenshots test-lowest clean
+.PHONY: demo check test browser lint docs validate screenshots test-lowest clean
 
 demo: $(READY)
 	$(BIN)/dforce run hysteresis -o approach.nc --plot approach.png --states
+
+# Before each commit: lint, types, and the tests that are quick once kernels are compiled.
+check: lint
+	$(BIN)/pytest -n auto --dist loadfile -q -m "not slow" tests/unit tests/forces tests/cli tests/gui $(ARGS)
 
 # ARGS goes to pytest: make test ARGS="tests/unit -x". One process a core; a file's tests stay together, and share what they set up.
 test: $(READY) browser
