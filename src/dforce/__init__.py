@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.inverse.reconstruction import reconstruct
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -104,6 +105,7 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
+    "inverse.reconstruction": ("reconstruct",),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
@@ -217,6 +219,7 @@ __all__ = [
     "plot",
     "read",
     "reader_unit",
+    "reconstruct",
     "regime",
     "report",
     "rounding",
