@@ -8,7 +8,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from dforce.errors import checked
-from dforce.plot._style import BLUE, GRAY, GREEN, LIGHT, ORANGE, PURPLE, SKY, Floats, head, new_figure, shown, take, tidy
+from dforce.plot._style import (
+    BLUE,
+    GRAY,
+    GREEN,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    SKY,
+    Floats,
+    head,
+    new_figure,
+    shown,
+    take,
+    tidy,
+)
 from dforce.results import reader_unit
 
 BAND = 2.0  # errors
@@ -46,7 +60,9 @@ def reconstruction(
     axes = figure.subplots()
     to_nm = reader_unit(dataset["distance"])[0]
     for number, (low, high) in enumerate(zip(dataset["gap_low"].values, dataset["gap_high"].values, strict=True)):
-        axes.axvspan(low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "not told by the curve")
+        axes.axvspan(
+            low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "not told by the curve"
+        )
     if "law_force" in dataset:
         axes.plot(x, dataset["law_force"].values / scale, color=GRAY, linewidth=2.6, alpha=0.7, label="law")
     axes.fill_between(x, y - BAND * error, y + BAND * error, color=BLUE, alpha=0.25, linewidth=0.0, label="two errors")

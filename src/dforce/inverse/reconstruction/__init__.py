@@ -8,16 +8,16 @@ import numpy as np
 
 from dforce import units
 from dforce.errors import ParameterError, UnitError, checked
-from dforce.inverse.reconstruction._invert import DOUBTS, balances, invert
+from dforce.inverse.reconstruction._invert import ROUNDS, balances, invert
 from dforce.inverse.reconstruction._points import LEAST_POINTS, read_points
 from dforce.inverse.reconstruction._result import dataset_of
 from dforce.runs import watched
 
 if TYPE_CHECKING:
-    from dforce.experiments._experiment import Progress
     import xarray as xr
 
     from dforce.case import Case
+    from dforce.experiments._experiment import Progress
 
 
 @checked
@@ -78,8 +78,8 @@ def reconstruct(
     _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial)
     lossy = bool(np.isfinite(balance.energy).all())
     with watched(progress, case.title) as tell:
-        inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, len(DOUBTS), ""))
-        tell(len(DOUBTS), len(DOUBTS), "")
+        inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, ROUNDS, ""))
+        tell(ROUNDS, ROUNDS, "")
     most = _most_together(inverse.rows.closest, [gap.high for gap in inverse.gaps])
     if most < LEAST_POINTS:
         raise ParameterError(

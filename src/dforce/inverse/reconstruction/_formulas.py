@@ -25,14 +25,13 @@ FORMULAS = ("sader_jarvis", "holscher", "payam", "sinusoid")
 
 def sader_jarvis(distance: Array, shift: Array, amplitude: Array, k: float) -> Array:
     """Return the force (N) at rising closest distances (m) of relative shifts, by Sader and Jarvis."""
-    return 2.0 * k * (
-        _integral(distance, shift) + np.sqrt(1.0 / np.pi) / 8.0 * _half(distance, np.sqrt(amplitude) * shift)
-    ) + holscher(distance, shift, amplitude, k, np.inf)  # fmt: skip
+    small = _half(distance, np.sqrt(amplitude) * shift) / (8.0 * np.sqrt(np.pi))
+    return np.asarray(2.0 * k * (_integral(distance, shift) + small) + holscher(distance, shift, amplitude, k, np.inf))
 
 
 def payam(distance: Array, shift: Array, amplitude: Array, k: float) -> Array:
     """Return the force (N) without the term in the root of the amplitude."""
-    return 2.0 * k * _integral(distance, shift) + holscher(distance, shift, amplitude, k, np.inf)
+    return np.asarray(2.0 * k * _integral(distance, shift) + holscher(distance, shift, amplitude, k, np.inf))
 
 
 def holscher(distance: Array, shift: Array, amplitude: Array, k: float, reach: float = 2.0) -> Array:

@@ -18,8 +18,10 @@ from dforce.problem import Problem
 MOST_NODES, LEAST_NODES = 260, 60
 WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3)  # of the stretch of dense nodes, as shares of the range of distances
 FIRST_WIDTH = 0.03
-# the law that bends the paths is smooth: shares of itself by which it may miss a virial, from round to round
-DOUBTS = (3e-2, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+# the law that bends the paths is smooth: shares of itself by which it may miss a virial; each as long as paths settle
+DOUBTS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+CLOSE = 0.1  # share of that by which a virial may still change when paths have settled
+ROUNDS = 30
 SMALLEST_DOUBT = 1e-5  # of the largest virial: by nodes and instants
 PLAIN_DOUBT = 1e-3  # of a virial, by sinusoids for paths
 LEAST_SIZE = 0.1  # of the largest virial
@@ -97,26 +99,31 @@ def invert(
     size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
     rounding = _rounding(reading, balance)
     resolution = float(np.median(reading.errors["amplitude"]))
-    paths, before, off = impulse(motions, balance.virial), np.inf, np.abs(balance.virial)
-    for rounds, doubt in enumerate(DOUBTS, start=1):
-        watch(rounds)
-        law = _laid_anew(law, low, closest(motions, paths), law.width)
-        error = np.hypot(np.hypot(_virial_error(law, balance, shifted, paths), rounding), doubt * size)
-        if rounds == WIDTH_ROUND:
-            law = _best_width(law, balance, error, paths, span)
-        fit = solve(rows_of(law, motions, paths).virial, balance.virial, error)
-        law = law._replace(force=fit.values, length=_fall(law, fit))
-        new = paths_of(law, motions, paths, balance.virial)
-        change = float(np.max(np.abs(closest(motions, new) - closest(motions, paths))))
-        import os
-        if os.environ.get("DBG"): print(rounds, "doubt", doubt, "chi2", fit.chi2, fit.reached, "width", law.width, "change pm", change*1e12, law.nodes[0])
-        if rounds > WIDTH_ROUND and change > before:
-            break  # the law is less sure than what it would tell of the paths
-        off = np.abs(virials(law, motions, new) - virials(law, motions, paths))
-        paths, before = new, change
+    paths, off, rounds = impulse(motions, balance.virial), size, 0
+    for doubt in DOUBTS:
+        started, before, done = (paths, off), np.inf, False
+        while not done and rounds < ROUNDS:
+            rounds += 1
+            watch(rounds)
+            law = _laid_anew(law, low, closest(motions, paths), law.width)
+            error = np.hypot(np.hypot(_virial_error(law, balance, shifted, paths), rounding), doubt * size)
+            if rounds == WIDTH_ROUND:
+                law = _best_width(law, balance, error, paths, span)
+            fit = solve(rows_of(law, motions, paths).virial, balance.virial, error)
+            law = law._replace(force=fit.values, length=_fall(law, fit))
+            new = paths_of(law, motions, paths, balance.virial)
+            off = maximum_filter1d(np.abs(virials(law, motions, new) - virials(law, motions, paths)), BESIDE)
+            change = float(np.sqrt(np.mean((off / size) ** 2)))
+            if rounds > WIDTH_ROUND + 1 and change > before:
+                break
+            paths, before, done = new, change, change < CLOSE * doubt
+        if not done:
+            if doubt != DOUBTS[0]:
+                paths, off = started  # a law so little smoothed is less sure than what it would tell of the paths
+            break
     law = _laid_anew(law, low, closest(motions, paths), law.width)
     virial_error = np.hypot(_virial_error(law, balance, shifted, paths), rounding)
-    virial_error = np.sqrt(virial_error**2 + maximum_filter1d(off, BESIDE) ** 2 + (SMALLEST_DOUBT * size.max()) ** 2)
+    virial_error = np.sqrt(virial_error**2 + off**2 + (SMALLEST_DOUBT * size.max()) ** 2)
     rows = rows_of(law, motions, paths)
     fit = solve(rows.virial, balance.virial, virial_error)
     law = law._replace(force=fit.values, length=_fall(law, fit))
@@ -127,7 +134,9 @@ def invert(
         law = law._replace(damping=damping.values)
     gaps = gaps_in(rows.closest, resolution)
     hidden = gap_covariance(gaps, law, fit.gain, rows)
-    return Inverse(law, fit, damping, hidden, rows, balance, virial_error, energy_error, sample, gaps, sinusoid, rounds, off)
+    return Inverse(
+        law, fit, damping, hidden, rows, balance, virial_error, energy_error, sample, gaps, sinusoid, rounds, off
+    )
 
 
 def _plain(law: Law, balance: Balance, shifted: list[tuple[Balance, float]]) -> Law:
@@ -160,14 +169,10 @@ def _errors(changes: list[tuple[Array, float]]) -> Array:
     return np.asarray(np.sqrt(sum((change / share) ** 2 for change, share in changes)))
 
 
-def _virial_error(
-    law: Law, balance: Balance, shifted: list[tuple[Balance, float]], paths: Paths
-) -> Array:
+def _virial_error(law: Law, balance: Balance, shifted: list[tuple[Balance, float]], paths: Paths) -> Array:
     """Return the error of each virial (J), with what errors of the motion do to the virial along the path."""
     here = virials(law, balance.motions, paths)
-    changes = [
-        (one.virial - balance.virial - virials(law, one.motions, paths) + here, share) for one, share in shifted
-    ]
+    changes = [(one.virial - balance.virial - virials(law, one.motions, paths) + here, share) for one, share in shifted]
     return _errors(changes)
 
 
@@ -193,7 +198,7 @@ def _rounding(reading: Reading, balance: Balance) -> Array:
     """Return by how much amplitude and phase of a computed curve miss its own virial (J), at each point or beside it."""
     if reading.virial is None:
         return np.zeros_like(balance.virial)
-    return maximum_filter1d(np.abs(balance.virial - reading.virial), BESIDE)
+    return np.asarray(maximum_filter1d(np.abs(balance.virial - reading.virial), BESIDE))
 
 
 def balances(reading: Reading, problem: Problem) -> tuple[Balance, list[tuple[Balance, float]]]:

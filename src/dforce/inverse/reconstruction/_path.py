@@ -1,9 +1,9 @@
-"""The tip's real path at each point of a curve, and what a force law does along it.
+r"""The tip's real path at each point of a curve, and what a force law does along it.
 
-A point of a curve is a periodic motion whose fundamental is known: :math:`A \\cos\\theta` about the height :math:`z_c`.
+A point of a curve is a periodic motion whose fundamental is known: :math:`A \cos\theta` about the height :math:`z_c`.
 The force bends the path by its other harmonics, the mean included,
 
-.. math:: z(\\theta) = A \\cos\\theta + \\mathrm{Re} \\sum_{h \\ne 1} G(h\\omega) \\hat F_h e^{i h \\theta},
+.. math:: z(\theta) = A \cos\theta + \mathrm{Re} \sum_{h \ne 1} G(h\omega) \hat F_h e^{i h \theta},
 
 with the lever's response G to a force at the tip, all modes together. At high harmonics each mode is a free mass,
 :math:`G = -M / h^2`, so these are integrated in one: the force, twice over the phase.
@@ -117,7 +117,7 @@ def impulse(motions: Motions, virial: Array) -> Paths:
     return _answer(motions, phasor, phasor[:, :1] * series, phasor[:, :1] * rate)
 
 
-def _answer(motions: Motions, phasor: Complex, twice: Array, once: Array) -> Paths:
+def _answer(motions: Motions, phasor: Array | Complex, twice: Array, once: Array) -> Paths:
     """Return how a force bends paths: its phasors, and its part without mean integrated twice, with the slope of that."""
     mobility = motions.mobility[:, None]
     order = np.maximum(ORDER, 1)
@@ -168,7 +168,12 @@ def _paths_of(law: Law, motions: Motions, start: Paths, virial: Array | None) ->
             more, alone = impulse(motions, lacking), impulse(motions, virial)
             # a law that is far off here says nothing of the path: the virial alone does
             trust = (1.0 / (1.0 + (lacking / (FAR_OFF * np.maximum(np.abs(virial), least))) ** 2))[:, None]
-            answer = Paths(*(trust * (one + two) + (1.0 - trust) * three for one, two, three in zip(answer, more, alone, strict=True)))
+            answer = Paths(
+                *(
+                    trust * (one + two) + (1.0 - trust) * three
+                    for one, two, three in zip(answer, more, alone, strict=True)
+                )
+            )
         size = np.abs(answer.bend - found.bend).max(axis=1)
         taken = np.where(size < 0.7 * before, taken, 0.5 * taken)  # where the plain fixed point does not contract
         share, before = taken[:, None], size
@@ -212,7 +217,8 @@ def _rows_of(law: Law, motions: Motions, paths: Paths) -> Rows:
     amplitude = motions.amplitude[:, None]
 
     def gathered(factor: Array) -> Array:
-        return np.bincount(places, (share * (factor * WEIGHT)).ravel(), points * nodes).reshape(points, nodes)
+        found = np.bincount(places, (share * (factor * WEIGHT)).ravel(), points * nodes)
+        return np.asarray(found.reshape(points, nodes), dtype=float)
 
     rate = 2.0 * np.pi * motions.frequency[:, None] * (paths.slope - amplitude * SINE)
     cosine, sine = amplitude * COSINE, 2.0 * np.pi * amplitude * SINE

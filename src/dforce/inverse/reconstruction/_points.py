@@ -63,7 +63,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Balance:
-    """What the motion tells of the force: :math:`V = \\langle F z \\rangle` and the energy E of the tip's fundamental (J)."""
+    r"""What the motion tells of the force: :math:`V = \langle F z \rangle` and the energy E of the tip's fundamental (J)."""
 
     motions: Motions
     virial: Array
@@ -111,9 +111,7 @@ def _locked(reading: Reading, problem: Problem, shift: Array) -> Balance:
 
 
 def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, problem: Problem) -> Balance:
-    response = np.stack(
-        [sum(_mode_responses(problem, order * frequency)) for order in range(HARMONICS + 1)], axis=1
-    )
+    response = np.stack([sum(_mode_responses(problem, order * frequency)) for order in range(HARMONICS + 1)], axis=1)
     mobility = sum(mode.f0**2 / mode.k for mode in problem.modes) / frequency**2
     work = force * tip.conj()
     return Balance(Motions(height, np.abs(tip), frequency, response, mobility), 0.5 * work.real, -np.pi * work.imag)
@@ -122,10 +120,12 @@ def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, prob
 def _mode_responses(problem: Problem, frequency: Array) -> list[Complex]:
     """Return the answer of each mode to a force (m/N) at frequencies (Hz)."""
     ratios = [(mode, frequency / mode.f0) for mode in problem.modes]
-    return [1.0 / (mode.k * (1.0 - r**2 + 1j * r / mode.Q)) for mode, r in ratios]
+    return [np.asarray(1.0 / (mode.k * (1.0 - r**2 + 1j * r / mode.Q)), dtype=complex) for mode, r in ratios]
 
 
-def read_points(data: xr.Dataset, case: Case | None, amplitude_error: float | None, phase_error: float | None) -> tuple[Reading, Case]:  # fmt: skip
+def read_points(
+    data: xr.Dataset, case: Case | None, amplitude_error: float | None, phase_error: float | None
+) -> tuple[Reading, Case]:
     """Return what a result of this program or a measured curve holds, and its case.
 
     Raises
@@ -263,7 +263,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     if free is None and locked:
         free = largest
     missing += ["free_amplitude"] * (free is None)
-    if missing:
+    if missing or free is None:
         raise ParameterError(
             f"the data do not say {' and '.join(missing)} of the instrument; give a case, or calibrate the data"
         )
@@ -281,7 +281,9 @@ def _check(reading: Reading, case: Case) -> None:
     """Raise ParameterError for curves that no force follows from."""
     problem, count = case.problem, len(reading.height)
     if len(problem.tones) > 1:
-        raise ParameterError(f"the curve has {len(problem.tones)} tones; a force is reconstructed from curves of one tone")
+        raise ParameterError(
+            f"the curve has {len(problem.tones)} tones; a force is reconstructed from curves of one tone"
+        )
     if count < LEAST_POINTS:
         raise ParameterError(f"the curve has {count} points that can be used; a force needs {LEAST_POINTS} or more")
     if reading.amplitude.min() <= 0.0:

@@ -25,9 +25,19 @@ SENTENCES = (
     "no motion turned at this distance, so the curve does not tell the force",
     "the error of the force is above a tenth of its range: behind a gap, or by noise",
 )
+BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
 UNSURE = 0.1  # of the range of the force
+UNSETTLED = 0.01  # of the largest virial
 FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
-PATH_DEPENDENT = ("adhesion_hysteresis", "jkr", "capillary", "maugis_dugdale", "sls", "sls_simple", "generalized_maxwell")
+PATH_DEPENDENT = (
+    "adhesion_hysteresis",
+    "jkr",
+    "capillary",
+    "maugis_dugdale",
+    "sls",
+    "sls_simple",
+    "generalized_maxwell",
+)
 
 
 def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
@@ -39,11 +49,11 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
     noise, smoothing, hidden = (
         np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (inverse.fit.noise, inverse.fit.smoothing, inverse.hidden)
     )
-    total = np.sqrt(noise**2 + smoothing**2 + hidden**2)
     blind = np.zeros(len(distance), dtype=bool)
     for gap in inverse.gaps:
         blind |= (distance > gap.low) & (distance < gap.high)
     span = float(np.ptp(law.force[~blind]))
+    total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + (BY_NODES * span) ** 2)
     status = np.where(blind, BLIND, np.where(total > UNSURE * span, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
     classic = classic_forces(inverse, reading, case, distance)
@@ -61,7 +71,10 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
         "phase": ("point", np.rad2deg(reading.phase)),
         "fundamental_virial": ("point", balance.virial),
         "virial_error": ("point", inverse.virial_error),
-        "virial_residual": ("point", (balance.virial - inverse.rows.virial @ inverse.fit.values) / inverse.virial_error),
+        "virial_residual": (
+            "point",
+            (balance.virial - inverse.rows.virial @ inverse.fit.values) / inverse.virial_error,
+        ),
         "fundamental_energy": ("point", balance.energy),
         "sample_energy": ("point", inverse.sample_energy),
         "energy_error": ("point", inverse.energy_error),
@@ -142,8 +155,8 @@ def _known(case: Case, distance: Array) -> Array:
 def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
     """Return what a reader must know of the result, a sentence each."""
     found = [
-        f"no motion turned between {units.show(gap.low, 'm')} and {units.show(gap.high, 'm')}: the curve does not tell the "
-        "force there, and tells it with a larger error below"
+        f"no motion turned between {units.show(gap.low, 'm', 3)} and {units.show(gap.high, 'm', 3)}: the curve does not tell "
+        "the force there, and tells it with a larger error below"
         for gap in inverse.gaps
     ]
     if not inverse.fit.reached:
@@ -151,6 +164,12 @@ def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
         found.append(
             f"chi2 is {per:.3g} times the number of points: the errors given are too small, or no force of the distance alone "
             "explains the curve"
+        )
+    moved = float(np.max(inverse.off / np.abs(inverse.balance.virial).max()))
+    if moved > UNSETTLED:
+        found.append(
+            f"the paths did not settle: the last round still changed a virial by {100.0 * moved:.2g} % of the largest one, "
+            "which its error contains; the force is steep against the lever"
         )
     virial = np.abs(inverse.balance.virial)
     far = float(virial[np.argmax(reading.height)] / virial.max())
