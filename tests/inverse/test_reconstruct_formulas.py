@@ -59,17 +59,17 @@ def test_the_closed_virials_agree_with_quadrature():
 
 def beyond(start, length):
     """Return distances that are dense at the start and go far enough for nothing to be left."""
-    return start + length * np.concatenate([[0.0], np.geomspace(1e-9, 1e5, 6000)])
+    return start + length * np.concatenate([[0.0], np.geomspace(1e-7, 1e5, 1500)])
 
 
 @pytest.mark.parametrize(("x", "scale"), SCALES.items())
 def test_sader_jarvis_has_its_exact_error_on_an_exponential(x, scale):
     amplitude = 1e-9
     kappa = x / amplitude
-    d = np.concatenate([[0.0], np.geomspace(1e-9, 60.0, 6000)]) / kappa
+    d = np.concatenate([[0.0], np.geomspace(1e-7, 60.0, 1200)]) / kappa
     shift = exponential_shift(d, amplitude, kappa, 1e-9, 10.0)
     found = sader_jarvis(d, shift, np.full(len(d), amplitude), 10.0)[0]
-    assert found / 1e-9 == pytest.approx(scale, rel=3e-5)  # straight pieces between points: 1e-5
+    assert found / 1e-9 == pytest.approx(scale, rel=2e-4)  # straight pieces between points
 
 
 @pytest.mark.parametrize(("amplitude", "shift", "force"), VDW)
@@ -77,7 +77,7 @@ def test_sader_jarvis_on_van_der_waals(amplitude, shift, force):
     d = beyond(0.5e-9, 0.5e-9)
     shifts = vdw_shift(d, amplitude)
     assert shifts[0] == pytest.approx(shift, rel=1e-9)
-    assert sader_jarvis(d, shifts, np.full(len(d), amplitude), 0.9)[0] == pytest.approx(force, rel=3e-5)
+    assert sader_jarvis(d, shifts, np.full(len(d), amplitude), 0.9)[0] == pytest.approx(force, rel=2e-4)
 
 
 @pytest.mark.parametrize(("amplitude", "shift", "force"), MORSE)
@@ -85,12 +85,12 @@ def test_sader_jarvis_on_morse(amplitude, shift, force):
     d = beyond(0.3e-9, 0.05e-9)
     shifts = morse_shift(d, amplitude, 1800.0)
     assert shifts[0] == pytest.approx(shift, rel=1e-9)
-    assert sader_jarvis(d, shifts, np.full(len(d), amplitude), 1800.0)[0] == pytest.approx(force, rel=3e-5)
+    assert sader_jarvis(d, shifts, np.full(len(d), amplitude), 1800.0)[0] == pytest.approx(force, rel=2e-4)
 
 
 def test_holscher_and_payam_come_to_the_force_at_large_amplitudes():
     amplitude, kappa = 1e-6, 1e10  # 10000 lengths: the leading error is that of I_1, 3/8x, and what the terms leave out
-    d = np.concatenate([[0.0], np.geomspace(1e-9, 60.0, 6000)]) / kappa
+    d = np.concatenate([[0.0], np.geomspace(1e-7, 60.0, 1200)]) / kappa
     shift = exponential_shift(d, amplitude, kappa, 1e-9, 10.0)
     sizes = np.full(len(d), amplitude)
     for formula in (holscher, payam):

@@ -29,9 +29,9 @@ def motions(height, amplitude, frequency, k=K, q=Q, f0=F0):
 
 @pytest.mark.parametrize(
     ("height", "shift", "virial", "tolerance"),
-    # the third touches the kink, where 6000 nodes leave 1e-5
-    [(12e-9, -1.2412634564, 2.2845049738e-21, 2e-6), (10.2e-9, -44.4831237, 8.18335419e-20, 2e-6),
-     (9.5e-9, 252.15802, -4.6529110e-19, 2e-5)],
+    # what the instants of a path leave grows with the slope of the force
+    [(12e-9, -1.2412634564, 2.2845049738e-21, 2e-6), (10.2e-9, -44.4831237, 8.18335419e-20, 1e-4),
+     (9.5e-9, 252.15802, -4.6529110e-19, 3e-4)],
 )  # fmt: skip
 def test_a_phase_locked_motion_along_its_path_has_the_frequency_of_shooting(height, shift, virial, tolerance):
     law, amplitude, frequency = law_of(dmt), 10e-9, F0
