@@ -64,10 +64,9 @@ def repeats(count):
     print(f"{count} repeats, {seconds:.2f} s of CPU each")
     print(f"spread over prediction: {np.sqrt(np.mean(spread**2) / np.mean(predicted**2)):.3f} (root mean square)")
     print("quantiles 5, 25, 50, 75, 95 %:", np.round(np.quantile(spread / predicted, [0.05, 0.25, 0.5, 0.75, 0.95]), 2))
+    bias = np.abs(np.mean(forces, axis=0) - law).max()
     print(f"within one error of the law {np.mean(off < 1.0):.3f}, within two {np.mean(off < 2.0):.3f}")
-    print(
-        f"largest spread {spread.max() / np.ptp(law):.4f}, largest bias {np.abs(np.mean(forces, axis=0) - law).max() / np.ptp(law):.4f} of the range"
-    )
+    print(f"of the range: largest spread {spread.max() / np.ptp(law):.4f}, largest bias {bias / np.ptp(law):.4f}")
 
 
 def laws():

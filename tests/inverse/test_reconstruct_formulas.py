@@ -38,9 +38,7 @@ def exponential_shift(d, amplitude, kappa, force, k):
 
 def morse_shift(d, amplitude, k):
     first = exponential_shift(d, amplitude, KAPPA, -2.0 * KAPPA * E_B * np.exp(KAPPA * SIGMA), k)
-    return first + exponential_shift(
-        d, amplitude, 2.0 * KAPPA, 2.0 * KAPPA * E_B * np.exp(2.0 * KAPPA * SIGMA), k
-    )
+    return first + exponential_shift(d, amplitude, 2.0 * KAPPA, 2.0 * KAPPA * E_B * np.exp(2.0 * KAPPA * SIGMA), k)
 
 
 def test_the_closed_virials_agree_with_quadrature():
@@ -50,7 +48,9 @@ def test_the_closed_virials_agree_with_quadrature():
         return 2.0 * KAPPA * E_B * (np.exp(-2.0 * KAPPA * (x - SIGMA)) - np.exp(-KAPPA * (x - SIGMA)))
 
     def work(law):
-        return quad(lambda t: law(d + amplitude * (1.0 + np.cos(t))) * amplitude * np.cos(t) / np.pi, 0.0, np.pi, limit=400)[0]
+        return quad(
+            lambda t: law(d + amplitude * (1.0 + np.cos(t))) * amplitude * np.cos(t) / np.pi, 0.0, np.pi, limit=400
+        )[0]
 
     assert -work(force) / (1800.0 * amplitude**2) == pytest.approx(morse_shift(d, amplitude, 1800.0), rel=1e-8)
     attraction = -work(lambda x: -2e-20 * 2e-9 / 6.0 / x**2) / (0.9 * amplitude**2)

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from dforce.inverse.reconstruction._law import laid
-from dforce.inverse.reconstruction._path import HARMONICS, Motions, closest, impulse, no_paths, paths_of, rows_of, virials
+from dforce.inverse.reconstruction._path import (
+    HARMONICS,
+    Motions,
+    closest,
+    impulse,
+    no_paths,
+    paths_of,
+    rows_of,
+    virials,
+)
 
 F0, K, Q = 48.9e3, 0.9, 255.0
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from dforce.case import Case
     from dforce.experiments._experiment import Progress
 
+SEEN = 5.0  # errors of a virial
+
 
 @checked
 def reconstruct(
@@ -75,7 +77,8 @@ def reconstruct(
     given = _error("amplitude_error", amplitude_error, "m"), _error("phase_error", phase_error, "deg")
     reading, case = read_points(curve, case, *given)
     balance, shifted = balances(reading, case.problem)
-    _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial)
+    error = np.sqrt(sum(((one.virial - balance.virial) / share) ** 2 for one, share in shifted))
+    _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial / error)
     lossy = bool(np.isfinite(balance.energy).all())
     with watched(progress, case.title) as tell:
         inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, ROUNDS, ""))
@@ -95,9 +98,12 @@ def _error(name: str, given: Any, unit: str) -> float | None:
         raise UnitError(f"{name} {error}") from None
 
 
-def _refuse_what_tells_nothing(low: Any, virial: Any) -> None:
-    if not np.any(virial):
-        raise ParameterError("the curve is that of a free lever throughout, so there is no force to find")
+def _refuse_what_tells_nothing(low: Any, seen: Any) -> None:
+    """Raise ParameterError where no virial is five times its error, and where all points turn at one distance."""
+    if np.abs(seen).max() < SEEN:
+        raise ParameterError(
+            "amplitude and phase are those of a free lever throughout, within their errors: there is no force to find"
+        )
     if np.ptp(low) <= 0.0:
         raise ParameterError("all points turn at the same distance, so the curve tells no force against distance")
 
