@@ -59,12 +59,15 @@ def repeats(count):
         for kept, name in ((forces, "force"), (noises, "force_noise"), (errors, "force_error")):
             kept.append(np.interp(distance, found.distance, found[name]))
     seconds = (time.process_time() - begin) / count
-    spread, predicted = np.std(forces, axis=0, ddof=1), np.sqrt(np.mean(np.square(noises), axis=0))
-    off = np.abs(np.array(forces) - law) / np.array(errors)
+    spread, predicted = (
+        np.nanstd(forces, axis=0, ddof=1),
+        np.sqrt(np.nanmean(np.square(noises), axis=0)),
+    )  # gaps are NaN
+    off = (np.abs(np.array(forces) - law) / np.array(errors))[np.isfinite(forces)]
     print(f"{count} repeats, {seconds:.2f} s of CPU each")
     print(f"spread over prediction: {np.sqrt(np.mean(spread**2) / np.mean(predicted**2)):.3f} (root mean square)")
     print("quantiles 5, 25, 50, 75, 95 %:", np.round(np.quantile(spread / predicted, [0.05, 0.25, 0.5, 0.75, 0.95]), 2))
-    bias = np.abs(np.mean(forces, axis=0) - law).max()
+    bias = np.abs(np.nanmean(forces, axis=0) - law).max()
     print(f"within one error of the law {np.mean(off < 1.0):.3f}, within two {np.mean(off < 2.0):.3f}")
     print(f"of the range: largest spread {spread.max() / np.ptp(law):.4f}, largest bias {bias / np.ptp(law):.4f}")
 
