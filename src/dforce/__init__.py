@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dforce.findings.summary import summary
     from dforce.forces import Force, load_plugin
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.inverse.reconstruct import reconstruct
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -74,6 +75,7 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
+    "inverse.reconstruct": ("reconstruct",),
     "kernel.cache": (
         "clear_kernel_cache",
         "kernel_cache",
@@ -154,6 +156,7 @@ __all__ = [
     "parse",
     "plot",
     "read",
+    "reconstruct",
     "report",
     "run",
     "save_case",

@@ -26,6 +26,7 @@ LEVELS = (
     ("case",),
     ("validity", "plot"),
     ("runs", "findings", "spectroscopy", "maps"),
+    ("inverse",),
     ("checks",),
     ("__init__",),
     ("cli", "gui", "__main__"),

@@ -1,0 +1,146 @@
+"""`dforce reconstruct`: the force behind a curve, without a model of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+from dforce.core.errors import shorten
+from dforce.core.files import check_target
+from dforce.core.progress import ProgressBar
+from dforce.core.units import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MEANINGS = ("determined", "blind", "uncertain")
+
+
+def reconstruct(
+    curve: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CURVE",
+            show_default=False,
+            help="A result (.nc) of an approach or of branches, or a measured curve.",
+        ),
+    ],
+    case: Annotated[
+        Path | None,
+        typer.Option(
+            "--case",
+            metavar="CASE.toml",
+            show_default=False,
+            help="Instrument of a measured curve that does not say it.",
+        ),
+    ] = None,
+    direction: Annotated[
+        str | None,
+        typer.Option(
+            "--direction", metavar="approach|retract", show_default=False, help="Only this walk; left out: all points."
+        ),
+    ] = None,
+    amplitude_error: Annotated[
+        str | None,
+        typer.Option(
+            "--amplitude-error", metavar="LENGTH", show_default=False, help='Standard deviation, such as "20 pm".'
+        ),
+    ] = None,
+    phase_error: Annotated[
+        str | None,
+        typer.Option(
+            "--phase-error", metavar="ANGLE", show_default=False, help='Standard deviation, such as "0.2 deg".'
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the force goes."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the force."),
+    ] = None,
+    formulas: Annotated[bool, typer.Option("--formulas", help="Draw the formulas in use beside it.")] = False,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    traceback: Traceback = False,
+) -> int:
+    """Reconstruct the force against distance from a curve, with its errors and gaps."""
+    if output is not None:
+        check_target(output)
+    if plot is not None:
+        check_target(plot, df.plot.FORMATS)
+    if formulas and plot is None:
+        raise df.ParameterError("--formulas are drawn in a picture, and none is drawn; give --plot as well")
+    data = df.read(curve)
+    if direction is not None:
+        data = _walk(data, direction)
+    instrument = None if case is None else df.load_case(case)
+    with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not quiet) as bar:
+        found = df.reconstruct(data, instrument, amplitude_error, phase_error, progress=bar)
+    if output is not None:
+        df.write(found, output)
+    if plot is not None:
+        df.plot.save(df.plot.reconstruction(found, df.plot.Sheet(), formulas=formulas), plot)
+    files = [str(path) for path in (output, plot) if path is not None]
+    notes = [line for line in str(found.attrs["notes"]).splitlines() if line]
+    code = SOME_POINTS_FAILED if (found["force_status"].values != 0).any() else DONE
+    if json:
+        print_json({**_found(found), "notes": notes, "files": files, "exit_code": code})
+    elif not quiet:
+        for line in _lines(found):
+            typer.echo(line)
+        if files:
+            typer.echo(f"written: {', '.join(files)}")
+        for line in notes:
+            say(line)
+    return code
+
+
+def _walk(data: xr.Dataset, direction: str) -> xr.Dataset:
+    """Return one direction of a curve."""
+    if "direction" not in data.variables:
+        raise df.ParameterError("this curve has no directions to choose from")
+    known = sorted({str(name) for name in data["direction"].values.ravel()})
+    if direction not in known:
+        raise df.ParameterError(f"--direction {shorten(direction)} is not one of {', '.join(known)}")
+    if "direction" in data.dims:
+        return data.sel(direction=direction)
+    return data.isel(point=(data["direction"] == direction).values)
+
+
+def _found(found: xr.Dataset) -> dict[str, Any]:
+    """Return what a reader asks first, for a program: SI numbers."""
+    status = found["force_status"].values
+    lowest = int(abs(found["force"] - found["force"].min()).fillna(float("inf")).argmin("distance"))
+    return {
+        "points": found.sizes["point"],
+        "from": float(found["distance"].min()),
+        "to": float(found["distance"].max()),
+        "lowest_force": float(found["force"][lowest]),
+        "lowest_force_error": float(found["force_error"][lowest]),
+        "at": float(found["distance"][lowest]),
+        "largest_sample_energy": float(found["sample_energy"].max()),
+        "chi2": float(found.attrs["chi2"]),
+        "distances": {name: int((status == number).sum()) for number, name in enumerate(MEANINGS)},
+        "gaps": [[float(low), float(high)] for low, high in zip(found["gap_low"], found["gap_high"], strict=True)],
+    }
+
+
+def _lines(found: xr.Dataset) -> list[str]:
+    """Return the same for a reader."""
+    first = _found(found)
+    title = str(found.attrs.get("title", ""))
+    counts = ", ".join(f"{count} {name}" for name, count in first["distances"].items() if count)
+    return [
+        *([title] if title else []),
+        f"force from {show(first['from'], 'm', 4)} to {show(first['to'], 'm', 4)}, by {first['points']} points",
+        f"lowest force: {show(first['lowest_force'], 'N', 3)} ± {show(first['lowest_force_error'], 'N', 2)} "
+        f"at {show(first['at'], 'm', 3)}",
+        f"chi2: {first['chi2']:.1f} for {first['points']} points",
+        f"distances: {counts}",
+    ]

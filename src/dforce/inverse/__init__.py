@@ -1,0 +1,1 @@
+"""From measured curves back to what they tell: forces, parameters, settings."""

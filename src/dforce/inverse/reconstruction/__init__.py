@@ -1,0 +1,113 @@
+"""The force behind a curve: from amplitude and phase, or a frequency shift, to force against distance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core import units
+from dforce.core.errors import ParameterError, UnitError, checked
+from dforce.inverse.reconstruction._invert import ROUNDS, balances, invert
+from dforce.inverse.reconstruction._points import LEAST_POINTS, read_points
+from dforce.inverse.reconstruction._result import dataset_of
+from dforce.runs import watched
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.case import Case
+    from dforce.experiments.plan import Progress
+
+SEEN = 5.0  # errors of a virial
+
+
+@checked
+def reconstruct(
+    curve: xr.Dataset,
+    case: Case | None = None,
+    amplitude_error: float | str | None = None,
+    phase_error: float | str | None = None,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset:
+    r"""Return the force against distance behind a tapping curve, or one of frequency shifts, without a model of it.
+
+    The virial of each point, which amplitude and phase give exactly, is the mean of force times motion along the tip's path,
+
+    .. math:: V_i = \langle F(d_i(\theta))\, A_i \cos\theta \rangle,
+
+    linear in F. Least squares find the smoothest force that explains all points to their errors, whatever branch they lie on;
+    the paths are those of the real lever, harmonics and mean deflection included, found anew with each force.
+
+    Parameters
+    ----------
+    curve
+        A result of :func:`dforce.approach` or :func:`dforce.branches` of one tone, or a measured curve: along `point` the
+        `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag, 90 when free), optional `direction` and
+        `branch`; `amplitude_error`, `phase_error`, `free_amplitude`, `k`, `f0` and `Q` among its attributes. A curve of
+        phase-locked motions has `frequency_shift` (Hz), counted from the free lock at the same phase, and
+        `frequency_shift_error`; `drive_force` (N) where the loss is wanted, `phase` where it is not 90 degrees.
+    case
+        The instrument of a measured curve that does not say its own.
+    amplitude_error, phase_error
+        Standard deviation of a point's amplitude (m) and phase (degrees), or text with a unit; left out: what the curve
+        says, and for a result what its computation leaves.
+    progress
+        See :func:`dforce.run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `distance`: `force` (N) with `force_error`, its parts `force_noise` and `gap_error`, `resolution` (m),
+        `force_status` (determined, blind, uncertain), `classic_force` by each `formula` in use, `damping` (kg/s) where the
+        sample takes energy, and `law_force` where the curve was computed from a known law. Where no motion turned the force is
+        NaN. Over `point`: the points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high`.
+
+    Raises
+    ------
+    ParameterError
+        When the curve is none, has too few points, points out of order or with numbers that cannot be, more than one tone,
+        or says too little about the instrument.
+
+    Notes
+    -----
+    J. E. Sader, S. P. Jarvis, Appl. Phys. Lett. 84, 1801 (2004) and H. Hölscher, Appl. Phys. Lett. 89, 123109 (2006) for the
+    formulas; F. J. Giessibl, Appl. Phys. Lett. 78, 123 (2001) for a matrix inverse.
+    """
+    given = _error("amplitude_error", amplitude_error, "m"), _error("phase_error", phase_error, "deg")
+    reading, case = read_points(curve, case, *given)
+    balance, shifted = balances(reading, case.problem)
+    error = np.sqrt(sum(((one.virial - balance.virial) / share) ** 2 for one, share in shifted))
+    _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial / error)
+    lossy = bool(np.isfinite(balance.energy).all())
+    with watched(progress, case.title) as tell:
+        inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, ROUNDS, ""))
+        tell(ROUNDS, ROUNDS, "")
+    most = _most_together(inverse.rows.closest, [gap.high for gap in inverse.gaps])
+    if most < LEAST_POINTS:
+        raise ParameterError(
+            f"the points lie on both sides of a jump, at most {most} of them together; a force needs {LEAST_POINTS} or more"
+        )
+    return dataset_of(inverse, reading, case, curve, bool(case.forces) and "status" in curve)
+
+
+def _error(name: str, given: Any, unit: str) -> float | None:
+    try:
+        return None if given is None else units.parse(given, unit)
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+
+
+def _refuse_what_tells_nothing(low: Any, seen: Any) -> None:
+    """Raise ParameterError where no virial is five times its error, and where all points turn at one distance."""
+    if np.abs(seen).max() < SEEN:
+        raise ParameterError(
+            "amplitude and phase are those of a free lever throughout, within their errors: there is no force to find"
+        )
+    if np.ptp(low) <= 0.0:
+        raise ParameterError("all points turn at the same distance, so the curve tells no force against distance")
+
+
+def _most_together(closest: Any, borders: list[float]) -> int:
+    """Return the largest number of points between two gaps."""
+    return int(np.bincount(np.searchsorted(np.sort(borders), closest, side="right")).max())

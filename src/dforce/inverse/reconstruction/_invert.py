@@ -1,0 +1,212 @@
+"""The exact inverse: force and damping whose work along the tip's real paths is what a curve tells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from dforce.inverse.reconstruction._gaps import Gap, gap_covariance, gaps_in
+from dforce.inverse.reconstruction._law import Array, Law, force_of, laid
+from dforce.inverse.reconstruction._least import Fit, evidence, solve
+from dforce.inverse.reconstruction._path import Paths, Rows, closest, impulse, no_paths, paths_of, rows_of, virials
+from dforce.inverse.reconstruction._points import Balance, Reading
+from dforce.problem import Problem
+
+MOST_NODES, LEAST_NODES = 260, 60
+WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3)  # of the stretch of dense nodes, as shares of the range of distances
+FIRST_WIDTH = 0.03
+# the law that bends the paths is smooth: shares of itself by which it may miss a virial; each as long as paths settle
+DOUBTS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+CLOSE = 0.1  # share of that by which a virial may still change when paths have settled
+ROUNDS = 30
+SMALLEST_DOUBT = 1e-5  # of the largest virial: by nodes and instants
+PLAIN_DOUBT = 1e-3  # of a virial, by sinusoids for paths
+LEAST_SIZE = 0.1  # of the largest virial
+WIDTH_ROUND = 2
+SETTLED = 1e-4  # change of the force from round to round, as a share of its range
+FAR = 0.25  # share of the nodes, from the last one, that tell how the force falls beyond
+BESIDE = 5  # points that share the error of computation
+RELAXED = 0.7  # share of the new force that is taken: where a gap hides some, the plain rounds swing
+STEADY = 0.05  # change of the force below which a loss is looked for
+SEEN = 3.0  # errors above which a force or a loss is seen
+LEAST_LOSS = 1e-3  # share of the energy that the medium takes, below which no loss is looked for
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """A force that explains a curve.
+
+    Attributes
+    ----------
+    law
+        Force and damping at nodes.
+    fit, damping
+        The least squares behind both; None where no loss is seen.
+    hidden
+        Covariance of the force by what the gaps hide (N^2).
+    rows, balance, harmonics, when
+        The last paths, and what they do.
+    virial_error, energy_error, sample_energy
+        Of each point (J).
+    gaps
+        Where no motion turned.
+    sinusoid
+        The force by the same inverse with plain sinusoids for paths.
+    rounds, off
+        How often paths were found anew, and by how much the last time changed the virial of each point (J).
+    """
+
+    law: Law
+    fit: Fit
+    damping: Fit | None
+    hidden: Array
+    rows: Rows
+    balance: Balance
+    virial_error: Array
+    energy_error: Array
+    sample_energy: Array
+    gaps: list[Gap]
+    sinusoid: Law
+    rounds: int
+    off: Array
+
+
+def invert(
+    reading: Reading, balance: Balance, shifted: list[tuple[Balance, float]], lossy: bool, watch: Callable[[int], None]
+) -> Inverse:
+    """Return the force behind the points of a curve.
+
+    Parameters
+    ----------
+    reading, balance
+        The points, and what they tell of the force.
+    shifted
+        What they would tell with one of the quantities read changed by a share of its error, and that share.
+    lossy
+        Whether a drag may be looked for.
+    watch
+        Called with the number of each round.
+    """
+    motions, count = balance.motions, len(balance.virial)
+    low = motions.height - motions.amplitude
+    span, nodes = float(np.ptp(low)), int(np.clip(2 * count, LEAST_NODES, MOST_NODES))
+    law = laid(float(low.min()), float(low.max()), FIRST_WIDTH * span, nodes)
+    energy_error = _errors([(one.energy - balance.energy, share) for one, share in shifted])
+    sinusoid = _plain(law, balance, shifted)
+    size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
+    rounding = _rounding(reading, balance)
+    resolution = float(np.median(reading.errors["amplitude"]))
+    paths, off, rounds = impulse(motions, balance.virial), size, 0
+    for doubt in DOUBTS:
+        started, before, done = (paths, off), np.inf, False
+        while not done and rounds < ROUNDS:
+            rounds += 1
+            watch(rounds)
+            law = _laid_anew(law, low, closest(motions, paths), law.width)
+            error = np.hypot(np.hypot(_virial_error(law, balance, shifted, paths), rounding), doubt * size)
+            if rounds == WIDTH_ROUND:
+                law = _best_width(law, balance, error, paths, span)
+            fit = solve(rows_of(law, motions, paths).virial, balance.virial, error)
+            law = law._replace(force=fit.values, length=_fall(law, fit))
+            new = paths_of(law, motions, paths, balance.virial)
+            off = maximum_filter1d(np.abs(virials(law, motions, new) - virials(law, motions, paths)), BESIDE)
+            change = float(np.sqrt(np.mean((off / size) ** 2)))
+            if rounds > WIDTH_ROUND + 1 and change > before:
+                break
+            paths, before, done = new, change, change < CLOSE * doubt
+        if not done:
+            if doubt != DOUBTS[0]:
+                paths, off = started  # a law so little smoothed is less sure than what it would tell of the paths
+            break
+    law = _laid_anew(law, low, closest(motions, paths), law.width)
+    virial_error = np.hypot(_virial_error(law, balance, shifted, paths), rounding)
+    virial_error = np.sqrt(virial_error**2 + off**2 + (SMALLEST_DOUBT * size.max()) ** 2)
+    rows = rows_of(law, motions, paths)
+    fit = solve(rows.virial, balance.virial, virial_error)
+    law = law._replace(force=fit.values, length=_fall(law, fit))
+    sample = balance.energy - rows.energy @ fit.values
+    damping: Fit | None = None
+    if lossy and np.isfinite(sample).all() and _is_seen(sample, energy_error, balance):
+        damping = solve(rows.loss, sample, energy_error)
+        law = law._replace(damping=damping.values)
+    gaps = gaps_in(rows.closest, resolution)
+    hidden = gap_covariance(gaps, law, fit.gain, rows)
+    return Inverse(
+        law, fit, damping, hidden, rows, balance, virial_error, energy_error, sample, gaps, sinusoid, rounds, off
+    )
+
+
+def _plain(law: Law, balance: Balance, shifted: list[tuple[Balance, float]]) -> Law:
+    """Return the force by plain sinusoids for paths."""
+    error = _errors([(one.virial - balance.virial, share) for one, share in shifted])
+    size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
+    rows = rows_of(law, balance.motions, no_paths(balance.motions))
+    return law._replace(force=solve(rows.virial, balance.virial, np.hypot(error, PLAIN_DOUBT * size)).values)
+
+
+def _laid_anew(law: Law, low: Array, closest: Array, width: float) -> Law:
+    """Return the law at nodes between the closest and the farthest turning point of the paths."""
+    new = laid(float(closest.min()), float(max(closest.max(), low.max())), width, len(law.force))
+    return new._replace(
+        force=force_of(law, law.force, new.nodes),
+        damping=force_of(law, law.damping, new.nodes),
+        length=law.length,
+    )
+
+
+def _best_width(law: Law, balance: Balance, error: Array, paths: Paths, span: float) -> Law:
+    """Return the law at the nodes that make the data most likely."""
+    laws = [_laid_anew(law, law.nodes[-1:], law.nodes, share * span) for share in WIDTHS]
+    likely = [evidence(rows_of(one, balance.motions, paths).virial, balance.virial, error) for one in laws]
+    return laws[int(np.argmax(likely))]
+
+
+def _errors(changes: list[tuple[Array, float]]) -> Array:
+    """Return the standard deviation of numbers that change by so much with a share of an error each."""
+    return np.asarray(np.sqrt(sum((change / share) ** 2 for change, share in changes)))
+
+
+def _virial_error(law: Law, balance: Balance, shifted: list[tuple[Balance, float]], paths: Paths) -> Array:
+    """Return the error of each virial (J), with what errors of the motion do to the virial along the path."""
+    here = virials(law, balance.motions, paths)
+    changes = [(one.virial - balance.virial - virials(law, one.motions, paths) + here, share) for one, share in shifted]
+    return _errors(changes)
+
+
+def _fall(law: Law, fit: Fit) -> float:
+    r"""Return the length of the force beyond the last node, from the line of :math:`|F|^{-1/2}` over the outer nodes."""
+    far = slice(int((1.0 - FAR) * len(law.force)), None)
+    d, force = law.nodes[far], fit.values[far]
+    error = np.sqrt(np.diag(fit.noise)[far] + np.diag(fit.smoothing)[far])
+    if (np.abs(force) < SEEN * error).any() or np.ptp(np.sign(force)):
+        return float(law.nodes[-1] - law.nodes[0])
+    slope, start = np.polyfit(d - d[-1], np.abs(force) ** -0.5, 1)
+    return float(start / slope) if slope > 0.0 else float(law.nodes[-1] - law.nodes[0])
+
+
+def _is_seen(energy: Array, error: Array, balance: Balance) -> bool:
+    """Return whether the sample takes energy."""
+    motions = balance.motions
+    medium = np.pi * np.abs(np.imag(1.0 / motions.response[:, 1])) * motions.amplitude**2
+    return bool((energy > np.maximum(SEEN * error, LEAST_LOSS * medium)).sum() > len(energy) // 20)
+
+
+def _rounding(reading: Reading, balance: Balance) -> Array:
+    """Return by how much amplitude and phase of a computed curve miss its own virial (J), at each point or beside it."""
+    if reading.virial is None:
+        return np.zeros_like(balance.virial)
+    return np.asarray(maximum_filter1d(np.abs(balance.virial - reading.virial), BESIDE))
+
+
+def balances(reading: Reading, problem: Problem) -> tuple[Balance, list[tuple[Balance, float]]]:
+    """Return what points tell of the force, and what they would tell with each quantity a little off."""
+    from dforce.inverse.reconstruction._points import balance
+
+    shifted = []
+    for name in reading.errors:
+        changed, share = reading.shifted(name)
+        shifted.append((balance(changed, problem), share))
+    return balance(reading, problem), shifted

@@ -1,0 +1,187 @@
+"""The Dataset of a reconstructed force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core import units
+from dforce.inverse.reconstruction import _formulas
+from dforce.inverse.reconstruction._invert import Inverse
+from dforce.inverse.reconstruction._law import Array, Law, force_of
+from dforce.inverse.reconstruction._points import Reading
+from dforce.results.dataset import describe, provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.case import Case
+
+DETERMINED, BLIND, UNCERTAIN = 0, 1, 2
+SENTENCES = (
+    "the curve determines the force",
+    "no motion turned at this distance, so the curve does not tell the force",
+    "the error of the force is above a tenth of its range: behind a gap, or by noise",
+)
+BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
+UNSURE = 0.1  # of the range of the force
+UNSETTLED = 0.01  # of the largest virial
+FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
+PATH_DEPENDENT = (
+    "adhesion_hysteresis",
+    "jkr",
+    "capillary",
+    "maugis_dugdale",
+    "sls",
+    "sls_simple",
+    "generalized_maxwell",
+)
+
+
+def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
+    """Return force, errors and what goes with them over the distance, and the points behind them."""
+    import xarray as xr
+
+    law, balance = inverse.law, inverse.balance
+    distance = law.nodes
+    noise, smoothing, hidden = (
+        np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (inverse.fit.noise, inverse.fit.smoothing, inverse.hidden)
+    )
+    blind = np.zeros(len(distance), dtype=bool)
+    for gap in inverse.gaps:
+        blind |= (distance > gap.low) & (distance < gap.high)
+    span = float(np.ptp(law.force[~blind]))
+    total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + (BY_NODES * span) ** 2)
+    status = np.where(blind, BLIND, np.where(total > UNSURE * span, UNCERTAIN, DETERMINED)).astype(np.int8)
+    open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
+    classic = classic_forces(inverse, reading, case, distance)
+    variables: dict[str, Any] = {
+        "force": ("distance", law.force * open_),
+        "force_error": ("distance", total * open_),
+        "force_noise": ("distance", noise * open_),
+        "gap_error": ("distance", hidden * open_),
+        "resolution": ("distance", _resolution(inverse) * open_),
+        "force_status": ("distance", status),
+        "classic_force": (("formula", "distance"), classic * open_),
+        "zc": ("point", reading.height),
+        "closest_approach": ("point", inverse.rows.closest),
+        "amplitude": ("point", reading.amplitude),
+        "phase": ("point", np.rad2deg(reading.phase)),
+        "fundamental_virial": ("point", balance.virial),
+        "virial_error": ("point", inverse.virial_error),
+        "virial_residual": (
+            "point",
+            (balance.virial - inverse.rows.virial @ inverse.fit.values) / inverse.virial_error,
+        ),
+        "fundamental_energy": ("point", balance.energy),
+        "sample_energy": ("point", inverse.sample_energy),
+        "energy_error": ("point", inverse.energy_error),
+    }
+    if inverse.damping is not None and not any(force.name in PATH_DEPENDENT for force in case.forces):
+        error = np.sqrt(np.diag(inverse.damping.noise) + np.diag(inverse.damping.smoothing))
+        variables |= {
+            "damping": ("distance", inverse.damping.values * open_),
+            "damping_error": ("distance", error * open_),
+        }
+    if known:
+        variables["law_force"] = ("distance", _known(case, distance))
+    data = xr.Dataset(
+        variables,
+        {"distance": distance, "formula": list(_formulas.FORMULAS)},
+    )
+    data = data.assign_coords(
+        gap_low=("gap", [gap.low for gap in inverse.gaps]), gap_high=("gap", [gap.high for gap in inverse.gaps])
+    )
+    describe(data)
+    data["force_status"].attrs |= {
+        "flag_values": np.array([DETERMINED, BLIND, UNCERTAIN], dtype=np.int8),
+        "flag_meanings": "determined blind uncertain",
+        "flag_sentences": "\n".join(SENTENCES),
+    }
+    kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
+    data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
+    data.attrs |= {
+        "chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(_notes(inverse, reading, span)),
+    }  # fmt: skip
+    return data
+
+
+def classic_forces(inverse: Inverse, reading: Reading, case: Case, distance: Array) -> Array:
+    """Return the force by each formula at distances, shape (formulas, distances); NaN where a formula does not reach.
+
+    They need distances in order and no gap: so they stop at the first gap, or where the closest approach turns back.
+    """
+    motions, k = inverse.balance.motions, case.problem.modes[0].k
+    low = motions.height - motions.amplitude
+    order = np.argsort(low)
+    keep = np.concatenate([[True], np.diff(low[order]) > 0.0])
+    order = order[keep]
+    stop = max((gap.high for gap in inverse.gaps), default=-np.inf)
+    order = order[inverse.rows.closest[order] >= stop]
+    amplitude, d = motions.amplitude[order], low[order]
+    out = np.full((len(_formulas.FORMULAS), len(distance)), np.nan)
+    if len(d) >= 2:
+        shift = -inverse.balance.virial[order] / (k * amplitude**2)
+        formulas: dict[str, Callable[[Array, Array, Array, float], Array]] = {
+            "sader_jarvis": _formulas.sader_jarvis, "holscher": _formulas.holscher, "payam": _formulas.payam,
+        }  # fmt: skip
+        for number, name in enumerate(_formulas.FORMULAS):
+            if name in formulas:
+                found = formulas[name](d, shift, amplitude, k)
+                out[number] = np.interp(distance, d, found, left=np.nan, right=np.nan)
+    plain: Law = inverse.sinusoid
+    reached = (distance >= plain.nodes[0]) & (distance <= plain.nodes[-1])
+    out[-1] = np.where(reached, force_of(plain, plain.force, distance), np.nan)
+    return out
+
+
+def _resolution(inverse: Inverse) -> Array:
+    """Return over which length the force is averaged at each node (m): its spacing over its share in its own value."""
+    nodes = inverse.law.nodes
+    own = np.einsum("ij,ji->i", inverse.fit.gain, inverse.rows.virial)
+    return np.asarray(np.gradient(nodes) / np.clip(own, 1e-6, 1.0))
+
+
+def _known(case: Case, distance: Array) -> Array:
+    """Return the force of the case's own law at distances."""
+    from dforce.spectroscopy import force_curve
+
+    curve = force_curve(case, distance=distance[::-1]).sel(direction="approach")
+    return np.asarray(curve["force"].values[::-1])
+
+
+def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
+    """Return what a reader must know of the result, a sentence each."""
+    found = [
+        f"no motion turned between {units.show(gap.low, 'm', 3)} and {units.show(gap.high, 'm', 3)}: the curve does not tell "
+        "the force there, and tells it with a larger error below"
+        for gap in inverse.gaps
+    ]
+    if not inverse.fit.reached:
+        per = inverse.fit.chi2 / len(reading.height)
+        found.append(
+            f"chi2 is {per:.3g} times the number of points: the errors given are too small, or no force of the distance alone "
+            "explains the curve"
+        )
+    moved = float(np.max(inverse.off / np.abs(inverse.balance.virial).max()))
+    if moved > UNSETTLED:
+        found.append(
+            f"the paths did not settle: the last round still changed a virial by {100.0 * moved:.2g} % of the largest one, "
+            "which its error contains; the force is steep against the lever"
+        )
+    virial = np.abs(inverse.balance.virial)
+    far = float(virial[np.argmax(reading.height)] / virial.max())
+    if far > FAR:
+        away = float((far / TOO_FAR) ** (2.0 / 3.0) * inverse.rows.closest.max())
+        found.append(
+            f"at the far end the virial is still {100.0 * far:.2g} % of its largest value, so the force beyond is a guess: "
+            f"retract by some {units.show(max(away - float(inverse.rows.closest.max()), 0.0), 'm', 2)} more"
+        )
+    if inverse.damping is not None:
+        found.append(
+            "the sample takes energy; the damping holds for a drag on the tip, not for adhesion hysteresis, whose loss "
+            "belongs to the whole path"
+        )
+    return found

@@ -1,0 +1,194 @@
+"""Law to curve to law: forces from curves that quadrature or the solver made, their errors, gaps, and what is refused."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.special import ive
+
+import dforce as df
+
+K, F0, Q = 180e3, 30e3, 1e4
+A = 0.1e-9
+E_B, KAPPA, SIGMA = 2.15e-19, 1.55e10, 2.357e-10
+DRAG_KAPPA = 5e9  # 1/m
+SHIFT_ERROR = 2e-4  # Hz; that of 0.02 Hz at a hundredth of the stiffness
+
+
+def morse(d):
+    return 2.0 * KAPPA * E_B * (np.exp(-2.0 * KAPPA * (d - SIGMA)) - np.exp(-KAPPA * (d - SIGMA)))
+
+
+def morse_virial(d, amplitude):
+    """Return the virial (J) of a sinusoid with closest distance d, in closed form."""
+    total = 0.0
+    for force, kappa in (
+        (2.0 * KAPPA * E_B * np.exp(2.0 * KAPPA * SIGMA), 2.0 * KAPPA), (-2.0 * KAPPA * E_B * np.exp(KAPPA * SIGMA), KAPPA),
+    ):  # fmt: skip
+        total = total - force * np.exp(-kappa * d) * amplitude * ive(1, kappa * amplitude)
+    return total
+
+
+def drag_energy(d, frequency, drag):
+    """Return the energy (J) that a drag of coefficient drag e^{-kappa d} takes in a period, in closed form."""
+    x = DRAG_KAPPA * A
+    return 4.0 * np.pi**2 * frequency * A**2 * drag * np.exp(-DRAG_KAPPA * d) * ive(1, x) / x
+
+
+def locked(noise=0.0, seed=1, loss=0.0):
+    """Return a phase-locked curve of a lever so stiff that its path is a sinusoid (within 4 fm), by closed forms."""
+    height = np.arange(0.30e-9, 1.5e-9, 10e-12)
+    f = F0 * np.sqrt(1.0 - 2.0 * morse_virial(height - A, A) / (K * A**2))
+    shift = f - F0 + noise * np.random.default_rng(seed).standard_normal(len(height))
+    variables = {"height": height, "amplitude": np.full(len(height), A), "frequency_shift": shift}
+    if loss:
+        variables["drive_force"] = K * A / Q * f / F0 + drag_energy(height - A, f, loss) / (np.pi * A)
+    attrs = {"k": K, "f0": F0, "Q": Q, "frequency_shift_error": noise or 1e-6, "amplitude_error": 1e-16}
+    return xr.Dataset({name: ("point", values) for name, values in variables.items()}, attrs=attrs)
+
+
+def tapping(a0=20e-9, points=120):
+    """Return a measured tapping curve in the attraction -H R / 6 d^2, one harmonic, in closed form."""
+    k, q = 0.9, 255.0
+    amplitude = a0 * np.linspace(0.99999, 0.97, points)
+    virial = k * amplitude * a0 / (2.0 * q) * np.sqrt(1.0 - (amplitude / a0) ** 2)
+    far = np.sqrt((2e-20 * 2e-9 / 6.0 * amplitude**2 / virial) ** (2.0 / 3.0) + amplitude**2)
+    height = far  # the lever is taken as one that does not bend: the mean deflection is 0.01 pm to 8 pm
+    variables = {"height": height, "amplitude": amplitude, "phase": 180.0 - np.rad2deg(np.arcsin(amplitude / a0))}
+    attrs = {"k": k, "f0": 48.9e3, "Q": q, "free_amplitude": a0, "amplitude_error": 1e-13, "phase_error": 1e-3}
+    return xr.Dataset({name: ("point", values) for name, values in variables.items()}, attrs=attrs)
+
+
+@pytest.fixture(scope="module")
+def air():
+    """The approach of the DMT law in air with a jump, and what is found of it."""
+    case = df.example("figure-3-air").replace("drive.A0", "20 nm")
+    curve = df.approach(case, zc=np.linspace(28e-9, 4e-9, 161), direction="approach")
+    return curve, df.reconstruct(curve)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return df.reconstruct(locked())
+
+
+def test_a_morse_force_comes_back_from_frequency_shifts_within_a_percent(found):
+    law = morse(found.distance.values)
+    inner = (
+        found.distance > found.distance[0] + 0.03e-9
+    )  # nothing lies closer than the first points, a third of a length apart
+    assert float(np.abs(found.force - law)[inner].max()) < 0.01 * np.ptp(law)
+    assert (found.force_status == 0).all()
+
+
+def test_van_der_waals_comes_back_from_a_measured_tapping_curve():
+    curve = tapping()
+    found = df.reconstruct(curve)
+    law = -2e-20 * 2e-9 / 6.0 / found.distance.values**2
+    # the curve leaves out the bend of the lever, up to 8 pm at the closest points, 0.5 nm away
+    assert float(np.abs(found.force - law).max()) < 0.05 * np.ptp(law)
+    assert float(np.abs(found.force - law)[found.distance > 1e-9].max()) < 0.01 * np.ptp(law)
+
+
+def test_the_law_of_an_approach_with_a_jump_comes_back_and_the_gap_stays_open(air):
+    _, found = air
+    low, high = float(found.gap_low[0]), float(found.gap_high[0])
+    assert found.sizes["gap"] == 1 and low < -0.25e-9 and 0.03e-9 < high < 0.1e-9
+    inside = (found.distance > low) & (found.distance < high)
+    assert np.isnan(found.force.where(inside, drop=True)).all() and inside.sum() > 10
+    assert (found.force_status.where(inside, drop=True) == 1).all()
+    outer = found.where(found.distance >= high, drop=True)
+    span = float(found.law_force.max() - found.law_force.min())
+    assert float(abs(outer.force - outer.law_force).max()) < 0.01 * span
+    below = found.where(found.distance <= low, drop=True)
+    assert (abs(below.force - below.law_force) < 3.0 * below.force_error).all()
+    assert "no motion turned between" in found.attrs["notes"]
+
+
+def test_closest_approaches_are_those_of_the_solver(air):
+    curve, found = air
+    settled = curve.min_distance.values[np.isin(curve.status.values, (0, 6))]
+    assert found.closest_approach.values == pytest.approx(settled, abs=5e-13)
+
+
+def test_formulas_stop_at_the_gap_and_the_inverse_with_sinusoids_stands_beside(air):
+    _, found = air
+    below = found.classic_force.where(found.distance < float(found.gap_low[0]), drop=True)
+    assert np.isnan(below.sel(formula=["sader_jarvis", "holscher", "payam"])).all()
+    assert np.isfinite(below.sel(formula="sinusoid")).any()
+
+
+def test_a_loss_by_drag_comes_back_as_its_coefficient():
+    drag = 1e-6
+    found = df.reconstruct(locked(loss=drag))
+    middle = found.where((found.distance > 0.23e-9) & (found.distance < 1e-9), drop=True)
+    expected = drag * np.exp(-DRAG_KAPPA * middle.distance.values)
+    assert middle.damping.values == pytest.approx(expected, abs=0.02 * expected[0])
+    energy = drag_energy(found.closest_approach.values, F0, drag)  # the frequency moves by 0.01 %
+    assert found.sample_energy.values == pytest.approx(energy, abs=2e-3 * energy.max())
+
+
+def test_without_a_loss_there_is_no_damping(found, air):
+    assert "damping" not in found and "damping" not in air[1]
+
+
+def test_the_predicted_noise_is_the_spread_of_noisy_repeats():
+    grid = np.linspace(0.25e-9, 1e-9, 60)
+    forces, noises = [], []
+    for seed in range(16):
+        one = df.reconstruct(locked(SHIFT_ERROR, seed))
+        forces.append(np.interp(grid, one.distance, one.force))
+        noises.append(np.interp(grid, one.distance, one.force_noise))
+    spread, predicted = np.std(forces, axis=0, ddof=1), np.sqrt(np.mean(np.square(noises), axis=0))
+    # 16 repeats of some ten independent stretches of distance: 6 %, and the smoothing differs from repeat to repeat
+    assert np.sqrt(np.mean(spread**2) / np.mean(predicted**2)) == pytest.approx(1.0, abs=0.25)
+
+
+def test_the_result_goes_to_a_file_and_back(found, tmp_path):
+    again = df.read(df.write(found, tmp_path / "force.nc"))
+    assert again.force.equals(found.force) and again.attrs["notes"] == found.attrs["notes"]
+    assert "force (N)" in df.write(found, tmp_path / "force.csv").read_text()
+
+
+def test_the_picture_shows_force_band_and_gap(air):
+    axes = df.plot.reconstruction(air[1], formulas=True)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert {"law", "reconstructed", "two errors", "not told by the curve", "Sader and Jarvis"} <= set(labels)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda c: c.isel(point=slice(0, 5)), "the curve has 5 points that can be used"),
+        (lambda c: c.isel(point=np.random.default_rng(1).permutation(c.sizes["point"])), "turn back at point"),
+        (lambda c: c.assign_attrs({key: c.attrs[key] for key in c.attrs if key != "k"}).pipe(without, "k"), "do not say k"),
+        (lambda c: without(c, "free_amplitude"), "do not say free_amplitude"),
+        (lambda c: without(c, "phase_error"), "phase_error"),
+        (lambda c: c.assign_attrs(free_amplitude=15e-9), "above the free amplitude"),
+        (lambda c: c.assign(amplitude=-c.amplitude), "not above 0"),
+        (lambda c: c.assign(phase=c.phase * np.nan), "no finite number at point 1"),
+        (lambda c: c.drop_vars("phase"), "has no 'phase'"),
+        (lambda c: c.assign(phase=c.phase * 0.0 + np.rad2deg(np.arccos(0.0)), amplitude=c.amplitude), "free lever"),
+        (lambda c: c.drop_vars("height"), "no curve over the distance"),
+        (lambda c: xr.concat([c.isel(point=slice(0, 4)), c.isel(point=slice(-4, None))], "point"), "both sides of a jump"),
+    ],
+)  # fmt: skip
+def test_bad_curves_are_refused_in_a_sentence(change, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.reconstruct(change(tapping()))
+
+
+def without(curve, name):
+    """Return a curve without an attribute."""
+    curve = curve.copy()
+    curve.attrs = {key: value for key, value in curve.attrs.items() if key != name}
+    return curve
+
+
+def test_a_curve_of_two_tones_is_refused():
+    curve = xr.Dataset(
+        {"zc": ("zc", [1e-9]), "status": ("zc", [0]), "amplitude": (("zc", "tone"), [[1e-9, 1e-9]]),
+         "phase": (("zc", "tone"), [[90.0, 90.0]])},
+        attrs={"case": df.example("figure-6").to_toml()},
+    )  # fmt: skip
+    with pytest.raises(df.ParameterError, match="2 tones"):
+        df.reconstruct(curve)
