@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -104,6 +105,7 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
+    "inverse": ("ThermalTune", "calibrate", "energy", "read_curves", "read_measured", "thermal_tune"),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
@@ -174,6 +176,7 @@ __all__ = [
     "Span",
     "Status",
     "Sweep",
+    "ThermalTune",
     "Tip",
     "Tone",
     "UnitError",
@@ -184,6 +187,7 @@ __all__ = [
     "basins",
     "benchmark",
     "branches",
+    "calibrate",
     "cantilevers",
     "case_schema",
     "check_force",
@@ -193,6 +197,7 @@ __all__ = [
     "count_status",
     "drawable",
     "dwell",
+    "energy",
     "example",
     "examples",
     "first_sentence",
@@ -216,6 +221,8 @@ __all__ = [
     "plain_math",
     "plot",
     "read",
+    "read_curves",
+    "read_measured",
     "reader_unit",
     "regime",
     "report",
@@ -230,6 +237,7 @@ __all__ = [
     "split_unit",
     "summary",
     "sweep",
+    "thermal_tune",
     "unit_choices",
     "unmarked",
     "usual_unit",
