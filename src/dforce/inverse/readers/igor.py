@@ -78,7 +78,8 @@ def _segments(notes: dict[str, str], rows: int) -> Words | None:
         return None
     segments = np.full(rows, PAUSE, dtype="<U8")
     for start, end, way in zip(ends, ends[1:], ways[1:], strict=False):
-        segments[int(start) : int(end) + 1] = DIRECTIONS.get(way, PAUSE)
+        first = int(start) + (start > ends[0])  # where a part ends belongs to it
+        segments[first : int(end) + 1] = DIRECTIONS.get(way, PAUSE)
     return segments
 
 
