@@ -56,7 +56,9 @@ def test_columns_units_and_the_rest_are_taken():
     Path("odd.csv").write_text(measured_curve.text(heading="U,V,W"))
     words = ("--columns", "height=U", "--columns", "amplitude=V", "--columns", "phase=W")
     units = ("--units", "height=nm", "--units", "amplitude=V", "--units", "phase=deg")
-    done = dforce("odd.csv", *words, *units, "--sensitivity", "2 nm/V", "--amplitude-is", "rms", "--phase", "lag", "-o", "o.nc")
+    done = dforce(
+        "odd.csv", *words, *units, "--sensitivity", "2 nm/V", "--amplitude-is", "rms", "--phase", "lag", "-o", "o.nc"
+    )
     assert done.exit_code == 0, done.stderr
     data = df.read_measured("o.nc")
     expected = 2.0 * np.sqrt(2.0) * measured_curve.numbers()[1]

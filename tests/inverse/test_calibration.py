@@ -95,14 +95,18 @@ def test_energies_of_a_conservative_sample_vanish_within_their_errors():
 
 def test_energies_are_those_of_the_simulated_motion():
     """Exact identities: amplitude and phase of a result give the virial and the loss that its forces do."""
-    case = df.example("figure-5").set('experiment={ kind = "approach", zc = { start = "9 nm", stop = "4 nm", points = 11 } }')
+    case = df.example("figure-5").set(
+        'experiment={ kind = "approach", zc = { start = "9 nm", stop = "4 nm", points = 11 } }'
+    )
     result = df.run(case)
     mode, tone = case.problem.modes[0], case.problem.tones[0]
     lever = Lever(mode.k, mode.Q, tone.A0, tone.frequency / mode.f0)
     amplitude, lag = result.amplitude.sel(tone=1).values, np.radians(result.phase.sel(tone=1).values)
     scale = np.pi * mode.k * tone.A0**2 / mode.Q  # what the drive gives per period; a run promises 1e-4 of it
     np.testing.assert_allclose(virial(lever, amplitude, lag), result.virial.sel(mode=1), atol=1e-4 * scale)
-    np.testing.assert_allclose(dissipated_energy(lever, amplitude, lag), result.dissipated_energy.sel(mode=1), atol=1e-4 * scale)
+    np.testing.assert_allclose(
+        dissipated_energy(lever, amplitude, lag), result.dissipated_energy.sel(mode=1), atol=1e-4 * scale
+    )
     assert float(result.dissipated_energy.max()) > 0.1 * scale
 
 
@@ -144,7 +148,7 @@ def test_the_error_of_the_offset_holds_the_truth_of_the_shipped_curves(name, tru
 
 def test_a_curve_without_a_free_part_asks_for_what_is_missing():
     data = measured_curve.dataset(noise=0.0).isel(point=slice(60, None))
-    with pytest.raises(df.ParameterError, match="no free part.*give free_amplitude, free_phase, errors of amplitude"):
+    with pytest.raises(df.ParameterError, match=r"no free part.*give free_amplitude, free_phase, errors of amplitude"):
         df.calibrate(data)
     found = df.calibrate(
         data, free_amplitude="20 nm", free_phase=90.0, errors={"amplitude": "30 pm", "phase": "0.2 deg"}
@@ -254,7 +258,7 @@ def test_a_curve_is_calibrated_once_and_its_sign_must_be_known():
         df.calibrate(df.calibrate(measured_curve.dataset()))
     with pytest.raises(df.ParameterError, match="the sign of the phases is not known"):
         df.calibrate(measured_curve.dataset().assign_attrs(phase_convention="unknown"))
-    with pytest.raises(df.ParameterError, match="has no k and no Q: give df.calibrate a case"):
+    with pytest.raises(df.ParameterError, match=r"has no k and no Q: give df\.calibrate a case"):
         df.energy(df.calibrate(measured_curve.dataset()))
 
 
@@ -262,8 +266,8 @@ def test_a_curve_is_calibrated_once_and_its_sign_must_be_known():
     ("given", "value", "error"),
     [
         ("2.7(2) N/m", 2.7, 0.2), ("2.70(15) N/m", 2.7, 0.15), ("180(4) N/m", 180.0, 4.0), ("180(4.5) N/m", 180.0, 4.5),
-        ("2.7(2) kN/m", 2700.0, 200.0), ("1.5(2)e3 N/m", 1500.0, 200.0), ((2.7, 0.2), 2.7, 0.2), (("2.7 N/m", "200 mN/m"), 2.7, 0.2),
-        (2.7, 2.7, None),
+        ("2.7(2) kN/m", 2700.0, 200.0), ("1.5(2)e3 N/m", 1500.0, 200.0), ((2.7, 0.2), 2.7, 0.2),
+        (("2.7 N/m", "200 mN/m"), 2.7, 0.2), (2.7, 2.7, None),
     ],
 )  # fmt: skip
 def test_a_value_with_its_error_is_read_as_people_write_it(given, value, error):

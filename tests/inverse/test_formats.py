@@ -32,7 +32,11 @@ def wave(**how):
 
 def nid():
     channels = [
-        {"Amplitude": np.stack([values[1]] * 2), "Phase": np.stack([values[2]] * 2), "Z-Axis Sensor": np.stack([-values[0]] * 2)}
+        {
+            "Amplitude": np.stack([values[1]] * 2),
+            "Phase": np.stack([values[2]] * 2),
+            "Z-Axis Sensor": np.stack([-values[0]] * 2),
+        }
         for values in [(HEIGHT, AMPLITUDE, LAG)] * 2  # the way back is stored in the order of the way in
     ]
     steps = (-float(HEIGHT[0]), float(np.ptp(HEIGHT)))
@@ -99,13 +103,17 @@ def test_lines_of_a_nid_file_may_be_shorter_than_the_block(tmp_path):
     steps = (-float(HEIGHT[0]), float(HEIGHT[0] - HEIGHT[99]))
     phase = np.zeros((2, len(HEIGHT)))
     phase[:, :100] = LAG[:100]
-    content = files.nanosurf([(steps, {"Amplitude": values, "Phase": phase})], {"Amplitude": "m", "Phase": "°"}, lines=(100, 100))
+    content = files.nanosurf(
+        [(steps, {"Amplitude": values, "Phase": phase})], {"Amplitude": "m", "Phase": "°"}, lines=(100, 100)
+    )
     data = df.read_measured(written(tmp_path, content, "short.nid"), curve=1, phase_convention="lag")
     np.testing.assert_allclose(data.height, HEIGHT[:100], atol=1e-15)
     np.testing.assert_allclose(data.amplitude, AMPLITUDE[:100], atol=1e-16)
 
 
-@pytest.mark.parametrize("change", [lambda c: c[:-1], lambda c: c + b"x", lambda c: c[: len(c) // 2], lambda c: c[:400]])
+@pytest.mark.parametrize(
+    "change", [lambda c: c[:-1], lambda c: c + b"x", lambda c: c[: len(c) // 2], lambda c: c[:400]]
+)
 def test_a_nid_file_of_another_length_is_refused(tmp_path, change):
     with pytest.raises(df.ResultError, match="damaged or was cut short"):
         df.read_curves(written(tmp_path, change(nid()), "curve.nid"))
@@ -117,7 +125,11 @@ def test_hdf5_holds_a_curve_in_each_group(tmp_path):
         file.attrs["k"] = "2.7 N/m"
         for number in range(2):
             group = file.create_group(f"curve{number}")
-            for name, values, unit in (("height", HEIGHT, "nm"), ("amplitude", AMPLITUDE, "m"), ("phase_deg", LAG, None)):
+            for name, values, unit in (
+                ("height", HEIGHT, "nm"),
+                ("amplitude", AMPLITUDE, "m"),
+                ("phase_deg", LAG, None),
+            ):
                 group[name] = values * (1e9 if unit == "nm" else 1.0)
                 if unit:
                     group[name].attrs["units"] = unit
@@ -128,7 +140,9 @@ def test_hdf5_holds_a_curve_in_each_group(tmp_path):
 
 
 def test_an_approach_of_dforce_is_a_measured_curve(tmp_path):
-    case = df.example("figure-3-air").set('experiment.zc={ start = "12 nm", stop = "5 nm", points = 15 }', "experiment.direction=both")
+    case = df.example("figure-3-air").set(
+        'experiment.zc={ start = "12 nm", stop = "5 nm", points = 15 }', "experiment.direction=both"
+    )
     result = df.run(case)
     df.write(result, tmp_path / "run.nc")
     data = df.read_measured(tmp_path / "run.nc")
@@ -144,7 +158,9 @@ def test_an_approach_of_dforce_is_a_measured_curve(tmp_path):
 @pytest.mark.parametrize("ending", ["nc", "csv"])
 def test_a_calibrated_curve_survives_its_file(tmp_path, ending):
     (tmp_path / "curve.csv").write_text(measured_curve.text())
-    data = df.calibrate(df.read_measured(tmp_path / "curve.csv", phase_convention="lag"), thermal={"k": "2.0(1) N/m", "Q": 100})
+    data = df.calibrate(
+        df.read_measured(tmp_path / "curve.csv", phase_convention="lag"), thermal={"k": "2.0(1) N/m", "Q": 100}
+    )
     df.write(data, tmp_path / f"kept.{ending}")
     again = df.read_measured(tmp_path / f"kept.{ending}")
     for name in ("height", "amplitude", "phase"):

@@ -114,7 +114,7 @@ def test_columns_and_units_may_be_said(tmp_path):
 
 def test_volts_need_a_sensitivity_and_rms_a_factor(tmp_path):
     content = measured_curve.text(heading="height_nm,amplitude_V,phase_deg")
-    with pytest.raises(df.ParameterError, match="amplitude in V.*give the sensitivity"):
+    with pytest.raises(df.ParameterError, match=r"amplitude in V.*give the sensitivity"):
         read(tmp_path, content)
     data = read(tmp_path, content, sensitivity="50 nm/V")
     np.testing.assert_allclose(data.amplitude, 50e-9 * 1e9 * AMPLITUDE, atol=1e-12)

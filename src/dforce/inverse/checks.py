@@ -105,4 +105,6 @@ def tell_energies(work: Work) -> None:
         f"{lost[most] / ELECTRONVOLT:.3g} eV per period at {where}, with an error of {noise[most] / ELECTRONVOLT:.2g} eV by "
         f"noise and {common[most] / ELECTRONVOLT:.2g} eV that all points share"
     )
-    work.history.append(f"energy: the sample takes up to {size}" if seen.any() else f"energy: no loss is seen; largest {size}")
+    work.history.append(
+        f"energy: the sample takes up to {size}" if seen.any() else f"energy: no loss is seen; largest {size}"
+    )

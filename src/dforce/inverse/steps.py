@@ -189,9 +189,10 @@ def level(work: Work) -> None:
 def together(work: Work, name: str) -> tuple[float, float, float]:
     """Return mean, its error and the noise of a channel over the free parts of both directions."""
     parts = [(word, found[name]) for word, found in work.found.items()]
-    weights = np.array([1.0 / max(part.error, 1e-300) ** 2 for _, part in parts])
+    silent = any(part.error == 0.0 for _, part in parts)
+    weights = np.array([part.points if silent else part.error**-2.0 for _, part in parts], dtype=float)
     mean = float((weights * [part.mean for _, part in parts]).sum() / weights.sum())
-    error = float(1.0 / np.sqrt(weights.sum()))
+    error = 0.0 if silent else float(1.0 / np.sqrt(weights.sum()))
     noise = float(np.sqrt(np.average([part.noise**2 for _, part in parts], weights=[part.points for _, part in parts])))
     if len(parts) == 2:
         apart = parts[0][1].mean - parts[1][1].mean
@@ -219,6 +220,11 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
         noise = work.given.errors.get(name)
         if noise is None:
             noise = together_noise(work, name)
+            if noise == 0.0:
+                raise ParameterError(
+                    f"the {name} is the same at every point of the free part, so that its noise is not known; "
+                    f"give errors = {{'{name}': ...}}"
+                )
         attrs[f"{name}_error"] = noise
         source = "as given" if name in work.given.errors else "from the free part"
         work.history.append(f"noise: {shown(noise, None, UNITS[name])} of the {name}, {source}")

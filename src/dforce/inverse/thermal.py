@@ -337,7 +337,9 @@ def _minimized(frequency: Floats, power: Floats, start: Floats, name: str) -> tu
         here = float(np.sum(np.log(density) + power / density))
         if not math.isfinite(here):
             raise ResultError(f"{name} has a peak that no resonance describes; give the band of frequencies around it")
-        free = np.array([True, True, True, found[3] > 0.0 or float((relative[:, 3] * (power / density - 1.0)).sum()) > 0.0])
+        free = np.array(
+            [True, True, True, found[3] > 0.0 or float((relative[:, 3] * (power / density - 1.0)).sum()) > 0.0]
+        )
         inner = relative[:, free]
         step = np.zeros(4)
         step[free] = np.linalg.lstsq(inner, power / density - 1.0, rcond=None)[0]

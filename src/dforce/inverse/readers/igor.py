@@ -7,6 +7,7 @@ the channels stand nowhere: they are those that the software gives to these name
 from __future__ import annotations
 
 import io
+import logging
 import struct
 from typing import Any
 
@@ -45,6 +46,7 @@ def read(content: bytes, name: str) -> list[Table]:
         raise ResultError(
             f"{name} is a binary wave of Igor, which igor2 reads: python -m pip install 'dforce[readers]'"
         ) from None
+    logging.getLogger("igor2").addHandler(logging.NullHandler())  # it prints what it cannot read
     try:
         wave = binarywave.load(io.BytesIO(content))["wave"]
         values, labels, note = np.asarray(wave["wData"]), wave["labels"], wave["note"]
