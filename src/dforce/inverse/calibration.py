@@ -15,6 +15,7 @@ from dforce.inverse.energies import energy
 from dforce.inverse.steps import Given, Work
 from dforce.inverse.values import measured
 from dforce.inverse.values import show as shown
+from dforce.results import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,6 +96,7 @@ def calibrate(
         baseline,
     )
     work = Work(data.copy(deep=True), [str(line) for line in np.atleast_1d(data.attrs.get("history", []))], given)
+    work.data.attrs = provenance("", "") | work.data.attrs
     _take_lever(work, case, thermal)
     steps.take_delay(work, _quantity("delay", delay, "s"), _quantity("speed", speed, "m/s"))
     _take_sign(work, phase_convention)
