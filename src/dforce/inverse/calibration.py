@@ -13,7 +13,7 @@ from dforce.inverse import checks, steps
 from dforce.inverse.curve import CONVENTIONS, UNKNOWN, described
 from dforce.inverse.energies import energy
 from dforce.inverse.steps import Given, Work
-from dforce.inverse.values import measured
+from dforce.inverse.values import ends, measured
 from dforce.inverse.values import show as shown
 from dforce.results import provenance
 
@@ -89,7 +89,7 @@ def calibrate(
     """
     _check(data, baseline, delay, speed)
     given = Given(
-        _range(free_part),
+        None if free_part is None else ends(free_part, "m", "free_part", "height"),
         _quantity("free_amplitude", free_amplitude, "m"),
         _degrees("free_phase", free_phase),
         _errors(data, errors),
@@ -150,18 +150,6 @@ def _degrees(name: str, given: float | str | None) -> float | None:
         return float(np.degrees(units.parse(given, "rad")))
     except UnitError as error:
         raise UnitError(f"{name} {error}") from None
-
-
-def _range(given: Sequence[Any] | None) -> tuple[float, float] | None:
-    if given is None:
-        return None
-    if len(given) != 2:
-        raise ParameterError(f"free_part = {shorten(given)} is not the lowest and the highest height")
-    try:
-        low, high = sorted(units.parse(height, "m") for height in given)
-    except UnitError as error:
-        raise UnitError(f"free_part {error}") from None
-    return low, high
 
 
 def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, float]:
