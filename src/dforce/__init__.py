@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from dforce.findings.summary import summary
     from dforce.forces import Force, load_plugin
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
-    from dforce.inverse.reconstruct import reconstruct
+    from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
+    from dforce.inverse.reconstruction import reconstruct
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -75,7 +76,15 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
-    "inverse.reconstruct": ("reconstruct",),
+    "inverse": (
+        "ThermalTune",
+        "calibrate",
+        "energy",
+        "read_curves",
+        "read_measured",
+        "thermal_tune",
+    ),
+    "inverse.reconstruction": ("reconstruct",),
     "kernel.cache": (
         "clear_kernel_cache",
         "kernel_cache",
@@ -129,6 +138,7 @@ __all__ = [
     "Sample",
     "SolverSettings",
     "Status",
+    "ThermalTune",
     "Tip",
     "Tone",
     "UnitError",
@@ -137,10 +147,12 @@ __all__ = [
     "at_set_point",
     "basins",
     "branches",
+    "calibrate",
     "cantilevers",
     "check_force",
     "clear_kernel_cache",
     "dwell",
+    "energy",
     "example",
     "examples",
     "experiments",
@@ -156,6 +168,8 @@ __all__ = [
     "parse",
     "plot",
     "read",
+    "read_curves",
+    "read_measured",
     "reconstruct",
     "report",
     "run",
@@ -164,6 +178,7 @@ __all__ = [
     "show",
     "summary",
     "sweep",
+    "thermal_tune",
     "write",
 ]
 

@@ -38,7 +38,20 @@ EDGE = ("cli", "gui")
 INSIDE = ("kernel", "integrators", "solvers")
 
 # `import dforce` must be quick, so these wait until something needs them.
-HEAVY = ("numba", "pint", "scipy", "xarray", "matplotlib", "typer", "h5netcdf", "h5py", "pandas", "nicegui", "plotly")
+HEAVY = (
+    "igor2",
+    "numba",
+    "pint",
+    "scipy",
+    "xarray",
+    "matplotlib",
+    "typer",
+    "h5netcdf",
+    "h5py",
+    "pandas",
+    "nicegui",
+    "plotly",
+)
 
 
 def files() -> dict[str, Path]:

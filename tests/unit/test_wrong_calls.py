@@ -9,6 +9,7 @@ import types
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import measured_curve
 import numpy as np
 import pytest
 import synthetic
@@ -65,7 +66,12 @@ CALLS = {
     "read": {"path": "x.nc"},
     "results.dataset:reader_unit": {"variable": CURVE["zc"]},
     "findings.set_point:regime": {"point": CURVE.isel(zc=0, direction=0)},
+    "calibrate": {"data": measured_curve.dataset()},
+    "energy": {"data": df.calibrate(measured_curve.dataset(), thermal={"k": 2.0, "Q": 100})},
+    "read_curves": {"path": "curve.csv"},
+    "read_measured": {"path": "curve.csv"},
     "reconstruct": {"curve": CURVE},
+    "thermal_tune": {"path": "thermal.csv"},
     "report": {"result": CURVE},
     "results.curves:rounding": {"dataset": CURVE, "name": "phase"},
     "results.curves:row_of": {"dataset": CURVE, "name": "phase"},
@@ -95,6 +101,7 @@ CALLS = {
     "plot.force_curve": {"dataset": synthetic.force_curve()},
     "plot.force_distance": {"dataset": TRACES},
     "plot.map": {"dataset": synthetic.grid(), "x": "A0", "y": "youngs_modulus", "quantity": "peak_force"},
+    "plot.measured": {"dataset": measured_curve.dataset()},
     "plot.overview": {"dataset": CURVE},
     "plot.phase_portrait": {"dataset": TRACES},
     "plot.reconstruction": {"dataset": CURVE},
@@ -160,6 +167,8 @@ def answer(function, arguments):
 def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     df.save_case(CASE, "case.toml")
+    Path("curve.csv").write_text(measured_curve.text())
+    Path("thermal.csv").write_text(measured_curve.spectrum_text())
     function, right, wrong = FUNCTIONS[name], CALLS[name], []
     allowed = kinds.taken(getattr(function, "__func__", function))
     for argument, parameter in inspect.signature(function).parameters.items():

@@ -19,6 +19,7 @@ from dforce.cli import (
     examples,
     gui,
     models,
+    read,
     reconstruct,
     run,
     schema,
@@ -65,7 +66,7 @@ def options(
 options.__doc__ = HELP
 COMMANDS = (
     run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
-    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers, reconstruct.reconstruct,
+    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers, read.read, reconstruct.reconstruct,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))
