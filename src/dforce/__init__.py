@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         FrequencySweep,
         Grid,
         InitialMotion,
+        RelativeGrid,
         Span,
     )
     from dforce.files import check_target, write_whole
@@ -88,6 +89,7 @@ _HOMES = {
         "FrequencySweep",
         "Grid",
         "InitialMotion",
+        "RelativeGrid",
         "Span",
     ),
     "forces": ("Force",),
@@ -167,6 +169,7 @@ __all__ = [
     "Quantity",
     "Range",
     "Readout",
+    "RelativeGrid",
     "Report",
     "ResultError",
     "Sample",

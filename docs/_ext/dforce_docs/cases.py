@@ -37,6 +37,7 @@ SECTIONS: tuple[tuple[str, type[Parameters]], ...] = (
 )
 INNER: tuple[tuple[str, type[Parameters]], ...] = (
     ("zc = { ... }, a grid of distances", df.Grid),
+    ("zc = { ... }, distances as shares of A0", df.RelativeGrid),
     ("zc = { ... }, a range of distances", df.Span),
     ("frequency = { ... }", df.FrequencyGrid),
     ("start = { ... }", df.InitialMotion),

@@ -1,6 +1,6 @@
 """Experiments: one file, one experiment; a class whose fields are its keys in a case."""
 
-from dforce.experiments._experiment import Experiment, Grid, InitialMotion
+from dforce.experiments._experiment import Experiment, Grid, InitialMotion, RelativeGrid
 from dforce.experiments.approach import Approach
 from dforce.experiments.basins import AmplitudeGrid, Basins, DeflectionGrid, PhaseGrid, VelocityGrid
 from dforce.experiments.branches import Branches, Span
@@ -26,6 +26,7 @@ __all__ = [
     "Grid",
     "InitialMotion",
     "PhaseGrid",
+    "RelativeGrid",
     "Span",
     "VelocityGrid",
 ]

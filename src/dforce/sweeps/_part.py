@@ -14,11 +14,11 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case._paths import changed
-from dforce.experiments import Approach, Dwell, InitialMotion
+from dforce.experiments import Approach, Dwell, InitialMotion, RelativeGrid
 from dforce.experiments._experiment import initial_motion
 from dforce.experiments._motion import motions
 from dforce.solvers.crew import Crew, Stopped
-from dforce.sweeps._axes import DISTANCE, Axis, count, dims_of
+from dforce.sweeps._axes import DISTANCE, Axis, amplitude_axis, count, dims_of
 from dforce.sweeps._result import Found, Layout, to_result
 
 if TYPE_CHECKING:
@@ -75,7 +75,11 @@ class Part:
         """Return the average distances of each case, (cases, points), in the order in which the tip comes to them."""
         if isinstance(self.experiment, Approach):
             order = [visit[0] for visit in self.experiment.visits()]
-            return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
+            if not isinstance(self.experiment.zc, RelativeGrid):
+                return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
+            free = amplitude_axis(self.case, axes)
+            A0 = np.array(free.values)[place[free.dim]] if free else np.full(size, self.case.problem.tones[0].A0)
+            return np.multiply.outer(A0, self.experiment.distances()[order])
         for axis in axes:
             if axis.path == DISTANCE:
                 return np.asarray(np.array(axis.values)[place[axis.dim]][:, None])
