@@ -47,8 +47,8 @@ class RelativeGrid(Parameters):
     of: Literal["drive.A0"] = pydantic.Field(
         description="what the distances are shares of: the first tone's free amplitude"
     )
-    start: float = pydantic.Field(gt=0.0, le=1e3, description="first average distance as a share of A0, such as 1.15")
-    stop: float = pydantic.Field(gt=0.0, le=1e3, description="last average distance as a share of A0")
+    start: float = pydantic.Field(ge=-1e3, le=1e3, description="first average distance as a share of A0, such as 1.15")
+    stop: float = pydantic.Field(ge=-1e3, le=1e3, description="last average distance as a share of A0")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
     def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dforce.errors import ParameterError, checked, nearest
 from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
+from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
 from dforce.results import COLUMN_DIMS, reader_unit
 
 LINES = 7  # of equal value, about
@@ -32,7 +33,8 @@ def map(
 
     An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both signs
     at 0. Of tones, modes and harmonics the first is drawn; gray is where there is no result. The lines lie on straight
-    lines between the values, and know of no jump between them.
+    lines between the values, and know of no jump between them. The quantity `regime` of a regime map (:func:`dforce.regimes`)
+    has a color for each regime; its boundaries are drawn over whatever it holds along the set point.
 
     Parameters
     ----------
@@ -53,6 +55,8 @@ def map(
         When the result has no such names, the parameters are no numbers of a grid, or the quantity goes along others, too.
     """
     sides = [_side(dataset, name) for name in (x, y)]
+    if quantity == "regime" and is_regime_map(dataset):
+        return _regimes(dataset, x, y, sides, figure)
     if x == y:
         raise ParameterError(f"x and y are both '{x}'; a map is over two parameters")
     variable = take(dataset, quantity, x, y)
@@ -73,6 +77,28 @@ def map(
             getattr(axes, f"set_{name}scale")("log")
     axes.set(xlabel=x_text, ylabel=y_text)
     axes.figure.colorbar(mesh, ax=axes, label=text)
+    if is_regime_map(dataset) and "set_point" in (x, y):
+        draw_edges(axes, dataset, x, y)
+    head(axes, dataset)
+    return axes
+
+
+def _regimes(
+    dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None
+) -> Axes:  # fmt: skip
+    """Draw the regimes of a map, and the boundaries that were solved."""
+    if {x, y} != set(dataset["regime"].dims):
+        raise ParameterError(
+            f"the regimes go along {' and '.join(map(str, dataset['regime'].dims))}; draw them over these"
+        )
+    axes = new_figure(figure, 6.4, 5.4).subplots()
+    (at_x, x_text), (at_y, y_text) = sides
+    fill_regimes(axes, dataset, x, y, (_edges(at_x), _edges(at_y)))
+    draw_edges(axes, dataset, x, y)
+    for name, at in (("x", at_x), ("y", at_y)):
+        if _is_log(at):
+            getattr(axes, f"set_{name}scale")("log")
+    axes.set(xlabel=x_text, ylabel=y_text, xlim=(at_x.min(), at_x.max()), ylim=(at_y.min(), at_y.max()))
     head(axes, dataset)
     return axes
 
