@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.inverse.plan_file import PlanFile, load_plan
+    from dforce.inverse.planner import plan
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -54,7 +56,7 @@ if TYPE_CHECKING:
     from dforce.setpoint import at_set_point, regime
     from dforce.solvers import SolverSettings
     from dforce.stopping import late_stop_waits, sigterm_as_ctrl_c
-    from dforce.sweeps import sweep
+    from dforce.sweeps import regimes, sweep
     from dforce.testing import check_force
     from dforce.timing import benchmark
     from dforce.timing.accuracy import cost_of_accuracy
@@ -106,6 +108,8 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
+    "inverse.plan_file": ("PlanFile", "load_plan"),
+    "inverse.planner": ("plan",),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
@@ -124,7 +128,7 @@ _HOMES = {
     "solvers": ("SolverSettings",),
     "setpoint": ("at_set_point", "regime"),
     "stopping": ("late_stop_waits", "sigterm_as_ctrl_c"),
-    "sweeps": ("sweep",),
+    "sweeps": ("regimes", "sweep"),
     "testing": ("check_force",),
     "timing": ("benchmark",),
     "timing.accuracy": ("cost_of_accuracy",),
@@ -165,6 +169,7 @@ __all__ = [
     "Parameters",
     "Picture",
     "Piezo",
+    "PlanFile",
     "ProgressBar",
     "Quantity",
     "Range",
@@ -210,6 +215,7 @@ __all__ = [
     "lines_of",
     "listening",
     "load_case",
+    "load_plan",
     "load_plugin",
     "motion_at",
     "nearest",
@@ -217,10 +223,12 @@ __all__ = [
     "parse",
     "pictures_of",
     "plain_math",
+    "plan",
     "plot",
     "read",
     "reader_unit",
     "regime",
+    "regimes",
     "report",
     "rounding",
     "row_of",

@@ -37,6 +37,7 @@ LEVELS = (
     ("case", "series", "plot", "validity"),
     ("jumps",),
     ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "validation"),
+    ("inverse",),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

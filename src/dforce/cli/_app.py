@@ -19,6 +19,7 @@ from dforce.cli import (
     examples,
     gui,
     models,
+    plan,
     run,
     schema,
     sweep,
@@ -62,7 +63,7 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
+    run.run, sweep.sweep, plan.plan, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
     gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
 )  # fmt: skip
 for _command in COMMANDS:

@@ -50,7 +50,9 @@ def result_of(
     allowed = judged.hit == ""
     virial = judged.found.columns["virial"][:, 0]
     words = np.where(virial > 0.0, "attractive", np.where(virial < 0.0, "repulsive", ""))
-    columns = {name: values for name, values in judged.found.columns.items() if name in OBSERVABLES and name not in LEFT_OUT}
+    columns = {
+        name: values for name, values in judged.found.columns.items() if name in OBSERVABLES and name not in LEFT_OUT
+    }
     variables: dict[str, Any] = {
         name: ((*dims, "state", *OBSERVABLES[name].dims), spread(values, np.nan)) for name, values in columns.items()
     }
@@ -83,6 +85,10 @@ def result_of(
         "limits": "; ".join(_limits(wishes)),
         "goal": "; ".join(f"{'minimize' if goal.sign > 0 else 'maximize'} {_text(goal)}" for goal in goals),
     }
+    for name, path in [*((axis.name, axis.path) for axis in axes), ("set_point", "set_point")]:
+        margin = wishes.margins[path]  # below and above a value of 1, as factors or as differences
+        data[name].attrs["margin"] = margin.size
+        data[name].attrs["margin_is_relative"] = int(margin.is_relative)
     return _with_dwell(case, axes, judged, marks.get("recommended"), data)
 
 
@@ -147,11 +153,16 @@ def _with_dwell(case: Case, axes: Sequence[Axis], judged: Judged, chosen: Any, d
     columns = judged.found.columns
     for axis, value in zip(axes, judged.points.values[number], strict=True):
         case = case.replace(axis.path, float(value))
-    start = {"amplitude": float(columns["amplitude"][number, 0]), "phase": float(np.radians(columns["phase"][number, 0]))}
+    start = {
+        "amplitude": float(columns["amplitude"][number, 0]),
+        "phase": float(np.radians(columns["phase"][number, 0])),
+    }
     case = case.replace(experiment=Dwell(zc=float(judged.points.zc[number]), start=start))
     data.attrs["recommended_case"] = case.to_toml()
     dwell = run(case)
-    if abs(float(dwell["amplitude"][0]) / float(columns["amplitude"][number, 0]) - 1.0) < SAME:  # a fragile state may be left
+    if (
+        abs(float(dwell["amplitude"][0]) / float(columns["amplitude"][number, 0]) - 1.0) < SAME
+    ):  # a fragile state may be left
         for name in TRACES:
             data[name] = dwell[name].reset_coords(drop=True)
     return data

@@ -123,13 +123,15 @@ class Solver:
             groups.setdefault(sample_count(problem, self.case.solver), []).append(number)
         for samples, numbers in groups.items():
             some, own = [problems[n] for n in numbers], np.array([pairs[n][0] for n in numbers])
-            block = Block(
-                Lot.of(some), lambda case, zc, some=some: (some[case], zc), self.case.solver, 1, samples, self.watch  # type: ignore[misc]
-            )
+
+            def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
+                return some[case], zc
+
+            block = Block(Lot.of(some), at, self.case.solver, 1, samples, self.watch)
             start = self._states(some, np.array([pairs[n][2] for n in numbers]))
             here = self._states(some, points.motions[own])
-            at = np.array([pairs[n][1] for n in numbers])
-            branch = block.follow(np.arange(len(some)), start, at, points.zc[own][:, None])
+            begun = np.array([pairs[n][1] for n in numbers])
+            branch = block.follow(np.arange(len(some)), start, begun, points.zc[own][:, None])
             apart = np.abs(branch.last_x - here.x).max(axis=1)
             out[own[(branch.done == 1) & (apart > SAME)]] = True
         return out

@@ -18,7 +18,7 @@ from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.runs import watched
 from dforce.sweeps._axes import Axis, make_axes
 from dforce.sweeps._seeds import Curves, curves_of
-from dforce.sweeps.regimes import refuse_memory, shares_of
+from dforce.sweeps.regime_map import refuse_memory, shares_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,9 +92,9 @@ def plan(
     Returns
     -------
     xarray.Dataset
-        Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`, `others`,
-        `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of the
-        margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room), `best` and `pareto`
+        Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
+        `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
+        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room), `best` and `pareto`
         where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
         `time` the motion at the recommended point.
 
@@ -225,7 +225,9 @@ class _Work:
 
     def _margins(self, judged: Judged) -> None:
         """Write which limit fails within the margins of each point at which all hold."""
-        asked = [path for path in (*(axis.path for axis in self.axes), "set_point") if path in self.wishes.asked_margins]
+        asked = [
+            path for path in (*(axis.path for axis in self.axes), "set_point") if path in self.wishes.asked_margins
+        ]
         good = np.flatnonzero(judged.hit == "")
         for steps in itertools.product((-1.0, 0.0, 1.0), repeat=len(asked)) if asked else ():
             good = good[judged.hit[good] == ""]
@@ -266,12 +268,12 @@ class _Work:
         for number, place in enumerate(map(tuple, places.tolist())):
             by_place.setdefault(place, []).append(number)
         pairs: list[tuple[int, tuple[int, ...]]] = []
-        for number in np.flatnonzero(holds):
+        for number in np.flatnonzero(holds).tolist():
             for axis, step in itertools.product(range(len(self.shape)), (-1, 1)):
                 other = list(places[number])
                 other[axis] += step
                 if 0 <= other[axis] < self.shape[axis] and not holds[by_place.get(tuple(other), [])].any():
-                    pairs.append((int(number), tuple(other)))
+                    pairs.append((number, tuple(other)))
         if not pairs:
             return []
         inside = judged.points.take(np.array([number for number, _ in pairs]))
@@ -312,11 +314,13 @@ class _Work:
         room = np.where(holds, np.inf, 0.0)
         allowed_places = {tuple(place) for place in self._places(points)[holds].tolist()}
         bad = [place for place in np.ndindex(*self.shape) if place not in allowed_places]
-        walls = [np.array([*self._values(place[:-1]), self.shares[place[-1]]]) for place in bad] + [at for at, _ in edges]
+        walls = [np.array([*self._values(place[:-1]), self.shares[place[-1]]]) for place in bad] + [
+            at for at, _ in edges
+        ]
         if walls:
             there = scaled(np.array(walls))
-            for i in np.flatnonzero(holds):
-                room[i] = np.abs(there - own[i]).max(axis=1).min()
+            for one in np.flatnonzero(holds).tolist():
+                room[one] = np.abs(there - own[one]).max(axis=1).min()
         for i, ends in enumerate([*(axis.values for axis in self.axes), self.shares]):
             if len(ends) > 1:
                 for end in (min(ends), max(ends)):

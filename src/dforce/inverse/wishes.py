@@ -136,7 +136,9 @@ def _limit(case: Case, name: str, given: Any) -> Limit:
         return _share(case, Limit(name, given, sign, _parsed(where, share[1], "1"), share[2]), where)
     split = units.split_unit(rest)
     if unit != "1" and split is not None and not split[1]:
-        raise ParameterError(f'{where} = {shorten(given)} has no unit; write "{match[1]} {split[0]} {_usual(unit)}", say')
+        raise ParameterError(
+            f'{where} = {shorten(given)} has no unit; write "{match[1]} {split[0]} {_usual(unit)}", say'
+        )
     return Limit(name, given, sign, _parsed(where, rest, unit))
 
 
@@ -183,7 +185,7 @@ def _margins(case: Case, paths: Sequence[str], given: Any) -> tuple[dict[str, Ma
         if not 0.0 < size < (1.0 if relative or path == "set_point" else math.inf):
             raise ParameterError(f"{where} = {shorten(value)} is not above 0{' and below 1' if relative else ''}")
         if relative and path == "set_point":
-            raise ParameterError(f'{where} = {shorten(value)}; write it as a difference of set points, such as 0.03')
+            raise ParameterError(f"{where} = {shorten(value)}; write it as a difference of set points, such as 0.03")
         out[path] = Margin(math.log1p(size) if relative else size, relative)
         asked.add(path)
     return out, frozenset(asked)
@@ -193,7 +195,9 @@ def _goals(case: Case, given: Any) -> tuple[Goal, ...]:
     out: list[Goal] = []
     for word, wanted in _table("goal", given).items():
         if word not in ("minimize", "maximize"):
-            raise ParameterError(f"plan.goal has no '{shorten(word)}'{nearest(str(word)[:100], ['minimize', 'maximize'])}")
+            raise ParameterError(
+                f"plan.goal has no '{shorten(word)}'{nearest(str(word)[:100], ['minimize', 'maximize'])}"
+            )
         for name in [wanted] if isinstance(wanted, str) else list(wanted):
             out.append(_goal(case, f"plan.goal.{word}", str(name), 1.0 if word == "minimize" else -1.0))
     if sum(bool(goal.path) for goal in out) > 1:

@@ -19,6 +19,7 @@ from dforce.plot.maps import map
 from dforce.plot.motion import phase_portrait, spectrum, traces
 from dforce.plot.overview import overview
 from dforce.plot.pictures import draw
+from dforce.plot.plans import plan
 
 __all__ = [
     "FORMATS",
@@ -35,6 +36,7 @@ __all__ = [
     "map",
     "overview",
     "phase_portrait",
+    "plan",
     "resonance",
     "save",
     "spectrum",

@@ -70,10 +70,10 @@ def map(
     axes.set_facecolor(LIGHT)
     colors, norm = _colors(values, variable)
     (at_x, x_text), (at_y, y_text) = sides
-    mesh = axes.pcolormesh(_edges(at_x), _edges(at_y), values, cmap=colors, norm=norm, rasterized=True)
+    mesh = axes.pcolormesh(edges_of(at_x), edges_of(at_y), values, cmap=colors, norm=norm, rasterized=True)
     _lines(axes, at_x, at_y, values, None if levels is None else [level / scale for level in levels])
     for name, at in (("x", at_x), ("y", at_y)):
-        if _is_log(at):
+        if is_log(at):
             getattr(axes, f"set_{name}scale")("log")
     axes.set(xlabel=x_text, ylabel=y_text)
     axes.figure.colorbar(mesh, ax=axes, label=text)
@@ -89,14 +89,14 @@ def _regimes(
     """Draw the regimes of a map, and the boundaries that were solved."""
     if {x, y} != set(dataset["regime"].dims):
         raise ParameterError(
-            f"the regimes go along {' and '.join(map(str, dataset['regime'].dims))}; draw them over these"
+            f"the regimes go along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
         )
     axes = new_figure(figure, 6.4, 5.4).subplots()
     (at_x, x_text), (at_y, y_text) = sides
-    fill_regimes(axes, dataset, x, y, (_edges(at_x), _edges(at_y)))
+    fill_regimes(axes, dataset, x, y, (edges_of(at_x), edges_of(at_y)))
     draw_edges(axes, dataset, x, y)
     for name, at in (("x", at_x), ("y", at_y)):
-        if _is_log(at):
+        if is_log(at):
             getattr(axes, f"set_{name}scale")("log")
     axes.set(xlabel=x_text, ylabel=y_text, xlim=(at_x.min(), at_x.max()), ylim=(at_y.min(), at_y.max()))
     head(axes, dataset)
@@ -117,7 +117,7 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)
 
 
-def _is_log(at: Floats) -> bool:
+def is_log(at: Floats) -> bool:
     """Say whether values go by equal factors, and not by equal steps as well."""
     steps = np.diff(at)
     if len(at) < 3 or not (at > 0.0).all() or np.ptp(steps) <= EVEN * np.abs(steps).max():
@@ -126,13 +126,13 @@ def _is_log(at: Floats) -> bool:
     return bool(np.ptp(factors) <= EVEN * np.abs(factors).max())
 
 
-def _edges(at: Floats) -> Floats:
+def edges_of(at: Floats) -> Floats:
     """Return the borders of cells around values: halfway between them, on the scale of their axis."""
-    on_scale = np.log(at) if _is_log(at) else at
+    on_scale = np.log(at) if is_log(at) else at
     middle = 0.5 * (on_scale[1:] + on_scale[:-1])
     first, last = 2.0 * on_scale[0] - middle[0], 2.0 * on_scale[-1] - middle[-1]
     edges = np.concatenate([[first], middle, [last]])
-    return np.asarray(np.exp(edges) if _is_log(at) else edges)
+    return np.asarray(np.exp(edges) if is_log(at) else edges)
 
 
 def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:

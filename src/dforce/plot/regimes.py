@@ -21,6 +21,7 @@ EDGES = {
     "fold": ("a state ends", "solid"), "end": ("a state ends", "solid"), "instability": ("a state ends", "solid"),
     "net force": ("net force is zero", "dashed"), "contact": ("the tip just touches", "dotted"),
 }  # fmt: skip
+LINES: dict[str, Any] = {name: name for name in ("solid", "dashed", "dotted")}
 FARTHEST = 0.2  # of the picture's width: boundary points of neighboring set points farther apart are not joined
 
 
@@ -39,7 +40,7 @@ def fill_regimes(axes: Axes, dataset: xr.Dataset, x: str, y: str, edges: tuple[F
     there = np.unique(variable.values)
     patches: list[Any] = [Patch(facecolor=COLORS[n], edgecolor="gray", label=names[n]) for n in there]
     drawn = {EDGES[kind] for kind in np.unique(dataset["edge_kind"].values).tolist()}
-    patches += [Line2D([], [], color="black", linestyle=style, label=word) for word, style in sorted(drawn)]
+    patches += [Line2D([], [], color="black", linestyle=LINES[style], label=word) for word, style in sorted(drawn)]
     axes.legend(
         handles=patches, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False, fontsize="small"
     )

@@ -79,7 +79,7 @@ class Part:
                 return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
             free = amplitude_axis(self.case, axes)
             A0 = np.array(free.values)[place[free.dim]] if free else np.full(size, self.case.problem.tones[0].A0)
-            return np.multiply.outer(A0, self.experiment.distances()[order])
+            return np.asarray(np.multiply.outer(A0, self.experiment.distances()[order]))
         for axis in axes:
             if axis.path == DISTANCE:
                 return np.asarray(np.array(axis.values)[place[axis.dim]][:, None])

@@ -48,7 +48,7 @@ class Curves:
     parts: list[tuple[Any, xr.Dataset]]
     interrupted: bool = False
 
-    def seeds(self, set_points: Sequence[float]) -> Iterator[Seed]:
+    def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
         """Give a motion of each curve beside each of its states at the set points."""
         for numbers, data in self.parts:
             zc = np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
@@ -63,7 +63,7 @@ class Curves:
                     )
                     d = data["direction"].values.tolist().index(way)
                     beside = np.argsort(np.abs(zc[place] - at), kind="stable")[:2]
-                    nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # noqa: B023  # used at once
+                    nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # used at once
                     yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], way)
 
     def beside(self, case: int, zc: float) -> Iterator[tuple[float, Array]]:

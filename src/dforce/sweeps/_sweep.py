@@ -85,8 +85,8 @@ def sweep(
     -------
     xarray.Dataset
         The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), or `case` of cases one by one, then `zc` and `direction` of an approach. Distances that are shares of
-        A0 lie along `zc_ratio` where A0 varies, with the coordinate `zc` of each case. A status for each point. The jumps
+        that is ambiguous), or `case` of cases one by one, then `zc` and `direction` of an approach. Distances that are shares
+        of A0 lie along `zc_ratio` where A0 varies, with the coordinate `zc` of each case. A status for each point. The jumps
         of the curves lie along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others. With a
         store, that is opened: its numbers are read when they are asked for.
 

@@ -5,9 +5,9 @@ period, the equations
 
 .. math:: P(x, z_c, p) = x, \quad h_j(x, z_c, p) = 0
 
-are one fewer than the unknowns, so that their solutions are lines. A point is predicted along the line's tangent and corrected by
-Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back along any parameter, and where it
-does its states begin or end. Motion and distance are scaled by free amplitudes, parameters by their ranges.
+are one fewer than the unknowns, so that their solutions are lines. A point is predicted along the line's tangent and corrected
+by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back along any parameter, and where
+it does its states begin or end. Motion and distance are scaled by free amplitudes, parameters by their ranges.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 5.
 """

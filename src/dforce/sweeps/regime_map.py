@@ -7,6 +7,7 @@ located on its line, and none depends on a grid.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -60,8 +61,8 @@ def regimes(
     r"""Return the regime map: which states there are at set points, over a parameter, with boundaries solved by continuation.
 
     At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy
-    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states that approach and retract meet at the values given are the
-    starts of lines along the parameter, which also find states that no approach leads to.
+    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states that approach and retract meet at the values given are
+    the starts of lines along the parameter, which also find states that no approach leads to.
 
     Parameters
     ----------
@@ -211,7 +212,7 @@ def scaled_motion(problem: Any, motion: Array) -> Array:
     """Return a motion in SI as the scaled motion of a problem."""
     from dforce.experiments._motion import base_of, scales_of, states_of
 
-    return states_of(motion[None], problem, scales_of(problem), base_of(problem)).x[0]
+    return np.asarray(states_of(motion[None], problem, scales_of(problem), base_of(problem)).x[0])
 
 
 def _lies_on(
@@ -230,7 +231,7 @@ def _lies_on(
 def _crossings(places: list[Place], scaled: float, first: int) -> list[Array]:
     """Return the points of a line, interpolated, at a scaled value of the parameter."""
     out = []
-    for a, b in zip(places, places[1:], strict=False):
+    for a, b in itertools.pairwise(places):
         low, high = a.u[first] - scaled, b.u[first] - scaled
         if low == 0.0 or low * high < 0.0:
             share = 0.0 if low == 0.0 else low / (low - high)
@@ -248,7 +249,7 @@ def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Plac
         CONTACT: lambda place: place.measured["min_distance"] - a0,
     }
     found = [(END, place) for place in places if place.is_turn and place.is_stable]
-    for a, b in zip(places, places[1:], strict=False):
+    for a, b in itertools.pairwise(places):
         if not (a.is_stable or b.is_stable):
             continue
         kinds = [kind for kind, test in tests.items() if test(a) * test(b) < 0.0]
@@ -283,7 +284,7 @@ def _stable_at(places: list[Place], scaled: float, a0: float) -> list[str]:
     """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
     out = []
     first = places[0].size + 1
-    for a, b in zip(places, places[1:], strict=False):
+    for a, b in itertools.pairwise(places):
         low, high = a.u[first] - scaled, b.u[first] - scaled
         if low == 0.0 or low * high < 0.0 or (high == 0.0 and b is places[-1]):
             near = a if abs(low) <= abs(high) else b
