@@ -63,8 +63,8 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, sweep.sweep, plan.plan, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
-    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
+    run.run, sweep.sweep, plan.plan, check.check, curve.curve, models.models, examples.examples, schema.schema,
+    benchmark.benchmark, gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

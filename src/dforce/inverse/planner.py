@@ -18,7 +18,7 @@ from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.runs import watched
 from dforce.sweeps._axes import Axis, make_axes
 from dforce.sweeps._seeds import Curves, curves_of
-from dforce.sweeps.regime_map import refuse_memory, shares_of
+from dforce.sweeps.regime_map import refuse_others, shares_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,8 +94,8 @@ def plan(
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
         `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
-        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room), `best` and `pareto`
-        where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
+        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room), `best` and
+        `pareto` where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
         `time` the motion at the recommended point.
 
     Raises
@@ -136,7 +136,7 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
     for axis in axes:
         if axis.quantity is None:
             raise ParameterError(f"plan.vary: {axis.path} takes no plain number, so no boundary can be found along it")
-    refuse_memory(case)
+    refuse_others(case)
     count = math.prod(len(axis.values) for axis in axes) * len(shares)
     if count > MOST_POINTS:
         raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed, so give fewer values")

@@ -22,7 +22,7 @@ EDGES = {
     "net force": ("net force is zero", "dashed"), "contact": ("the tip just touches", "dotted"),
 }  # fmt: skip
 LINES: dict[str, Any] = {name: name for name in ("solid", "dashed", "dotted")}
-FARTHEST = 0.2  # of the picture's width: boundary points of neighboring set points farther apart are not joined
+FARTHEST = 0.3  # of the picture's width: boundary points of neighboring set points farther apart are not joined
 
 
 def is_regime_map(dataset: xr.Dataset) -> bool:

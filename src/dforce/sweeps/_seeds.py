@@ -85,7 +85,10 @@ def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progres
     for stop in NEAR:
         points = 1 + round((FAR - stop) / STEPS)
         grid = {"of": "drive.A0", "start": FAR, "stop": stop, "points": points}
-        asked = case.replace(experiment=Approach(zc=grid, direction="both", harmonics=1), sweep=None)
+        rough = case.solver.model_copy(
+            update={"accuracy": None}
+        )  # operating points are measured as accurately as asked
+        asked = case.replace(experiment=Approach(zc=grid, direction="both", harmonics=1), sweep=None, solver=rough)
         some = {path: np.asarray(values)[left] for path, values in rows.items()}
         data = sweep(asked, rows=some, quantities=KEPT, progress=progress)
         if data.attrs.get("interrupted"):

@@ -93,7 +93,7 @@ def regimes(
     axes = make_axes(case, over)
     shares = shares_of(set_points)
     knob = knob_of(axes)
-    refuse_memory(case)
+    refuse_others(case)
     if len(axes[0].values) > MOST_VALUES:
         raise ParameterError(f"{axes[0].path} has {len(axes[0].values)} values; at most {MOST_VALUES} are allowed here")
     bare = case.model_copy(update={"sweep": None})
@@ -171,11 +171,22 @@ def knob_of(axes: Sequence[Axis]) -> Knob:
     return Knob(axis.path, low, high, is_log=even)
 
 
-def refuse_memory(case: Case) -> None:
-    """Raise ParameterError for forces with memory or branches, and for tones without a common period."""
+def refuse_others(case: Case) -> None:
+    """Raise ParameterError for forces with memory or branches, tones without a common period, and transients."""
+    from dforce.observables.window import common_period
+
     for force in case.problem.forces:
         if force.memory or force.switch is not None:
-            raise ParameterError(f"{force.name} remembers earlier motion, and a regime map is of forces that do not")
+            raise ParameterError(
+                f"{force.name} remembers earlier motion, and operating points are solved for forces that do not"
+            )
+    if common_period([tone.frequency for tone in case.problem.tones]) is None:
+        raise ParameterError("the tones have no common period, so there are no periodic orbits at a set point; "
+                             "choose a simple ratio of their frequencies, such as 6.2")  # fmt: skip
+    if case.solver.method != "periodic":
+        raise ParameterError(
+            'operating points are periodic orbits; leave out solver.method, or write method = "periodic"'
+        )
 
 
 def lines_at(
