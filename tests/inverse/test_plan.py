@@ -140,8 +140,25 @@ def test_phase_shows_no_contrast_without_loss_and_some_with_it():
             sines.append(share * float((harmonics**2).sum()))
         predicted = np.degrees(np.diff(np.arcsin(sines[::-1]))[0]) / 0.01
         assert float(without.slope_of_phase[0, j, 0]) == pytest.approx(predicted, rel=0.02)
-    lossy = df.plan(SOFT, {"drive.A0": ["3 nm"]}, [0.8], None, goal)
-    assert abs(float(lossy.slope_of_phase[0, 0, 0])) > 1.0
+
+
+def test_contrast_is_the_slope_at_constant_amplitude():
+    goal = {"maximize": "slope_of_phase:sample.youngs_modulus"}
+    lossy = df.plan(STIFF, {"drive.A0": ["30 nm"]}, [0.8], None, goal).isel(A0=0, set_point=0)
+    state = lossy.isel(state=int(np.flatnonzero(lossy.regime == "repulsive")[0]))
+    zc = float(state.zc)
+    start = {"amplitude": float(state.amplitude[0]), "phase": np.radians(float(state.phase[0]))}
+
+    def at(distance, factor):
+        dwell = df.dwell(STIFF.replace("sample.youngs_modulus", 2e9 * factor), zc=distance, start=start)
+        return np.array([float(dwell.phase[0]), float(dwell.amplitude[0])])
+
+    by_modulus = (at(zc, np.exp(0.005)) - at(zc, np.exp(-0.005))) / 0.01
+    by_distance = (at(zc + 0.05e-9, 1.0) - at(zc - 0.05e-9, 1.0)) / 0.1e-9
+    # d phase / d ln E at constant amplitude, from the slopes at constant distance and by the distance
+    expected = by_modulus[0] - by_distance[0] * by_modulus[1] / by_distance[1]
+    assert float(state.slope_of_phase) == pytest.approx(expected, rel=0.02)
+    assert abs(expected) > 0.02
 
 
 @pytest.fixture(scope="module")
