@@ -81,9 +81,9 @@ def _kind_of_distances(given: Any) -> str:
 
 
 Distances = Annotated[
-    Annotated[RelativeGrid, pydantic.Tag("relative")]
-    | Annotated[Grid, pydantic.Tag("grid")]
-    | Annotated[tuple[float, ...], pydantic.Tag("list")],
+    Annotated[Grid, pydantic.Tag("grid")]
+    | Annotated[tuple[float, ...], pydantic.Tag("list")]
+    | Annotated[RelativeGrid, pydantic.Tag("relative")],
     pydantic.Discriminator(_kind_of_distances),
     pydantic.BeforeValidator(_distances),
 ]

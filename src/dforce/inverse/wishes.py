@@ -107,7 +107,7 @@ def read_wishes(case: Case, paths: Sequence[str], limits: Any, goal: Any) -> Wis
     for name, given in limits.items():
         if name not in known:
             raise ParameterError(f"plan.limits has no '{shorten(name)}'{nearest(str(name)[:100], known)}")
-        if name in WORDS and given not in WORDS[name]:
+        if name in WORDS and not (isinstance(given, str) and given in WORDS[name]):
             raise ParameterError(f"plan.limits.{name} = {shorten(given)} is not {' or '.join(WORDS[name])}")
         if name not in (*WORDS, MARGIN):
             found.append(_limit(case, name, given))
@@ -198,7 +198,12 @@ def _goals(case: Case, given: Any) -> tuple[Goal, ...]:
             raise ParameterError(
                 f"plan.goal has no '{shorten(word)}'{nearest(str(word)[:100], ['minimize', 'maximize'])}"
             )
-        for name in [wanted] if isinstance(wanted, str) else list(wanted):
+        names = [wanted] if isinstance(wanted, str) else wanted
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise ParameterError(
+                f"plan.goal.{word} = {shorten(wanted)} is not the name of a quantity, or a list of names"
+            )
+        for name in names:
             out.append(_goal(case, f"plan.goal.{word}", str(name), 1.0 if word == "minimize" else -1.0))
     if sum(bool(goal.path) for goal in out) > 1:
         raise ParameterError(f"plan.goal has more than one {SLOPE}; give one")

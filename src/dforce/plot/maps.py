@@ -77,7 +77,7 @@ def map(
             getattr(axes, f"set_{name}scale")("log")
     axes.set(xlabel=x_text, ylabel=y_text)
     axes.figure.colorbar(mesh, ax=axes, label=text)
-    if is_regime_map(dataset) and "set_point" in (x, y):
+    if is_regime_map(dataset) and {x, y} == set(dataset["regime"].dims):
         draw_edges(axes, dataset, x, y)
     head(axes, dataset)
     return axes

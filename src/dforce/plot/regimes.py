@@ -22,12 +22,12 @@ EDGES = {
     "net force": ("net force is zero", "dashed"), "contact": ("the tip just touches", "dotted"),
 }  # fmt: skip
 LINES: dict[str, Any] = {name: name for name in ("solid", "dashed", "dotted")}
-FARTHEST = 0.3  # of the picture's width: boundary points of neighboring set points farther apart are not joined
+FARTHEST = 0.3  # of the picture's width: boundary points of neighboring rows farther apart are not joined
 
 
 def is_regime_map(dataset: xr.Dataset) -> bool:
     """Say whether a result holds regimes with their boundaries."""
-    return "edge_kind" in dataset and "set_point" in dataset.coords
+    return "edge_kind" in dataset and "map_over" in dataset.attrs
 
 
 def fill_regimes(axes: Axes, dataset: xr.Dataset, x: str, y: str, edges: tuple[Floats, Floats]) -> None:
@@ -47,37 +47,36 @@ def fill_regimes(axes: Axes, dataset: xr.Dataset, x: str, y: str, edges: tuple[F
 
 
 def draw_edges(axes: Axes, dataset: xr.Dataset, x: str, y: str) -> None:
-    """Draw the boundaries of a regime map as lines through the points that were solved, one for each set point."""
-    along = x if y == "set_point" else y
-    scale, _ = reader_unit(dataset[along])
-    values = dataset[f"edge_{along}"].values / scale
-    shares, kinds = dataset["edge_set_point"].values, dataset["edge_kind"].values.astype(str)
-    width = float(np.ptp(dataset[along].values)) / scale
+    """Draw the boundaries of a regime map as lines through the points that were solved, on each row."""
+    along, row = map(str, dataset["regime"].dims)  # lines go along the first, a row each
+    values, rows = (dataset[f"edge_{name}"].values / reader_unit(dataset[name])[0] for name in (along, row))
+    kinds = dataset["edge_kind"].values.astype(str)
+    width = float(np.ptp(dataset[along].values)) / reader_unit(dataset[along])[0]
     for word, style in sorted(set(EDGES.values())):
         which = np.array([EDGES[kind] == (word, style) for kind in kinds], dtype=bool)
-        for chain in _chains(values[which], shares[which], FARTHEST * width):
+        for chain in _chains(values[which], rows[which], FARTHEST * width):
             pair = (chain[:, 0], chain[:, 1]) if along == x else (chain[:, 1], chain[:, 0])
             marker = "." if len(chain) == 1 else ""
             axes.plot(*pair, color="black", linestyle=style, linewidth=1.4, marker=marker)
 
 
-def _chains(values: Floats, shares: Floats, farthest: float) -> list[Floats]:
-    """Return points of boundaries joined from set point to set point, each to the nearest at the next one."""
+def _chains(values: Floats, rows: Floats, farthest: float) -> list[Floats]:
+    """Return points of boundaries joined from row to row, each to the nearest on the next one."""
     chains: list[list[tuple[float, float]]] = []
     growing: list[list[tuple[float, float]]] = []
-    for share in np.unique(shares):
-        free = sorted(values[shares == share].tolist())
+    for row in np.unique(rows):
+        free = sorted(values[rows == row].tolist())
         taken: list[list[tuple[float, float]]] = []
         pairs = sorted((abs(chain[-1][0] - value), i, value) for i, chain in enumerate(growing) for value in free)
         used: set[int] = set()
         for distance, i, value in pairs:
             if distance < farthest and i not in used and value in free:
-                growing[i].append((value, float(share)))
+                growing[i].append((value, float(row)))
                 taken.append(growing[i])
                 used.add(i)
                 free.remove(value)
         for value in free:
-            chains.append([(value, float(share))])
+            chains.append([(value, float(row))])
             taken.append(chains[-1])
         growing = taken
     return [np.array(chain) for chain in chains]

@@ -1,15 +1,13 @@
-"""The regime map: where attractive and repulsive states exist over a parameter and the set point, with solved boundaries.
+"""The regime map: where attractive and repulsive states exist over two parameters, with solved boundaries.
 
-For each set point the operating points are followed along the parameter as lines, through folds and unstable stretches. A
-boundary is where a stable stretch ends, where the net force changes its sign, or where the tip just touches; each is
-located on its line, and none depends on a grid.
+For each set point, or each value of a second parameter, the operating points are followed along the first parameter as lines,
+through folds and unstable stretches. A boundary is where a stable stretch ends, where the net force changes its sign, or
+where the tip just touches; each is located on its line, and none depends on a grid.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,35 +18,22 @@ from dforce.errors import ParameterError, checked
 from dforce.experiments._experiment import Progress
 from dforce.runs import watched
 from dforce.sweeps._axes import Axis, make_axes
-from dforce.sweeps._seeds import Curves, Seed, curves_of
-from dforce.sweeps.loci import Condition, Knob, Lines, Place
+from dforce.sweeps._seeds import Curves, curves_of
+from dforce.sweeps.loci import Knob, Place
+from dforce.sweeps.state_lines import REGIMES, Line, Row, cells, lines_at
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
 
-# what a cell of the map says; its numbers stand in the result
-REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
-FOLD, UNSTABLE, NET_FORCE, CONTACT, END = "fold", "instability", "net force", "contact", "end"
 SCALARS = (
     "amplitude", "phase", "peak_force", "min_force", "mean_force", "min_distance", "max_indentation", "contact_time",
     "total_dissipated_energy",
 )  # fmt: skip
-SAME = 0.01  # of the free amplitude: a motion so near to a line lies on it
-DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
 MOST_SET_POINTS = 200
-MOST_VALUES = 2000
+MOST_VALUES = 2000  # of a parameter
 RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a logarithmic scale
-
-
-@dataclass
-class Line:
-    """The operating points at a set point along the parameter, in order, and the boundaries on it."""
-
-    set_point: float
-    places: list[Place]
-    edges: list[tuple[str, Place]]
 
 
 @checked
@@ -69,59 +54,74 @@ def regimes(
     case
         The case; its experiment is not used. Its forces have no memory and no branches.
     over
-        One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``.
+        One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``, or two, for a map
+        over both at one set point: lines go along the first.
     set_points
-        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that.
+        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that. One of them with two
+        paths.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the set points that are done.
+        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the rows of the map that are done.
 
     Returns
     -------
     xarray.Dataset
-        Over the parameter and `set_point`: `regime`, a number whose meaning is in its attributes (``"none"``,
-        ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``, ``"repulsive"``), and
-        `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
-        ``"contact"``, ``"end"``, ``"instability"``), their parameter, set point, distance, phase and forces. Along `point` the
-        lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
+        Over the parameter and `set_point`, or over both parameters: `regime`, a number whose meaning is in its attributes
+        (``"none"``, ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``,
+        ``"repulsive"``), and `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``,
+        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``), their parameters, distance, phase and forces. Along
+        `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, more than one, values or set points that are not allowed, and forces with
+        For a path that the case does not have, more than two, values or set points that are not allowed, and forces with
         memory or branches.
     """
     axes = make_axes(case, over)
     shares = shares_of(set_points)
-    knob = knob_of(axes)
+    knob = knob_of(axes, shares)
     refuse_others(case)
-    if len(axes[0].values) > MOST_VALUES:
-        raise ParameterError(f"{axes[0].path} has {len(axes[0].values)} values; at most {MOST_VALUES} are allowed here")
+    for axis in axes:
+        if len(axis.values) > MOST_VALUES:
+            raise ParameterError(f"{axis.path} has {len(axis.values)} values; at most {MOST_VALUES} are allowed here")
     bare = case.model_copy(update={"sweep": None})
+    rows = [Row(bare, float(share), float(share)) for share in shares]
+    if len(axes) == 2:
+        second = axes[1]
+        rows = [Row(with_number(bare, second.path, value), float(shares[0]), value) for value in second.values]
     with watched(progress, case.title) as tell:
-        curves = curves_of(bare, {axes[0].path: np.array(axes[0].values)}, float(shares.min()), _nothing)
-        lines: list[Line] = []
-        done = 0
-        try:
+        lines, done = _lines(rows, axes, knob, tell)
+    data = _dataset(case, axes, knob, rows, lines)
+    return data if done == len(rows) else data.assign_attrs(interrupted=1)
+
+
+def _lines(rows: Sequence[Row], axes: Sequence[Axis], knob: Knob, tell: Progress) -> tuple[list[Line], int]:
+    """Return the lines of all rows, and how many rows are done."""
+    lines: list[Line] = []
+    done, lowest, curves = 0, min(row.share for row in rows), Curves([])
+    values = {axes[0].path: np.array(axes[0].values)}
+    try:
+        for done, row in enumerate(rows):
+            note = f"row {done + 1}"
+            tell(done, len(rows), note)
+            if not curves.parts or len(axes) == 2:
+                curves = curves_of(row.case, values, lowest, _watching(tell, done, len(rows)))
             if curves.interrupted:
-                raise KeyboardInterrupt
-            for done, share in enumerate(shares):
-                note = f"A/A0 = {share:.3g}"
-                tell(done, len(shares), note)
-                lines += lines_at(bare, axes[0], knob, curves, float(share), _watch(tell, done, len(shares), note))
-            done = len(shares)
-            tell(done, done, "")
-        except KeyboardInterrupt:
-            pass
-    data = _dataset(case, axes[0], knob, shares, lines)
-    return data if done == len(shares) else data.assign_attrs(interrupted=1)
+                return lines, done
+            lines += lines_at(row, axes[0], knob, curves, _watch(tell, done, len(rows), note))
+        tell(len(rows), len(rows), "")
+    except KeyboardInterrupt:
+        return lines, done
+    return lines, len(rows)
 
 
 def _watch(tell: Progress, done: int, total: int, note: str) -> Callable[[], None]:
     return lambda: tell(done, total, note)
 
 
-def _nothing(done: int, total: int, note: str) -> None:
-    """Tell nobody."""
+def _watching(tell: Progress, done: int, total: int) -> Progress:
+    """Return a progress that shows nothing of its own, and can be stopped."""
+    return lambda *_: tell(done, total, "curves")
 
 
 def shares_of(given: Any) -> Array:
@@ -141,8 +141,9 @@ def shares_of(given: Any) -> Array:
             raise ParameterError(
                 f"set_points.points = {given['points']} is not a whole number from 1 to {MOST_SET_POINTS}"
             )
-        given = np.linspace(float(given["start"]), float(given["stop"]), given["points"])
     try:
+        if isinstance(given, Mapping):
+            given = np.linspace(float(given["start"]), float(given["stop"]), given["points"])
         shares = np.unique(np.atleast_1d(np.asarray(given, dtype=float)))
     except (TypeError, ValueError):
         raise ParameterError("set_points are not a list of numbers between 0 and 1") from None
@@ -154,13 +155,18 @@ def shares_of(given: Any) -> Array:
     return shares
 
 
-def knob_of(axes: Sequence[Axis]) -> Knob:
-    """Return the only parameter that varies, with its range."""
-    if len(axes) != 1:
-        raise ParameterError("a regime map is over one parameter and the set point; give one path")
+def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
+    """Return the parameter along which lines go, with its range."""
+    if len(axes) > 2:
+        raise ParameterError(f"over has {len(axes)} paths; a regime map is over one and the set point, or over two")
+    if len(axes) == 2 and len(shares) > 1:
+        raise ParameterError("a regime map over two parameters is at one set point; give set_points = [0.8], say")
+    for axis in axes:
+        if axis.quantity is None:
+            raise ParameterError(f"{axis.path} takes no plain number, so no boundary can be followed along it")
+        if axis.path == "contact.a0":
+            raise ParameterError("contact.a0 says where contact begins, so no map goes over it")
     axis = axes[0]
-    if axis.quantity is None:
-        raise ParameterError(f"{axis.path} takes no plain number, so no boundary can be followed along it")
     low, high = min(axis.values), max(axis.values)
     if len(axis.values) < 2 or low == high:
         raise ParameterError(f"{axis.path} has one value; a map needs a range")
@@ -189,177 +195,52 @@ def refuse_others(case: Case) -> None:
         )
 
 
-def lines_at(
-    case: Case, axis: Axis, knob: Knob, curves: Curves, share: float, watch: Callable[[], None]
-) -> list[Line]:  # fmt: skip
-    """Return the lines of operating points at a set point."""
-    length = max(problem_at(case, [axis], (float(value),)).tones[0].A0 for value in axis.values)
-    lines = Lines(case, [knob], [Condition(lambda found, _: float(found["amplitude_ratio"]) - share)], length, watch)
-    out: list[Line] = []
-    for seed in curves.seeds([share]):
-        value = float(axis.values[seed.case])
-        if any(_lies_on(line.places, lines, knob.scaled(value), seed, value, case, axis) for line in out):
-            continue
-        start = lines.seed(scaled_motion(problem_at(case, [axis], (value,)), seed.motion), seed.zc, [value])
-        if start is None:
-            continue
-        places = lines.trace(start, lambda place: bool(place.u[lines.size] > DEEPEST))
-        out.append(Line(share, places, _edges(lines, places, case.problem.a0)))
-    return out
-
-
-def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any:
-    """Return the problem at values of the parameters."""
-    from dforce.problem import Problem
-
-    for axis, value in zip(axes, values, strict=True):
-        case = with_number(case, axis.path, value)
-    return Problem.build(
-        case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-    )
-
-
-def scaled_motion(problem: Any, motion: Array) -> Array:
-    """Return a motion in SI as the scaled motion of a problem."""
-    from dforce.experiments._motion import base_of, scales_of, states_of
-
-    return np.asarray(states_of(motion[None], problem, scales_of(problem), base_of(problem)).x[0])
-
-
-def _lies_on(
-    places: list[Place], lines: Lines, scaled: float, seed: Seed, value: float, case: Case, axis: Axis
-) -> bool:  # fmt: skip
-    """Say whether a seed lies on a line, where that passes its value of the parameter."""
-    x = scaled_motion(problem_at(case, [axis], (value,)), seed.motion)
-    for u in _crossings(places, scaled, lines.size + 1):
-        # the seed is beside the set point: both its motion and its distance differ from the line's by as much
-        moved = abs(seed.zc / lines.length - u[lines.size])
-        if np.abs(x - u[: lines.size]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
-            return True
-    return False
-
-
-def _crossings(places: list[Place], scaled: float, first: int) -> list[Array]:
-    """Return the points of a line, interpolated, at a scaled value of the parameter."""
-    out = []
-    for a, b in itertools.pairwise(places):
-        low, high = a.u[first] - scaled, b.u[first] - scaled
-        if low == 0.0 or low * high < 0.0:
-            share = 0.0 if low == 0.0 else low / (low - high)
-            out.append(np.asarray(a.u + share * (b.u - a.u)))
-    if places and places[-1].u[first] == scaled:
-        out.append(places[-1].u)
-    return out
-
-
-def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Place]]:
-    """Return the boundaries between stable stretches of a line and others, located."""
-    tests: dict[str, Callable[[Place], float]] = {
-        FOLD: lambda place: place.index,
-        NET_FORCE: lambda place: place.measured["virial"],
-        CONTACT: lambda place: place.measured["min_distance"] - a0,
-    }
-    found = [(END, place) for place in places if place.is_turn and place.is_stable]
-    for a, b in itertools.pairwise(places):
-        if not (a.is_stable or b.is_stable):
-            continue
-        kinds = [kind for kind, test in tests.items() if test(a) * test(b) < 0.0]
-        found += [(kind, lines.between(a, b, tests[kind])) for kind in kinds]
-        if a.is_stable != b.is_stable and FOLD not in kinds:
-            found.append((UNSTABLE, a if a.is_stable else b))
-    return found
-
-
-def _kind(place: Place, a0: float) -> str:
-    if place.measured["virial"] < 0.0:
-        return "repulsive"
-    return "no contact" if place.measured["min_distance"] > a0 else "attractive"
-
-
-def cells(lines: Sequence[Line], axis_values: Array, shares: Array, knob: Knob, a0: float) -> tuple[Any, Any]:
-    """Return the regime (its number) and how many stable states there are, (values, set points)."""
-    regime = np.zeros((len(axis_values), len(shares)), dtype=np.int8)
-    count = np.zeros_like(regime)
-    for j, share in enumerate(shares):
-        of_share = [line for line in lines if line.set_point == share]
-        for i, value in enumerate(axis_values):
-            kinds: list[str] = []
-            for line in of_share:
-                kinds += _stable_at(line.places, knob.scaled(value), a0)
-            count[i, j] = len(kinds)
-            regime[i, j] = REGIMES.index(_together(set(kinds)))
-    return regime, count
-
-
-def _stable_at(places: list[Place], scaled: float, a0: float) -> list[str]:
-    """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
-    out = []
-    first = places[0].size + 1
-    for a, b in itertools.pairwise(places):
-        low, high = a.u[first] - scaled, b.u[first] - scaled
-        if low == 0.0 or low * high < 0.0 or (high == 0.0 and b is places[-1]):
-            near = a if abs(low) <= abs(high) else b
-            if near.is_stable:
-                out.append(_kind(near, a0))
-    return out
-
-
-def _together(kinds: set[str]) -> str:
-    if not kinds:
-        return "none"
-    if "repulsive" in kinds:
-        return "repulsive" if kinds == {"repulsive"} else "both"
-    return "attractive" if "attractive" in kinds else "no contact"
-
-
-def _dataset(case: Case, axis: Axis, knob: Knob, shares: Array, lines: list[Line]) -> xr.Dataset:
+def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:
     import xarray as xr
 
     from dforce.results import describe, provenance
 
-    a0 = case.problem.a0
-    values = np.array(axis.values, dtype=float)
-    regime, count = cells(lines, values, shares, knob, a0)
-    data = xr.Dataset(coords={axis.name: axis.coordinate(), "set_point": shares})
-    data["regime"] = (axis.name, "set_point"), regime
-    data["states"] = (axis.name, "set_point"), count
+    axis, row_name = axes[0], axes[1].name if len(axes) == 2 else "set_point"
+    at = np.array([row.row for row in rows])
+    regime, count = cells(lines, np.array(axis.values, dtype=float), at, knob, case.problem.a0)
+    row_words = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
+    row_axis = axes[1].coordinate() if len(axes) == 2 else ("set_point", at, row_words)
+    data = xr.Dataset(coords={axis.name: axis.coordinate(), row_name: row_axis})
+    data["regime"] = (axis.name, row_name), regime
+    data["states"] = (axis.name, row_name), count
     meanings = " ".join(word.replace(" ", "_") for word in REGIMES)
     data["regime"].attrs = {"flag_values": np.arange(len(REGIMES)), "flag_meanings": meanings, "long_name": "regime"}
     data["states"].attrs = {"units": "1", "long_name": "number of stable states"}
-    edges = [(line.set_point, kind, place) for line in lines for kind, place in line.edges]
-    points = [(line.set_point, number, place) for number, line in enumerate(lines, start=1) for place in line.places]
-    data["edge_kind"] = "edge", np.array([kind for _, kind, _ in edges], dtype=np.str_)
-    data["line"] = "point", np.array([number for _, number, _ in points], dtype=np.int64)
-    data["line_stable"] = "point", np.array([place.is_stable for *_, place in points], dtype=bool)
-    length = max(problem_at(case, [axis], (float(value),)).tones[0].A0 for value in values)
-    for prefix, dim, rows in (("edge", "edge", edges), ("line", "point", points)):
-        for name, column in _columns(axis, knob, length, [(row[0], row[-1]) for row in rows]).items():
+    edges = [(line, place) for line in lines for _, place in line.edges]
+    points = [(line, place) for line in lines for place in line.places]
+    numbers = {id(line): number for number, line in enumerate(lines, start=1)}
+    data["edge_kind"] = "edge", np.array([kind for line in lines for kind, _ in line.edges], dtype=np.str_)
+    data["line"] = "point", np.array([numbers[id(line)] for line, _ in points], dtype=np.int64)
+    data["line_stable"] = "point", np.array([place.is_stable for _, place in points], dtype=bool)
+    words = {axis.name: axis.coordinate()[2], row_name: row_axis[2]}
+    for prefix, dim, found in (("edge", "edge", edges), ("line", "point", points)):
+        for name, column in _columns(axis.name, row_name, knob, found).items():
             data[f"{prefix}_{name}"] = dim, column
-            data[f"{prefix}_{name}"].attrs = _words(axis, name)
+            data[f"{prefix}_{name}"].attrs = words.get(name) or _words(name)
     data = describe(data)
-    data["set_point"].attrs = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
-    bare = case.model_copy(update={"sweep": None})
-    data.attrs = provenance(bare.to_toml(complete=True), case.title) | {"map_over": f"{axis.path} set_point"}
-    return data
+    data.attrs = provenance(case.model_copy(update={"sweep": None}).to_toml(complete=True), case.title)
+    data.attrs["map_over"] = " ".join([*(one.path for one in axes), *["set_point"] * (len(axes) == 1)])
+    return data if len(axes) == 1 else data.assign_attrs(set_point=rows[0].share)
 
 
-def _columns(axis: Axis, knob: Knob, length: float, rows: list[tuple[float, Place]]) -> dict[str, Array]:
+def _columns(name: str, row_name: str, knob: Knob, found: Sequence[tuple[Line, Place]]) -> dict[str, Array]:
     columns: dict[str, Array] = {
-        axis.name: np.array([knob.value(float(place.u[place.size + 1])) for _, place in rows]),
-        "set_point": np.array([share for share, _ in rows]),
-        "zc": np.array([float(place.u[place.size]) * length for _, place in rows]),
+        name: np.array([knob.value(float(place.u[place.size + 1])) for _, place in found]),
+        row_name: np.array([line.row for line, _ in found]),
+        "zc": np.array([float(place.u[place.size]) * line.length for line, place in found]),
     }
-    for name in SCALARS:
-        columns[name] = np.array([place.measured.get(name, np.nan) for _, place in rows])
+    for scalar in SCALARS:
+        columns[scalar] = np.array([place.measured.get(scalar, np.nan) for _, place in found])
     return columns
 
 
-def _words(axis: Axis, name: str) -> dict[str, str]:
+def _words(name: str) -> dict[str, str]:
     from dforce.quantities import AXES, OBSERVABLES
 
-    if name == axis.name and axis.quantity is not None:
-        return {"units": axis.quantity.unit, "long_name": axis.quantity.doc}
-    if name == "set_point":
-        return {"units": "1", "long_name": "set point"}
     row = OBSERVABLES.get(name) or AXES[name]
     return {"units": row.unit, "long_name": row.label, "symbol": row.symbol}
