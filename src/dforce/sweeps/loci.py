@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 SIDE = 1e-5  # scaled: neighbors on either side that give derivatives
 TOLERANCE = 1e-8  # scaled: Newton step at which a point is accepted
 MOST_STEPS, EASY = 8, 4  # Newton steps of a point, at most; with fewer the next step along the line is longer
-FIRST, LARGEST, SMALLEST = 0.01, 0.03, 1e-5  # scaled: steps along a line; with 0.06 a line was lost
+FIRST, LARGEST, SMALLEST = 0.01, 0.03, 1e-7  # scaled: steps along a line; with 0.06 a line was lost
 GROWTH = 1.5
 STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
 SHARP = 1e-4  # of a step: how well a turning point is located

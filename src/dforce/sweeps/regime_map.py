@@ -68,8 +68,8 @@ def regimes(
         Over the parameter and `set_point`, or over both parameters: `regime`, a number whose meaning is in its attributes
         (``"none"``, ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``,
         ``"repulsive"``), and `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``,
-        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``), their parameters, distance, phase and forces. Along
-        `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
+        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and
+        forces. Along `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
 
     Raises
     ------

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 # what a cell of the map says; its numbers stand in the result
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
-FOLD, UNSTABLE, NET_FORCE, CONTACT, END = "fold", "instability", "net force", "contact", "end"
+FOLD, END, UNSTABLE, LOST = "fold", "end", "instability", "lost"
+NET_FORCE, CONTACT = "net force", "contact"
+AT_END = 1e-6  # scaled: a line that ends so near to an end of the range has left it
 SAME = 0.01  # of the free amplitude: a motion so near to a line lies on it
 DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
 
@@ -117,6 +119,10 @@ def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Plac
         CONTACT: lambda place: place.measured["min_distance"] - a0,
     }
     found = [(END, place) for place in places if place.is_turn and place.is_stable]
+    for last in {id(place): place for place in (places[0], places[-1])}.values():
+        left = min(last.u[lines.size + 1], 1.0 - last.u[lines.size + 1]) < AT_END or last.u[lines.size] < DEEPEST
+        if last.is_stable and not left:  # where the map is too rough no step leads on: that is said, not passed over
+            found.append((LOST, last))
     for a, b in itertools.pairwise(places):
         if not (a.is_stable or b.is_stable):
             continue
