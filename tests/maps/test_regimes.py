@@ -21,7 +21,7 @@ STIFF = df.Case(
 def stiff():
     fold = 23.19851349508282 / 30.0  # amplitude of the attractive fold at A0 = 30 nm, by df.branches
     over = {"drive.A0": {"start": "24 nm", "stop": "40 nm", "points": 9}}
-    return df.regimes(STIFF, over, [fold, 0.8, 0.9])
+    return df.regimes(STIFF, over, [fold, 0.8])  # four lines of orbits: some ten seconds
 
 
 def edge(found, kind: str, j: int) -> float:
@@ -39,14 +39,13 @@ def test_a_boundary_passes_through_the_fold_of_the_branches(stiff):
 
 
 def test_attractive_states_end_where_only_the_repulsive_one_was_met(stiff):
-    # approaches on a grid of 3 nm met the repulsive state alone from 31 nm on at 0.8, and 37 nm at 0.9
-    for j, met in ((1, 31.0), (2, 37.0)):
-        assert met - 3.0 < 1e9 * edge(stiff, "end", j) < met + 1.0
+    # approaches on a grid of 3 nm met the repulsive state alone from 31 nm on
+    assert 28.0 < 1e9 * edge(stiff, "end", 1) < 31.0
 
 
 def test_cells_agree_with_the_boundaries(stiff):
     words = stiff.regime.attrs["flag_meanings"].split()
-    for j in (1, 2):
+    for j in (0, 1):
         of_share = np.array(words)[stiff.regime.values[:, j]]
         beyond = stiff.A0.values > edge(stiff, "end", j)
         assert set(of_share[beyond]) == {"repulsive"}
@@ -72,7 +71,7 @@ def test_the_map_is_a_picture_with_its_boundaries(stiff):
     axes = df.plot.map(stiff, "A0", "set_point", "regime")
     words = {text.get_text() for text in axes.get_legend().get_texts()}
     assert {"both", "repulsive", "a state ends"} <= words
-    assert any(line.get_xdata().size == 3 for line in axes.lines)
+    assert any(line.get_xdata().size == 2 for line in axes.lines)
     plt.close("all")
 
 

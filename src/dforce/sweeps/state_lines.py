@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
 FOLD, END, UNSTABLE, LOST = "fold", "end", "instability", "lost"
 NET_FORCE, CONTACT = "net force", "contact"
+AT_VALUE = 1e-9  # scaled: a point so near to a value of the parameter is at it
 AT_END = 1e-6  # scaled: a line that ends so near to an end of the range has left it
 SAME = 0.01  # of the free amplitude: a motion so near to a line lies on it
 DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
@@ -98,15 +99,21 @@ def _lies_on(
     return False
 
 
+def _past(place: Place, first: int, scaled: float) -> float:
+    """Return how far a point is past a scaled value of the parameter; 0 where that is rounding, as at the ends of ranges."""
+    past = float(place.u[first]) - scaled
+    return past if abs(past) > AT_VALUE else 0.0
+
+
 def _crossings(places: list[Place], scaled: float, first: int) -> list[Array]:
     """Return the points of a line, interpolated, at a scaled value of the parameter."""
     out = []
     for a, b in itertools.pairwise(places):
-        low, high = a.u[first] - scaled, b.u[first] - scaled
+        low, high = _past(a, first, scaled), _past(b, first, scaled)
         if low == 0.0 or low * high < 0.0:
             share = 0.0 if low == 0.0 else low / (low - high)
             out.append(np.asarray(a.u + share * (b.u - a.u)))
-    if places and places[-1].u[first] == scaled:
+    if places and _past(places[-1], first, scaled) == 0.0:
         out.append(places[-1].u)
     return out
 
@@ -159,7 +166,7 @@ def _stable_at(places: list[Place], scaled: float, a0: float) -> list[str]:
     out = []
     first = places[0].size + 1
     for a, b in itertools.pairwise(places):
-        low, high = a.u[first] - scaled, b.u[first] - scaled
+        low, high = _past(a, first, scaled), _past(b, first, scaled)
         if low == 0.0 or low * high < 0.0 or (high == 0.0 and b is places[-1]):
             near = a if abs(low) <= abs(high) else b
             if near.is_stable:
