@@ -167,11 +167,16 @@ def test_a_sweep_at_one_free_amplitude_has_distances_in_meters():
 
 
 def test_set_points_and_jumps_of_relative_distances_are_those_of_the_curves_alone():
-    sharp = case(sample=df.Sample(youngs_modulus="2 GPa"), cantilever=df.Cantilever(f0="50 kHz", k=1.0, Q=400.0))
+    sharp = case(
+        cantilever=df.Cantilever(f0="70 kHz", k=2.7, Q=180.0),
+        tip=df.Tip(radius="8 nm"),
+        sample=df.Sample(youngs_modulus="2 GPa"),
+        forces=[df.forces.DMT(hamaker="6e-20 J")],
+    )
     grid = {"of": "drive.A0", "start": 1.1, "stop": 0.5, "points": 41}
     both = df.Approach(zc=grid, direction="both")
-    shares = df.sweep(sharp.replace(experiment=both), over={"drive.A0": ["12 nm", "20 nm"]})
-    for i, A0 in enumerate((12e-9, 20e-9)):
+    shares = df.sweep(sharp.replace(experiment=both), over={"drive.A0": ["30 nm", "34 nm"]})
+    for i, A0 in enumerate((30e-9, 34e-9)):
         alone = df.approach(sharp.replace("drive.A0", A0), zc=shares.zc[i].values, direction="both")
         found, wanted = (df.at_set_point(one, 0.8) for one in (shares.isel(A0=i), alone))
         np.testing.assert_allclose(found.zc, wanted.zc, rtol=1e-8)  # the solver's tolerance is 1e-9 of A0
