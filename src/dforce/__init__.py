@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from dforce.forces import Force, load_plugin
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
     from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
+    from dforce.inverse.plan_file import load_plan
+    from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
-    from dforce.maps import sweep
+    from dforce.maps import regimes, sweep
     from dforce.results.dataset import Status, read, write
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
@@ -84,6 +86,8 @@ _HOMES = {
         "read_measured",
         "thermal_tune",
     ),
+    "inverse.plan_file": ("load_plan",),
+    "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
     "kernel.cache": (
         "clear_kernel_cache",
@@ -91,7 +95,10 @@ _HOMES = {
     ),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
-    "maps": ("sweep",),
+    "maps": (
+        "regimes",
+        "sweep",
+    ),
     "results.dataset": (
         "Status",
         "read",
@@ -162,15 +169,18 @@ __all__ = [
     "frequency_sweep",
     "kernel_cache",
     "load_case",
+    "load_plan",
     "load_plugin",
     "motion_at",
     "param",
     "parse",
+    "plan",
     "plot",
     "read",
     "read_curves",
     "read_measured",
     "reconstruct",
+    "regimes",
     "report",
     "run",
     "save_case",

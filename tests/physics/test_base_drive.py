@@ -151,8 +151,8 @@ def test_the_tables_of_a_lot_are_those_of_each_problem():
         experiment={"kind": "dwell", "zc": 7e-9},
     )
     over = {"drive.tones.1.A0": [5e-9, 12e-9], "cantilever.modes.1.Q": [2.0, 30.0], "sample.youngs_modulus": [1e7, 1e9]}
-    from dforce.maps._axes import make_axes
     from dforce.maps._grid import Grid
+    from dforce.maps.axes import make_axes
 
     grid = Grid(asked, make_axes(asked, over))
     numbers = np.arange(grid.size)

@@ -7,8 +7,8 @@ import pytest
 
 import dforce as df
 from dforce.kernel.codegen import compose
-from dforce.maps._axes import make_axes
 from dforce.maps._grid import Grid
+from dforce.maps.axes import make_axes
 from dforce.solvers.problem_batch import Lot
 from dforce.validity._evidence import Evidence
 

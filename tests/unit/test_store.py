@@ -230,8 +230,8 @@ def test_blocks_are_known_one_by_one_however_many_there_are():
 
 
 def test_a_block_has_some_seconds_of_work(store):
-    from dforce.maps._axes import make_axes
     from dforce.maps._result import Layout
+    from dforce.maps.axes import make_axes
 
     over = {"tip.radius": np.linspace(4e-9, 6e-9, 40), "drive.A0": np.linspace(6e-9, 9e-9, 50)}
     layout = Layout(case(), make_axes(case(), over))

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.maps._axes import make_axes
 from dforce.maps._grid import NOWHERE, Grid
+from dforce.maps.axes import make_axes
 from dforce.solvers.problem_batch import Lot
 from dforce.validity import advice_in
 

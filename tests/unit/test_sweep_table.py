@@ -107,8 +107,8 @@ def test_a_mistake_in_a_table_is_one_sentence(sweep, sentence):
             "use linear spacing",
         ),
         ({"over": {"solver.method": {"start": 1, "stop": 2, "points": 3}}}, "no plain number, so it has no range"),
-        ({"rows": {"solver.method": ["periodic"]}}, "cannot differ from row to row"),
-        ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "a row needs one of each"),
+        ({"rows": {"solver.method": ["periodic"]}}, "cannot differ from case to case"),
+        ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "a case needs one of each"),
         ({"over": {"drive.A0": [1e-9]}, "rows": {"drive.A0": [1e-9]}}, "over and rows are both given"),
         ({"over": {"drive.A0": [1e-9]}, "at_set_point": 0.0}, "is not above 0"),
     ],
@@ -133,3 +133,69 @@ def test_a_mistake_in_a_file_of_rows_is_one_sentence(text, sentence, tmp_path, m
         (tmp_path / "cases.csv").write_text(text)
     with pytest.raises(df.CaseError, match=sentence):
         df.sweep(case(sweep={"rows": "cases.csv"}))
+
+
+RELATIVE = df.experiments.Approach(zc={"of": "drive.A0", "start": 1.2, "stop": 0.5, "points": 8}, direction="both")
+
+
+def test_lists_along_cases_are_the_same_as_rows(tmp_path):
+    columns = {"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": ["6 nm", "8 nm"]}
+    listed = df.sweep(case(), over=columns, along="cases")
+    assert listed.amplitude.dims == ("case", "zc", "tone")
+    same(listed, df.sweep(case(), rows=columns))
+    same(listed, df.sweep(case(sweep={"over": columns, "along": "cases"})))
+    stored = df.sweep(case(), over=columns, along="cases", store=tmp_path / "cases.zarr")
+    np.testing.assert_array_equal(stored.amplitude, listed.amplitude)
+
+
+def test_distances_as_shares_of_the_free_amplitude_go_with_each_case(tmp_path):
+    over = {"drive.A0": ["6 nm", "8 nm"], "sample.youngs_modulus": ["1 GPa", "2 GPa"]}
+    shares = df.sweep(case(experiment=RELATIVE), over=over)
+    assert shares.zc.dims == ("A0", "zc_ratio")
+    np.testing.assert_allclose(shares.zc, np.outer([6e-9, 8e-9], np.linspace(1.2, 0.5, 8)), rtol=1e-15)
+    alone = df.approach(case().replace("drive.A0", "6 nm"), zc=shares.zc[0].values, direction="both").amplitude
+    np.testing.assert_allclose(shares.amplitude[0, 0], alone, rtol=1e-9)
+    stored = df.sweep(case(experiment=RELATIVE), over=over, store=tmp_path / "shares.zarr")
+    np.testing.assert_array_equal(stored.amplitude, shares.amplitude)
+    np.testing.assert_array_equal(stored.zc, shares.zc)
+
+
+def test_a_sweep_at_one_free_amplitude_has_distances_in_meters():
+    modulus = {"sample.youngs_modulus": ["1 GPa", "2 GPa"]}
+    assert df.sweep(case(experiment=RELATIVE), over=modulus).zc.dims == ("zc",)
+    np.testing.assert_allclose(df.run(case(experiment=RELATIVE)).zc, 8e-9 * np.linspace(1.2, 0.5, 8), rtol=1e-15)
+
+
+def test_set_points_and_jumps_of_relative_distances_are_those_of_the_curves_alone():
+    sharp = case(
+        cantilever=df.Cantilever(f0="70 kHz", k=2.7, Q=180.0),
+        tip=df.Tip(radius="8 nm"),
+        sample=df.Sample(youngs_modulus="2 GPa"),
+        forces=[df.forces.DMT(hamaker="6e-20 J")],
+    )
+    grid = {"of": "drive.A0", "start": 1.1, "stop": 0.5, "points": 41}
+    both = df.experiments.Approach(zc=grid, direction="both")
+    shares = df.sweep(sharp.replace(experiment=both), over={"drive.A0": ["30 nm", "34 nm"]})
+    for i, A0 in enumerate((30e-9, 34e-9)):
+        alone = df.approach(sharp.replace("drive.A0", A0), zc=shares.zc[i].values, direction="both")
+        found, wanted = (df.at_set_point(one, 0.8) for one in (shares.isel(A0=i), alone))
+        np.testing.assert_allclose(found.zc, wanted.zc, rtol=1e-8)  # the solver's tolerance is 1e-9 of A0
+        assert found.sizes["crossing"] == wanted.sizes["crossing"]
+        if "jump_zc" in alone:
+            noted = shares.jump_zc[i].values
+            np.testing.assert_allclose(np.sort(noted[np.isfinite(noted)]), np.sort(alone.jump_zc), rtol=1e-9)
+    assert np.isfinite(shares.jump_zc).any()
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"rows": {"drive.A0": [1e-9]}, "along": "cases"}, "along says how the values of over go together"),
+        ({"over": {"drive.A0": [1e-9]}, "along": "case"}, "did you mean 'cases'"),
+        ({"over": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}, "along": "cases"}, "a case needs one of each"),
+        ({"over": {"drive": [{"A0": "6 nm"}]}}, "which each value of drive may change"),
+    ],
+)
+def test_a_mistake_with_cases_or_shares_is_one_sentence(values, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.sweep(case(experiment=RELATIVE), **values)

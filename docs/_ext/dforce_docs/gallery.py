@@ -14,6 +14,8 @@ TUTORIALS = (
     "why_the_phase_jumps.py",
     "bimodal_contrast.py",
     "gentle_on_soft_samples.py",
+    "plan_gentle_settings.py",
+    "regime_map.py",
     "your_own_force.py",
 )
 

@@ -37,6 +37,11 @@ class Sweep(Parameters):
         description="values by the path of a parameter, for all combinations of them: a list, or "
         '{ start, stop, points, spacing = "log" }',
     )
+    along: Literal["combinations", "cases"] = pydantic.Field(
+        default="combinations",
+        description="combinations: all combinations of the values of `over`; cases: its lists are equally long, and each place "
+        "in them is a case",
+    )
     rows: str = pydantic.Field(
         default="",
         max_length=1000,
@@ -55,6 +60,8 @@ class Sweep(Parameters):
         if bool(self.over) == bool(self.rows):
             said = "has both over and rows" if self.over else "has neither over nor rows"
             raise ParameterError(f"{said}; give values by path as over, or a CSV file of cases as rows")
+        if self.rows and self.along == "cases":
+            raise ParameterError("along goes with over; rows are cases already")
         return self
 
 

@@ -19,6 +19,7 @@ from dforce.cli import (
     examples,
     gui,
     models,
+    plan,
     read,
     reconstruct,
     run,
@@ -65,8 +66,8 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
-    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers, read.read, reconstruct.reconstruct,
+    run.run, sweep.sweep, plan.plan, check.check, curve.curve, read.read, reconstruct.reconstruct, models.models,
+    examples.examples, schema.schema, benchmark.benchmark, gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

@@ -124,7 +124,8 @@ def sweep(
             df.write(result, output)
     if plot is not None:
         df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot)
-    failed = bool({df.Status.FAILED, df.Status.UNRESOLVED, df.Status.BROKEN} & set(counts))
+    bad = {df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE, df.Status.BROKEN}
+    failed = bool(bad & set(counts))
     code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
     if json:
         print_json(_answer(source, result, output, plot, seconds, code))

@@ -83,7 +83,7 @@ class Quantity:
                 number[key] = units.parse(bound, self.unit)
         text = {"type": "string", "pattern": r"^\s*[-+]?[0-9.]"}
         kept: dict[str, Any] = {key: schema[key] for key in ("title", "description", "default") if key in schema}
-        forms = [schema, *schema.get("anyOf", [])]
+        forms = [schema, *schema.get("anyOf", []), *schema.get("oneOf", [])]
         one: list[dict[str, Any]] = [number, text]
         several = [{"type": "array", "items": {"anyOf": one}}] if any("items" in form for form in forms) else []
         tables = [{"$ref": form["$ref"]} for form in forms if "$ref" in form]  # such as a grid

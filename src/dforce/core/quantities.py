@@ -132,6 +132,8 @@ JUMPS = _table(
 AXES = _table(
     Observable("zc", "z_c", "m", "nm", "average tip–surface distance",
                "average tip–surface distance: rest position of the undeflected tip above the undeformed surface"),
+    Observable("zc_ratio", "z_c/A_0", "1", "1", "distance ratio",
+               "average tip–surface distance as a share of the first tone's free amplitude A0"),
     Observable("time", "t", "s", "µs", "time", "time"),
     Observable("frequency", "f", "Hz", "kHz", "frequency", "frequency"),
     Observable("tone", "j", "1", "1", "tone", "drive tone, counted from 1"),

@@ -5,7 +5,7 @@ from dforce.experiments.basins import AmplitudeGrid, Basins, DeflectionGrid, Pha
 from dforce.experiments.branches import Branches, Span
 from dforce.experiments.dwell import Dwell
 from dforce.experiments.frequency_sweep import FrequencyGrid, FrequencySweep
-from dforce.experiments.plan import Experiment, Grid, InitialMotion
+from dforce.experiments.plan import Experiment, Grid, InitialMotion, RelativeGrid
 
 EXPERIMENTS: dict[str, type[Experiment]] = {
     "dwell": Dwell, "approach": Approach, "branches": Branches, "frequency_sweep": FrequencySweep,
@@ -26,6 +26,7 @@ __all__ = [
     "Grid",
     "InitialMotion",
     "PhaseGrid",
+    "RelativeGrid",
     "Span",
     "VelocityGrid",
 ]

@@ -16,6 +16,7 @@ from dforce.experiments.plan import (
     Grid,
     Progress,
     ProtocolName,
+    RelativeGrid,
     Start,
     refuse_fresh_starts,
     whole_range,
@@ -32,7 +33,9 @@ class Approach(Experiment):
     """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
 
     kind: Literal["approach"] = "approach"
-    zc: Part[Distances] = param(unit="m", symbol="z_c", doc="average distances: a grid {start, stop, points} or a list")
+    zc: Part[Distances] = param(
+        unit="m", symbol="z_c", doc="average distances: a grid {start, stop, points}, a list, or shares of A0"
+    )
     direction: Literal["approach", "retract", "both"] = pydantic.Field(
         default="approach",
         title="Direction",
@@ -50,8 +53,10 @@ class Approach(Experiment):
         refuse_fresh_starts(self.protocol, self.carry_state)
         return self
 
-    def distances(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the average distances (m), as given."""
+    def distances(self, A0: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the average distances (m), as given; shares are those of `A0` (m)."""
+        if isinstance(self.zc, RelativeGrid):
+            return np.asarray(self.zc.values() * A0)
         return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
 
     def visits(self) -> list[tuple[int, ...]]:
@@ -77,7 +82,7 @@ class Approach(Experiment):
         from dforce.experiments._curve import Curve
         from dforce.solvers.block import Block
 
-        coords: dict[str, Any] = {"zc": self.distances()}
+        coords: dict[str, Any] = {"zc": self.distances(problem.tones[0].A0)}
         if self.direction == "both":
             coords["direction"] = ["approach", "retract"]
 

@@ -39,9 +39,26 @@ class Grid(Parameters):
         return np.linspace(self.start, self.stop, self.points)
 
 
+class RelativeGrid(Parameters):
+    """Evenly spaced distances from `start` to `stop`, both included, as shares of the free amplitude."""
+
+    title_of: ClassVar[str] = "zc"
+
+    of: Literal["drive.A0"] = pydantic.Field(
+        description="what the distances are shares of: the first tone's free amplitude"
+    )
+    start: float = pydantic.Field(ge=-1e3, le=1e3, description="first average distance as a share of A0, such as 1.15")
+    stop: float = pydantic.Field(ge=-1e3, le=1e3, description="last average distance as a share of A0")
+    points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
+
+    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the shares."""
+        return np.linspace(self.start, self.stop, self.points)
+
+
 def _distances(given: Any) -> Any:
     """Turn a pair ("12 nm", "1 nm") or a list of distances into what pydantic validates; leave tables alone."""
-    if isinstance(given, Grid | dict):
+    if isinstance(given, Grid | RelativeGrid | dict):
         return given
     if isinstance(given, str | int | float):
         given = [given]
@@ -56,7 +73,20 @@ def _distances(given: Any) -> Any:
     return tuple(units.parse(item, "m") for item in items)
 
 
-Distances = Annotated[Grid | tuple[float, ...], pydantic.BeforeValidator(_distances)]
+def _kind_of_distances(given: Any) -> str:
+    """Say which kind of distances a value is: in a union of tables the messages name the keys of the one that is meant."""
+    if isinstance(given, RelativeGrid) or (isinstance(given, dict) and "of" in given):
+        return "relative"
+    return "grid" if isinstance(given, Grid | dict) else "list"
+
+
+Distances = Annotated[
+    Annotated[Grid, pydantic.Tag("grid")]
+    | Annotated[tuple[float, ...], pydantic.Tag("list")]
+    | Annotated[RelativeGrid, pydantic.Tag("relative")],
+    pydantic.Discriminator(_kind_of_distances),
+    pydantic.BeforeValidator(_distances),
+]
 
 
 class InitialMotion(Parameters):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from dforce.case import Case
 
 LEAST = 0.1  # smallest sudden step that counts as a jump, as a share of the largest amplitude
+RELATIVE = "zc_ratio"  # distances as shares of the free amplitude
 RISING = ("retract", "up")  # directions in which the distance or the frequency grows
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -57,7 +58,9 @@ def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterato
     `direction` is that of a result which is one direction of another.
     """
     x, case, over = result.variables[along].values, _case(result), swept(result, along)
-    noted, where = _are_noted(result, along, case), f"jump_{along}"
+    noted, where = _are_noted(result, along, case), _noted_as(along)
+    # distances that are shares of the free amplitude were noted in meters, and differ from case to case
+    places_of = by_case(result, "zc", along, over)[:, 0] if along == RELATIVE else np.broadcast_to(x, (1, len(x)))
     motions = by_case(result, "amplitude_ratio" if "amplitude_ratio" in result else "amplitude", along, over)
     motions = motions.reshape(*motions.shape[:3], -1)[..., 0]
     if "phase" in result:
@@ -66,6 +69,7 @@ def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterato
         places, words = (result[name].values.reshape(len(motions), -1) for name in (where, "jump_direction"))
     ways = result["direction"].values.tolist() if "direction" in result.dims else [direction or _way(result, case)]
     for number, of_case in enumerate(motions):
+        x = places_of[number % len(places_of)]
         for index, (way, motion) in enumerate(zip(ways, of_case, strict=True)):
             there = np.flatnonzero(np.isfinite(motion))
             order = there[np.argsort(x[there], kind="stable")]
@@ -87,7 +91,7 @@ def _case(result: xr.Dataset) -> Case | None:
 
 def _are_noted(result: xr.Dataset, along: str, case: Case | None) -> bool:
     """Return whether jumps were noted: the state was carried along the curve, and its orbits were followed."""
-    if f"jump_{along}" in result:
+    if _noted_as(along) in result:
         return True
     if case is None:
         return "corrections" in result
@@ -96,6 +100,11 @@ def _are_noted(result: xr.Dataset, along: str, case: Case | None) -> bool:
         periodic = case.solver.method == "periodic"
         followed = periodic and common_period([tone.frequency for tone in case.problem.tones]) is not None
     return followed and bool(getattr(case.experiment, "carry_state", False))
+
+
+def _noted_as(along: str) -> str:
+    """Return the name of the places of jumps along a quantity."""
+    return f"jump_{'zc' if along == RELATIVE else along}"
 
 
 def _way(result: xr.Dataset, case: Case | None) -> str:

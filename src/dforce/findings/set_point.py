@@ -67,13 +67,14 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     if not set_point > 0.0:
         raise ParameterError(f"set_point = {set_point} is not above 0")
     known = drawable(first, along)
-    wanted = dict.fromkeys([along, *(["virial"] if "virial" in known else []), *(known if names is None else names)])
+    always = [along, *(name for name in ("zc", "virial") if name in known)]
+    wanted = dict.fromkeys([*always, *(known if names is None else names)])
     for name in wanted:
         if name not in known:
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
     found = _Crossings.of(result, along, row, over, set_point)
     variables = {name: found.read(result, name) for name in wanted}
-    coords: dict[str, Any] = {along: variables.pop(along)}
+    coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
         dims, virial, _ = variables["virial"]
         words = np.where(virial[..., 0] > 0.0, "attractive", np.where(virial[..., 0] < 0.0, "repulsive", ""))

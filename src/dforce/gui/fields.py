@@ -8,7 +8,7 @@ import re
 import types
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import dforce as df
 from dforce.core.errors import shorten
@@ -152,6 +152,7 @@ def _plain(bound: float, unit: str) -> str:
 
 def _shapes(annotation: Any, quantity: Quantity | None) -> list[Shape]:
     parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    parts = tuple(get_args(part)[0] if get_origin(part) is Annotated else part for part in parts)
     parts = tuple(part for part in parts if part is not type(None))
     shapes: list[Shape] = []
     for part in parts:

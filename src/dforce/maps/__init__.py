@@ -1,5 +1,6 @@
-"""Sweeps: one experiment over a grid of any parameters, many cases at once."""
+"""Sweeps: one experiment over a grid of any parameters, many cases at once, and maps of what they have in common."""
 
 from dforce.maps._sweep import sweep
+from dforce.maps.regime_map import regimes
 
-__all__ = ["sweep"]
+__all__ = ["regimes", "sweep"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from dforce.case import Case
 from dforce.case.paths import changed
 from dforce.core import units
-from dforce.maps._axes import Axis, dims_of
+from dforce.maps.axes import Axis, dims_of
 from dforce.validity import Advice, advice, points_not_settled
 
 if TYPE_CHECKING:
@@ -32,6 +32,9 @@ def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset) -> list[Advi
         at = dict(zip(dims, corner, strict=True))
         one = type(case)(**changed(case, [(axis.path, axis.values[at[axis.dim]]) for axis in axes]))
         part = data.isel(at)
+        if "zc" in part.coords and part["zc"].dims not in ((), ("zc",)):
+            part = part.swap_dims({part["zc"].dims[0]: "zc"})  # one curve goes along its own distances
+            part.attrs.pop("along", None)
         where = ", ".join(f"{axis.path} = {_shown(axis, at[axis.dim])}" for axis in axes)
         for piece in advice(one, part):
             found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {where}: {piece.text}"))

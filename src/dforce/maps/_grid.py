@@ -20,7 +20,7 @@ from dforce.core.errors import DForceError, ParameterError
 from dforce.forces import Force
 from dforce.kernel import TWO_PI, Array, signature
 from dforce.kernel.codegen import FIRST_DRIVE
-from dforce.maps._axes import Axis, dims_of
+from dforce.maps.axes import Axis, dims_of
 from dforce.problem import Problem
 from dforce.solvers.problem_batch import Lot
 

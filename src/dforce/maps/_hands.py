@@ -16,10 +16,10 @@ from dforce.case import Case
 from dforce.core.errors import ParameterError, ResultError
 from dforce.core.files import beside
 from dforce.core.parallel import Crew, Stopped, cores
-from dforce.maps._axes import Axis
 from dforce.maps._part import solve
 from dforce.maps._result import Found, Layout, table
 from dforce.maps._states import NEEDED, states_of
+from dforce.maps.axes import Axis
 
 LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
 TRIES = 2  # of a block

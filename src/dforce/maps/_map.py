@@ -21,11 +21,11 @@ from dforce.core.quantities import MOTION
 from dforce.experiments import Approach
 from dforce.experiments.plan import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._axes import Axis
 from dforce.maps._hands import LOST, Alone, Arrays, Cluster, Hands, Kept, Threads
 from dforce.maps._pace import paced
 from dforce.maps._result import JUMPS, QUANTITIES, Layout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
+from dforce.maps.axes import Axis
 from dforce.results import store
 from dforce.results.dataset import Status
 from dforce.runs import watched

@@ -15,11 +15,11 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
-from dforce.experiments import Approach, Dwell, InitialMotion
+from dforce.experiments import Approach, Dwell, InitialMotion, RelativeGrid
 from dforce.experiments.motion import motions
 from dforce.experiments.plan import initial_motion
-from dforce.maps._axes import DISTANCE, Axis, count, dims_of
 from dforce.maps._result import Found, Layout, to_result
+from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, count, dims_of
 
 if TYPE_CHECKING:
     from dforce.kernel import Array
@@ -75,7 +75,11 @@ class Part:
         """Return the average distances of each case, (cases, points), in the order in which the tip comes to them."""
         if isinstance(self.experiment, Approach):
             order = [visit[0] for visit in self.experiment.visits()]
-            return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
+            if not isinstance(self.experiment.zc, RelativeGrid):
+                return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
+            free = amplitude_axis(self.case, axes)
+            A0 = np.array(free.values)[place[free.dim]] if free else np.full(size, self.case.problem.tones[0].A0)
+            return np.asarray(np.multiply.outer(A0, self.experiment.distances()[order]))
         for axis in axes:
             if axis.path == DISTANCE:
                 return np.asarray(np.array(axis.values)[place[axis.dim]][:, None])

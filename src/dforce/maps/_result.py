@@ -10,9 +10,9 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
-from dforce.experiments import Approach, Dwell
+from dforce.experiments import Approach, Dwell, RelativeGrid
 from dforce.experiments.motion import COMPONENT, components
-from dforce.maps._axes import DISTANCE, Axis, dims_of
+from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, dims_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from dforce.kernel import Array
     from dforce.problem import Problem
 
+RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies
 JUMPS = jumps_along("zc")
 KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
 QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
@@ -91,9 +92,13 @@ class Layout:
         self.numbers = [axis for axis in axes if axis.quantity is not None]
         self.inner: dict[str, Any] = {}
         self.visits: list[tuple[int, ...]] = [()]
+        self.free: Axis | None = None  # that of the amplitude of which the distances are shares
         if isinstance(experiment, Approach):
             self.visits = experiment.visits()
-            self.inner["zc"] = experiment.distances()
+            if isinstance(experiment.zc, RelativeGrid):
+                self.free = amplitude_axis(case, axes)
+            along = "zc" if self.free is None else RATIO
+            self.inner[along] = experiment.distances(case.problem.tones[0].A0 if self.free is None else 1.0)
             if experiment.direction == "both":
                 self.inner["direction"] = ["approach", "retract"]
         lengths = dims_of((*self.choices, *self.numbers))
@@ -164,6 +169,10 @@ def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> x
         data = describe(data.assign_coords(zc=experiment.zc))
     data = data.assign_coords({axis.name: axis.coordinate() for axis in axes})
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
+    if layout.free is not None:
+        distances = np.multiply.outer(np.array(layout.free.values), layout.inner[RATIO])
+        data = describe(data.assign_coords(zc=((layout.free.dim, RATIO), distances)))
+        data.attrs["along"] = RATIO
     return data.assign_coords(components(example)) if MOTION in data else data
 
 

@@ -48,6 +48,10 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
     for dim, (path, values) in wanted.items():
         if resume[dim].values.tolist() != values.tolist():
             raise ParameterError(f"this sweep has other values of {path}, so it cannot be continued with these")
+    if any(resume[axis.name].dims != (axis.dim,) for axis in layout.axes):
+        raise ParameterError(
+            "one sweep is over all combinations and the other over cases one by one, so it cannot be continued like this"
+        )
 
 
 def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> frozenset[str]:

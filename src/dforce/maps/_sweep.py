@@ -12,12 +12,12 @@ from dforce.core.parallel import Crew
 from dforce.experiments import Approach, Dwell
 from dforce.experiments.plan import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._axes import MOST_POINTS, axes_of, count
 from dforce.maps._pace import paced
 from dforce.maps._part import solve
 from dforce.maps._result import Found, Layout, split, table, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps._states import NEEDED, check_set_point, states_of
+from dforce.maps.axes import MOST_POINTS, axes_of, count
 from dforce.runs import watched
 from dforce.validity import attributes
 
@@ -37,6 +37,7 @@ def sweep(
     at_set_point: float | None = None,
     store: str | os.PathLike[str] | None = None,
     client: Any = None,
+    along: str | None = None,
 ) -> xr.Dataset:
     """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
@@ -64,7 +65,8 @@ def sweep(
         An interrupted result of the same case over the same values, to be continued: cases with all their points are
         kept as they are, the others are computed. With a store, True to go on with what is in it.
     rows
-        Instead of `over`, cases one by one: columns of plain numbers by path, all of the same length.
+        Instead of `over`, cases one by one: columns of plain numbers by path, all of the same length; the same as `over` with
+        ``along="cases"``.
     at_set_point
         A share :math:`A / A_0`: only the states of each curve there are returned, see :func:`dforce.at_set_point`. The
         `status` of a case is the largest number among those of its points.
@@ -74,12 +76,17 @@ def sweep(
     client
         A client of a Dask cluster (:class:`distributed.Client`), or the address of its scheduler, ``"tcp://..."``, whose
         workers compute the blocks of a store. This process alone writes them.
+    along
+        How the values of `over` go together: ``"combinations"`` (left out): all of them, a dimension for each path;
+        ``"cases"``: the lists are equally long and hold plain numbers, each place in them is a case, and there is one
+        dimension, `case`.
 
     Returns
     -------
     xarray.Dataset
         The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), or `case` of rows, then `zc` and `direction` of an approach. A status for each point. The jumps
+        that is ambiguous), or `case` of cases one by one, then `zc` and `direction` of an approach. Distances that are shares
+        of A0 lie along `zc_ratio` where A0 varies, with the coordinate `zc` of each case. A status for each point. The jumps
         of the curves lie along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others. With a
         store, that is opened: its numbers are read when they are asked for.
 
@@ -98,7 +105,7 @@ def sweep(
         raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
     names = None if quantities is None else list(quantities)
     check_set_point(case, at_set_point, names)
-    asked, axes = axes_of(case, over, rows)
+    asked, axes = axes_of(case, over, rows, along)
     case = asked.model_copy(update={"sweep": None})  # each case is built without it
     layout = Layout(case, axes)
     if store is not None:

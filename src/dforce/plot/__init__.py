@@ -20,6 +20,7 @@ from dforce.plot.measured import measured
 from dforce.plot.motion import phase_portrait, spectrum, traces
 from dforce.plot.overview import overview
 from dforce.plot.pictures import draw
+from dforce.plot.plans import plan
 from dforce.plot.reconstruction import reconstruction
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "measured",
     "overview",
     "phase_portrait",
+    "plan",
     "reconstruction",
     "resonance",
     "save",

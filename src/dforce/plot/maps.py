@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
+from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 
 LINES = 7  # of equal value, about
@@ -32,7 +33,8 @@ def map(
 
     An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both signs
     at 0. Of tones, modes and harmonics the first is drawn; gray is where there is no result. The lines lie on straight
-    lines between the values, and know of no jump between them.
+    lines between the values, and know of no jump between them. The quantity `regime` of a regime map (:func:`dforce.regimes`)
+    has a color for each regime; its boundaries are drawn over whatever it holds along the set point.
 
     Parameters
     ----------
@@ -53,6 +55,8 @@ def map(
         When the result has no such names, the parameters are no numbers of a grid, or the quantity goes along others, too.
     """
     sides = [_side(dataset, name) for name in (x, y)]
+    if quantity == "regime" and is_regime_map(dataset):
+        return _regimes(dataset, x, y, sides, figure)
     if x == y:
         raise ParameterError(f"x and y are both '{x}'; a map is over two parameters")
     variable = take(dataset, quantity, x, y)
@@ -66,13 +70,35 @@ def map(
     axes.set_facecolor(LIGHT)
     colors, norm = _colors(values, variable)
     (at_x, x_text), (at_y, y_text) = sides
-    mesh = axes.pcolormesh(_edges(at_x), _edges(at_y), values, cmap=colors, norm=norm, rasterized=True)
+    mesh = axes.pcolormesh(edges_of(at_x), edges_of(at_y), values, cmap=colors, norm=norm, rasterized=True)
     _lines(axes, at_x, at_y, values, None if levels is None else [level / scale for level in levels])
     for name, at in (("x", at_x), ("y", at_y)):
-        if _is_log(at):
+        if is_log(at):
             getattr(axes, f"set_{name}scale")("log")
     axes.set(xlabel=x_text, ylabel=y_text)
     axes.figure.colorbar(mesh, ax=axes, label=text)
+    if is_regime_map(dataset) and {x, y} == set(dataset["regime"].dims):
+        draw_edges(axes, dataset, x, y)
+    head(axes, dataset)
+    return axes
+
+
+def _regimes(
+    dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None
+) -> Axes:  # fmt: skip
+    """Draw the regimes of a map, and the boundaries that were solved."""
+    if {x, y} != set(dataset["regime"].dims):
+        raise ParameterError(
+            f"the regimes go along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
+        )
+    axes = new_figure(figure, 6.4, 5.4).subplots()
+    (at_x, x_text), (at_y, y_text) = sides
+    fill_regimes(axes, dataset, x, y, (edges_of(at_x), edges_of(at_y)))
+    draw_edges(axes, dataset, x, y)
+    for name, at in (("x", at_x), ("y", at_y)):
+        if is_log(at):
+            getattr(axes, f"set_{name}scale")("log")
+    axes.set(xlabel=x_text, ylabel=y_text, xlim=(at_x.min(), at_x.max()), ylim=(at_y.min(), at_y.max()))
     head(axes, dataset)
     return axes
 
@@ -91,7 +117,7 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)
 
 
-def _is_log(at: Floats) -> bool:
+def is_log(at: Floats) -> bool:
     """Say whether values go by equal factors, and not by equal steps as well."""
     steps = np.diff(at)
     if len(at) < 3 or not (at > 0.0).all() or np.ptp(steps) <= EVEN * np.abs(steps).max():
@@ -100,13 +126,13 @@ def _is_log(at: Floats) -> bool:
     return bool(np.ptp(factors) <= EVEN * np.abs(factors).max())
 
 
-def _edges(at: Floats) -> Floats:
+def edges_of(at: Floats) -> Floats:
     """Return the borders of cells around values: halfway between them, on the scale of their axis."""
-    on_scale = np.log(at) if _is_log(at) else at
+    on_scale = np.log(at) if is_log(at) else at
     middle = 0.5 * (on_scale[1:] + on_scale[:-1])
     first, last = 2.0 * on_scale[0] - middle[0], 2.0 * on_scale[-1] - middle[-1]
     edges = np.concatenate([[first], middle, [last]])
-    return np.asarray(np.exp(edges) if _is_log(at) else edges)
+    return np.asarray(np.exp(edges) if is_log(at) else edges)
 
 
 def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:

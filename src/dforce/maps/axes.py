@@ -14,7 +14,7 @@ import numpy as np
 from dforce.case import MOST_VALUES, Case, Range, Sweep
 from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
-from dforce.core.errors import ParameterError, shorten
+from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameters import Quantity
 from dforce.experiments import Dwell
 from dforce.maps._rows import read_rows
@@ -22,6 +22,7 @@ from dforce.maps._rows import read_rows
 INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
 DISTANCE = "experiment.zc"
 ROW = "case"  # dimension of cases that are given one by one
+WAYS = COMBINATIONS, CASES = "combinations", "cases"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
 
 
@@ -87,24 +88,28 @@ def make_rows(case: Case, rows: Mapping[str, Any]) -> list[Axis]:
     """
     if not isinstance(rows, Mapping) or not rows:
         raise ParameterError(
-            'rows must be columns by path, such as {"sample.youngs_modulus": moduli, "drive.A0": amplitudes}'
+            'cases one by one are columns by path, such as {"sample.youngs_modulus": moduli, "drive.A0": amplitudes}'
         )
     axes = _axes(case, rows)
     first = axes[0]
     for axis in axes:
         if axis.quantity is None:
             raise ParameterError(
-                f"{axis.path} takes no plain number, so it cannot differ from row to row; vary it as over"
+                f"{axis.path} takes no plain number, so it cannot differ from case to case; vary it in combinations"
             )
         if len(axis.values) != len(first.values):
             raise ParameterError(
-                f"{axis.path} has {len(axis.values)} values and {first.path} has {len(first.values)}; a row needs one of each"
+                f"{axis.path} has {len(axis.values)} values and {first.path} has {len(first.values)}; a case needs one of each"
             )
     return [dataclasses.replace(axis, dim=ROW) for axis in axes]
 
 
-def axes_of(case: Case, over: Mapping[str, Any] | None, rows: Mapping[str, Any] | None) -> tuple[Case, list[Axis]]:
+def axes_of(
+    case: Case, over: Mapping[str, Any] | None, rows: Mapping[str, Any] | None, along: str | None = None
+) -> tuple[Case, list[Axis]]:
     """Return the axes that a user asks for, else those of the case's own table; and the case, without a table not used.
+
+    `along` is "combinations" (also where it is left out) or "cases".
 
     Raises
     ------
@@ -117,11 +122,17 @@ def axes_of(case: Case, over: Mapping[str, Any] | None, rows: Mapping[str, Any] 
         raise ParameterError(
             "over and rows are both given; over varies all combinations of values, rows are cases one by one"
         )
+    if along not in (None, *WAYS):
+        raise ParameterError(f"along = '{shorten(along)}' is not one of {', '.join(WAYS)}{nearest(str(along), WAYS)}")
+    if along is not None and over is None:
+        raise ParameterError("along says how the values of over go together, and over is not given")
     if over is None and rows is None and case.sweep is not None:
         if case.sweep.rows:
             return case, make_rows(case, read_rows((case.folder or Path()) / case.sweep.rows))
-        return case, make_axes(case, case.sweep.over)
+        return case, (make_rows if case.sweep.along == CASES else make_axes)(case, case.sweep.over)
     case = case.model_copy(update={"sweep": None})
+    if along == CASES:
+        return case, make_rows(case, over or {})
     return case, make_axes(case, over or {}) if rows is None else make_rows(case, rows)
 
 
@@ -197,6 +208,30 @@ def _spread(path: str, given: Range, quantity: Quantity | None) -> Any:
             f"{path} goes from {first} to {last}, which no equal factors lead along; use linear spacing"
         )
     return np.geomspace(start, stop, given.points)
+
+
+def amplitude_axis(case: Case, axes: Sequence[Axis]) -> Axis | None:
+    """Return the axis along which the first tone's free amplitude goes, for distances that are shares of it; None: it stays.
+
+    Raises
+    ------
+    ParameterError
+        When the drive has no `A0`, or another one with every value of a choice.
+    """
+    if case.drive.A0 is None and (not case.drive.tones or case.drive.tones[0].A0 is None):
+        raise ParameterError(
+            "experiment.zc is a share of drive.A0, and the drive has none; give drive.A0, or distances"
+        )
+    place = place_of(case, "drive.tones.1.A0")
+    for axis in axes:
+        own = place_of(case, axis.path)
+        if own == place:
+            return axis
+        if own == place[: len(own)]:
+            raise ParameterError(
+                f"experiment.zc is a share of drive.A0, which each value of {axis.path} may change; give distances"
+            )
+    return None
 
 
 def dims_of(axes: Sequence[Axis]) -> dict[str, int]:

@@ -1,0 +1,99 @@
+"""`dforce plan`: the settings at which limits hold, from a case file with a table [plan]."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+from dforce.core.files import check_target
+from dforce.core.progress import ProgressBar
+from dforce.core.units import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NAMED = {
+    "recommended": "most room", "best": "best by the goal", "least_violation": "least violation",
+}  # fmt: skip
+TOLD = ("phase", "peak_force", "max_indentation", "contact_time")
+
+
+def plan(
+    file: Annotated[
+        Path, typer.Argument(metavar="PLAN.toml", show_default=False, help="A case file with a table [plan].")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="MAP.nc", show_default=False, help="Where the plan goes, if anywhere."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="MAP.png|.pdf|.svg", show_default=False, help="Draw the plan."),
+    ] = None,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    traceback: Traceback = False,
+) -> int:
+    """Find the settings at which limits hold, and the point with the most room around it.
+
+    Exit code 1 where nothing is allowed: the limit in the way and the point of least violation are printed.
+    """
+    asked = df.load_plan(file)
+    if output is not None:
+        check_target(output)
+    if plot is not None:
+        check_target(plot, df.plot.FORMATS)
+    with ProgressBar(asked.case.title or file.stem, shown=not quiet) as bar:
+        found = df.plan(asked.case, asked.vary, asked.set_points, asked.limits, asked.goal, progress=bar)
+    if output is not None:
+        df.write(found, output)
+    if plot is not None:
+        df.plot.save(df.plot.plan(found, df.plot.Sheet()), plot)
+    points = {name: _point(found, name) for name in NAMED if name in found and bool(found[name].any())}
+    allowed = int(found["allowed"].sum())
+    code = DONE if allowed else SOME_POINTS_FAILED
+    if json:
+        print_json({"allowed": allowed, "states": _states(found), "exit_code": code, **points})
+        return code
+    if not quiet:
+        typer.echo(f"{allowed} of {_states(found)} states are allowed")
+        for name, point in points.items():
+            typer.echo(f"{NAMED[name]}: {_text(found, point)}")
+        written = [str(path) for path in (output, plot) if path is not None]
+        if written:
+            typer.echo(f"written: {', '.join(written)}")
+    if not allowed:
+        say(f"dforce: no setting is allowed; {points['least_violation']['limit_hit']} stands in the way")
+    return code
+
+
+def _states(found: xr.Dataset) -> int:
+    return int((found["limit_hit"] != "no state").sum())
+
+
+def _point(found: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return the point that a plan names so, SI values by name."""
+    places = found[name].values.nonzero()
+    point = found.isel({dim: int(place[0]) for dim, place in zip(found[name].dims, places, strict=True)})
+    names = [str(dim) for dim in found[name].dims if dim != "state"]
+    values = {key: float(point[key]) for key in (*names, "zc")}
+    values |= {key: float(point[key].values.ravel()[0]) for key in TOLD}
+    return values | {"room": float(point["room"]), "regime": str(point["regime"].values),
+                     "limit_hit": str(point["limit_hit"].values)}  # fmt: skip
+
+
+def _text(found: xr.Dataset, point: dict[str, Any]) -> str:
+    """Return a point for a reader."""
+    words = []
+    for name, value in point.items():
+        if isinstance(value, str):
+            words += [f"{name.replace('_', ' ')} {value}"] if value else []
+            continue
+        unit = str(found[name].attrs.get("units", "1"))
+        shown = f"{value:.4g}°" if unit == "degree" else show(value, unit, 4)
+        words.append(f"{name.replace('_', ' ')} {shown}{' margins' if name == 'room' else ''}")
+    return ", ".join(words)

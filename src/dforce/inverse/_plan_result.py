@@ -1,0 +1,168 @@
+"""The Dataset of a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.experiments import Dwell
+from dforce.inverse.wishes import SLOPE, Goal, Wishes
+from dforce.maps.axes import Axis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.inverse.planner import Judged
+    from dforce.kernel import Array
+
+LEFT_OUT = ("corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",
+            "multiplier_angle")  # fmt: skip
+SAME = 1e-3  # relative difference of amplitudes of one motion
+TRACES = ("deflection", "velocity", "distance", "force", "indentation")
+
+
+def result_of(
+    case: Case, axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, room: Array,
+    edges: Sequence[tuple[Array, str]], goals: Mapping[Goal, Array],
+) -> xr.Dataset:  # fmt: skip
+    """Put a plan together."""
+    import xarray as xr
+
+    from dforce.core.quantities import OBSERVABLES
+    from dforce.results.dataset import describe, provenance
+
+    lengths = (*(len(axis.values) for axis in axes), len(shares))
+    dims = (*(axis.dim for axis in axes), "set_point")
+    places = np.column_stack(
+        [*np.unravel_index(judged.points.near, lengths[:-1]), np.searchsorted(shares, judged.points.set_points)]
+    )
+    rank = _ranks(places, judged.points.zc)
+    shape, where = (*lengths, int(rank.max(initial=0)) + 1), (*places.T, rank)
+
+    def spread(values: Any, fill: Any) -> Any:
+        table = np.full((*shape, *values.shape[1:]), fill, dtype=values.dtype)
+        table[where] = values
+        return table
+
+    allowed = judged.hit == ""
+    virial = judged.found.columns["virial"][:, 0]
+    words = np.where(virial > 0.0, "attractive", np.where(virial < 0.0, "repulsive", ""))
+    columns = {
+        name: values for name, values in judged.found.columns.items() if name in OBSERVABLES and name not in LEFT_OUT
+    }
+    variables: dict[str, Any] = {
+        name: ((*dims, "state", *OBSERVABLES[name].dims), spread(values, np.nan)) for name, values in columns.items()
+    }
+    whole = (*dims, "state")
+    variables["zc"] = whole, spread(judged.points.zc, np.nan)
+    variables["status"] = whole, spread(judged.found.status, np.int8(-1))
+    variables["regime"] = whole, spread(words, "")
+    variables["others"] = whole, spread(judged.others, False)
+    variables["allowed"] = whole, spread(allowed, False)
+    variables["limit_hit"] = whole, spread(judged.hit, "no state")
+    variables["room"] = whole, spread(room, 0.0)
+    if any(goal.key == SLOPE for goal in goals):
+        variables[SLOPE] = whole, spread(next(values for goal, values in goals.items() if goal.key == SLOPE), np.nan)
+    marks = _marks(judged, allowed, room, goals)
+    for name, mark in marks.items():
+        variables[name] = whole, spread(mark, False)
+    coords: dict[str, Any] = {axis.name: axis.coordinate() for axis in axes}
+    data = describe(xr.Dataset(variables, coords=coords | {"set_point": shares}))
+    data["set_point"].attrs = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
+    if SLOPE in data:
+        data[SLOPE].attrs = {"units": "degree", "long_name": "slope of the phase by the logarithm of the parameter"}
+    data["room"].attrs = {"units": "1", "long_name": "distance from the nearest boundary in margins"}
+    for i, axis in enumerate(axes):
+        data[f"edge_{axis.name}"] = "edge", np.array([at[i] for at, _ in edges], dtype=float)
+        data[f"edge_{axis.name}"].attrs = dict(axis.coordinate()[2])
+    data["edge_set_point"] = "edge", np.array([at[-1] for at, _ in edges], dtype=float)
+    data["edge_kind"] = "edge", np.array([name for _, name in edges], dtype=np.str_)
+    data.attrs = provenance(case.to_toml(complete=True), case.title) | {
+        "plan_over": " ".join(axis.path for axis in axes),
+        "limits": "; ".join(_limits(wishes)),
+        "goal": "; ".join(f"{'minimize' if goal.sign > 0 else 'maximize'} {_text(goal)}" for goal in goals),
+    }
+    for name, path in [*((axis.name, axis.path) for axis in axes), ("set_point", "set_point")]:
+        margin = wishes.margins[path]  # below and above a value of 1, as factors or as differences
+        data[name].attrs["margin"] = margin.size
+        data[name].attrs["margin_is_relative"] = int(margin.is_relative)
+    return _with_dwell(case, axes, judged, marks.get("recommended"), data)
+
+
+def _text(goal: Goal) -> str:
+    return f"{goal.name}:{goal.path}" if goal.path else goal.name
+
+
+def _limits(wishes: Wishes) -> list[str]:
+    found = [f"{limit.name} {limit.text}" for limit in wishes.limits]
+    found += [f"regime {wishes.regime}"] * bool(wishes.regime) + ["states one"] * wishes.one_state
+    return [*found, *(f"margin {path}" for path in sorted(wishes.asked_margins))]
+
+
+def _ranks(places: Any, zc: Array) -> Any:
+    """Return the number of each point among those at the same place, the farthest from the sample first."""
+    rank = np.zeros(len(zc), dtype=np.int64)
+    seen: dict[tuple[int, ...], int] = {}
+    for number in np.argsort(-zc, kind="stable").tolist():
+        place = tuple(places[number].tolist())
+        rank[number] = seen.get(place, 0)
+        seen[place] = int(rank[number]) + 1
+    return rank
+
+
+def _marks(judged: Judged, allowed: Any, room: Array, goals: Mapping[Goal, Array]) -> dict[str, Any]:
+    """Return which points are recommended, best, on the Pareto front, or violate the limits least."""
+    count = len(allowed)
+    marks: dict[str, Any] = {}
+    if not allowed.any():
+        least = np.zeros(count, dtype=bool)
+        least[np.argmin(np.where(np.isfinite(judged.excess), judged.excess, np.inf))] = True
+        return {"recommended": np.zeros(count, dtype=bool), "least_violation": least}
+    wanted = np.array([goal.sign * values for goal, values in goals.items()]) if goals else np.zeros((0, count))
+    tie = wanted[0] if len(wanted) else np.zeros(count)
+    order = np.lexsort((np.nan_to_num(tie, nan=np.inf), -np.where(allowed, room, -1.0)))
+    marks["recommended"] = np.arange(count) == order[0]
+    if len(wanted):
+        usable = allowed & np.isfinite(wanted).all(axis=0)
+        marks["pareto"] = usable & ~_beaten(wanted, usable)
+        if len(wanted) == 1 and usable.any():
+            marks["best"] = np.arange(count) == int(np.argmin(np.where(usable, wanted[0], np.inf)))
+    return marks
+
+
+def _beaten(wanted: Array, usable: Any) -> Any:
+    """Say for which points another one is as good in every goal and better in one."""
+    out = np.zeros(wanted.shape[1], dtype=bool)
+    others = wanted[:, usable]
+    for i in np.flatnonzero(usable):
+        own = wanted[:, i : i + 1]
+        out[i] = bool(((others <= own).all(axis=0) & (others < own).any(axis=0)).any())
+    return out
+
+
+def _with_dwell(case: Case, axes: Sequence[Axis], judged: Judged, chosen: Any, data: xr.Dataset) -> xr.Dataset:
+    """Return a plan with the motion at its recommended point, and the case whose dwell it is."""
+    from dforce.runs import run
+
+    if chosen is None or not chosen.any():
+        return data
+    number = int(np.flatnonzero(chosen)[0])
+    columns = judged.found.columns
+    for axis, value in zip(axes, judged.points.values[number], strict=True):
+        case = case.replace(axis.path, float(value))
+    start = {
+        "amplitude": float(columns["amplitude"][number, 0]),
+        "phase": float(np.radians(columns["phase"][number, 0])),
+    }
+    case = case.replace(experiment=Dwell(zc=float(judged.points.zc[number]), start=start))
+    data.attrs["recommended_case"] = case.to_toml()
+    dwell = run(case)
+    if (
+        abs(float(dwell["amplitude"][0]) / float(columns["amplitude"][number, 0]) - 1.0) < SAME
+    ):  # a fragile state may be left
+        for name in TRACES:
+            data[name] = dwell[name].reset_coords(drop=True)
+    return data

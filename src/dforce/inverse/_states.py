@@ -1,0 +1,168 @@
+"""The steady states of a plan: operating points of many cases, and whether another state exists beside each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import value_at, with_number
+from dforce.maps.operating import OperatingPoints, Wanted, solve
+from dforce.maps.seeds import Curves
+
+if TYPE_CHECKING:
+    from dforce.kernel import Array
+    from dforce.problem import Problem
+
+SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
+SLOPE_STEP = 5e-3  # of the logarithm of a parameter: the phase bends little over it
+Watch = Callable[[], None]
+
+
+@dataclass
+class Points:
+    """Operating points that are evaluated together.
+
+    Attributes
+    ----------
+    values
+        Values (SI) of the parameters that vary, (points, parameters).
+    set_points
+        Shares of the free amplitudes.
+    near
+        For each, the number of the grid's case whose curves tell which other states there are.
+    zc, motions
+        Average distances (m), and motions in SI, to start from, or as found.
+    """
+
+    values: Array
+    set_points: Array
+    near: Any
+    zc: Array
+    motions: Array
+
+    def take(self, which: Any) -> Points:
+        """Return some of them."""
+        return Points(*(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions")))
+
+    def __len__(self) -> int:
+        return len(self.zc)
+
+
+class Solver:
+    """Solves operating points of a case whose parameters at some paths vary."""
+
+    def __init__(self, case: Case, paths: Sequence[str], curves: Curves, watch: Watch) -> None:
+        self.case, self.paths, self.curves, self.watch = case, list(paths), curves, watch
+        self._problems: dict[tuple[float, ...], Problem] = {}
+
+    def case_at(self, values: Sequence[float], extra: Sequence[tuple[str, float]] = ()) -> Case:
+        """Return the case at values of the parameters, without any check."""
+        case = self.case
+        for path, value in [*zip(self.paths, values, strict=True), *extra]:
+            case = with_number(case, path, float(value))
+        return case
+
+    def problem(self, values: Sequence[float], extra: Sequence[tuple[str, float]] = ()) -> Problem:
+        """Return the problem at values of the parameters."""
+        from dforce.problem import Problem
+
+        key = (*map(float, values), *(value for _, value in extra))
+        if key not in self._problems:
+            case = self.case_at(values, extra)
+            self._problems[key] = Problem.build(
+                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
+            )
+        return self._problems[key]
+
+    def solve(self, points: Points, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
+        """Return the operating points near some; their motions are written into `points`."""
+        from dforce.experiments.motion import base_of, rows_of, scales_of
+
+        problems = [self.problem(values, extra) for values in points.values]
+        found = solve(
+            Wanted(problems, points.set_points, points.zc, self._states(problems, points.motions)), self.case.solver, 1,
+            self.watch,
+        )  # fmt: skip
+        points.zc = found.zc.copy()
+        for i, problem in enumerate(problems):
+            points.motions[i] = rows_of(found.states.take([i]), scales_of(problem), base_of(problem))[0]
+        return found
+
+    def _states(self, problems: Sequence[Problem], motions: Array) -> Any:
+        """Return motions in SI as scaled states."""
+        from dforce.experiments.motion import base_of, scales_of, states_of
+        from dforce.solvers.block import States
+
+        each = [
+            states_of(motion[None], problem, scales_of(problem), base_of(problem))
+            for problem, motion in zip(problems, motions, strict=True)
+        ]
+        if not each:
+            return States(np.empty((0, 2)), np.empty((0, 0)), np.empty((0, 0)))
+        return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
+
+    def has_others(self, points: Points) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Say whether another stable state is found at the same distance as each point, from the curves beside it."""
+        from dforce.solvers.block import Block
+        from dforce.solvers.integrator import sample_count
+        from dforce.solvers.problem_batch import Lot
+
+        out = np.zeros(len(points), dtype=bool)
+        pairs = [
+            (i, zc, motion)
+            for i in range(len(points))
+            for zc, motion in self.curves.beside(int(points.near[i]), float(points.zc[i]))
+        ]
+        problems = [self.problem(points.values[i]) for i, *_ in pairs]
+        groups: dict[int, list[int]] = {}
+        for number, problem in enumerate(problems):
+            groups.setdefault(sample_count(problem, self.case.solver), []).append(number)
+        for samples, numbers in groups.items():
+            some, own = [problems[n] for n in numbers], np.array([pairs[n][0] for n in numbers])
+
+            def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
+                return some[case], zc
+
+            block = Block(Lot.of(some), at, self.case.solver, 1, samples, self.watch)
+            start = self._states(some, np.array([pairs[n][2] for n in numbers]))
+            here = self._states(some, points.motions[own])
+            begun = np.array([pairs[n][1] for n in numbers])
+            branch = block.follow(np.arange(len(some)), start, begun, points.zc[own][:, None])
+            apart = np.abs(branch.last_x - here.x).max(axis=1)
+            out[own[(branch.done == 1) & (apart > SAME)]] = True
+        return out
+
+    def slopes(self, points: Points, path: str) -> Array:
+        """Return the slope of the phase (degrees) by the logarithm of a parameter, at constant amplitude."""
+        phases: list[Array] = []
+        for sign in (1.0, -1.0):
+            moved = points.take(np.arange(len(points)))
+            moved.motions = moved.motions.copy()
+            own = self.paths.index(path) if path in self.paths else -1
+            if own >= 0:
+                moved.values = moved.values.copy()
+                moved.values[:, own] *= np.exp(sign * SLOPE_STEP)
+                found = self.solve(moved)
+            else:
+                value = float(value_at(self.case, path)) * float(np.exp(sign * SLOPE_STEP))
+                found = self.solve(moved, [(path, value)])
+            phases.append(np.where(found.found, found.columns["phase"][:, 0], np.nan))
+        return np.asarray((phases[0] - phases[1]) / (2.0 * SLOPE_STEP))
+
+
+def one_of_each(points: Points, length: Array) -> Any:
+    """Return the numbers of points without those that are the same state as one before."""
+    order = np.lexsort((points.zc, points.set_points, points.near))
+    kept: list[int] = []
+    for number in order.tolist():
+        if kept:
+            last = kept[-1]
+            same = points.near[number] == points.near[last] and points.set_points[number] == points.set_points[last]
+            if same and abs(points.zc[number] - points.zc[last]) < SAME * length[number]:
+                continue
+        kept.append(number)
+    return np.array(kept, dtype=np.int64)

@@ -1,0 +1,81 @@
+"""Plan files: a case, and a table `[plan]` that says what is wanted of it."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dforce.case import Case
+from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
+from dforce.core.files import beside, reason
+
+KEYS = ("vary", "set_points", "limits", "goal")
+MOST_BYTES = 1_000_000  # a larger file is no plan
+
+
+@dataclass(frozen=True)
+class PlanFile:
+    """What a plan file says: the arguments of :func:`dforce.plan`.
+
+    Attributes
+    ----------
+    case, vary, set_points, limits, goal
+        As :func:`dforce.plan` takes them.
+    """
+
+    case: Case
+    vary: Mapping[str, Any]
+    set_points: Any
+    limits: Mapping[str, Any] | None
+    goal: Mapping[str, Any] | None
+
+
+@checked
+def load_plan(path: str | os.PathLike[str]) -> PlanFile:
+    """Return what a plan file says: a case file with a table ``[plan]``.
+
+    Raises
+    ------
+    CaseError
+        When the file cannot be read, is no case, or has no table ``[plan]`` with `vary`.
+    """
+    file, name = Path(path), f"'{shorten(str(path), 200)}'"
+    if not file.is_file():
+        raise CaseError(f"there is no file {name}")
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise CaseError(f"{name} is larger than {MOST_BYTES // 1000} kB, so it is no plan")
+        tables = tomllib.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise CaseError(f"{name} is not a text file in UTF-8") from None
+    except RecursionError:
+        raise CaseError(f"{name} is nested too deeply") from None
+    except (OSError, ValueError) as error:  # TOMLDecodeError is a ValueError
+        said = reason(error) if isinstance(error, OSError) else shorten(str(error), 200)
+        raise CaseError(f"{name} cannot be read: {said}") from None
+    asked = tables.pop("plan", None)
+    try:
+        _check(asked)
+        with beside(file.resolve().parent):
+            case = Case(**tables)
+    except (CaseError, ParameterError) as error:
+        raise CaseError(f"{shorten(file.name, 100)}: {error}") from None
+    return PlanFile(case, asked["vary"], asked.get("set_points"), asked.get("limits"), asked.get("goal"))
+
+
+def _check(asked: Any) -> None:
+    if not isinstance(asked, Mapping):
+        raise ParameterError(
+            'there is no table [plan]; it says what to vary, such as vary = { "drive.A0" = ["1 nm", "9 nm"] }'
+        )
+    for key in asked:
+        if key not in KEYS:
+            raise ParameterError(f"plan has no '{shorten(key)}'{nearest(key[:100], KEYS)}")
+    if not isinstance(asked.get("vary"), Mapping) or not asked["vary"]:
+        raise ParameterError('plan.vary must say what varies, such as { "drive.A0" = ["1 nm", "9 nm"] }')

@@ -1,0 +1,334 @@
+"""Plans: the settings at which limits hold, and the one among them that is farthest from all boundaries."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core.errors import ParameterError, checked
+from dforce.experiments.plan import Progress
+from dforce.inverse._states import Points, Solver, one_of_each
+from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
+from dforce.maps.axes import Axis, make_axes
+from dforce.maps.regime_map import refuse_others, shares_of
+from dforce.maps.seeds import Curves, curves_of
+from dforce.runs import watched
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+    from dforce.maps.operating import OperatingPoints
+
+MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
+HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
+STAGES = 5  # that progress counts
+Bools = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+@dataclass
+class Judged:
+    """Operating points and what the limits say about them.
+
+    Attributes
+    ----------
+    points, found
+        Where they are, and their observables.
+    others
+        Whether another stable state is at the same distance.
+    hit
+        Name of the first limit that fails at each; empty where all hold.
+    excess
+        By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
+    """
+
+    points: Points
+    found: OperatingPoints
+    others: Bools
+    hit: np.ndarray[Any, np.dtype[np.str_]]
+    excess: Array
+
+
+@checked
+def plan(
+    case: Case,
+    vary: Mapping[str, Any],
+    set_points: Any = None,
+    limits: Mapping[str, Any] | None = None,
+    goal: Mapping[str, Any] | None = None,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset:
+    r"""Return the settings at which limits hold, the best of them, and the one farthest from all boundaries.
+
+    Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all states that approach and retract
+    meet. A boundary between settings that are allowed and others is located by bisection. Nothing is said about
+    settings outside of the ranges.
+
+    Parameters
+    ----------
+    case
+        The case; its experiment is not used. Its forces have no memory and no branches.
+    vary
+        One or two paths with their values, such as ``{"drive.A0": {"start": "1 nm", "stop": "10 nm", "points": 19}}``; a pair
+        ``["1 nm", "10 nm"]`` is a range of 19 values.
+    set_points
+        Shares :math:`s = A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that.
+    limits
+        What must hold: quantities such as ``{"peak_force": "< 100 pN", "max_indentation": "< 20 % of sample.thickness"}``,
+        ``"regime": "attractive"`` or ``"repulsive"``, ``"states": "one"`` (no other stable state at the same distance), and
+        ``"margin": {"set_point": 0.03, "drive.A0": "5 %"}``: the limits hold that far around as well, corners included.
+    goal
+        ``{"minimize": "peak_force"}``, ``{"maximize": "slope_of_phase:sample.youngs_modulus"}`` (degrees by the logarithm
+        of the parameter, at constant amplitude), or several, of which none is best alone: those on the Pareto front.
+    progress
+        True for a bar, or a function called as ``progress(done, total, note)``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
+        `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
+        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room), `best` and
+        `pareto` where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
+        `time` the motion at the recommended point.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, more than two, limits that cannot be read or are unknown, and too many points.
+    KeyboardInterrupt
+        When it is stopped: half a plan is none.
+    """
+    axes = make_axes(case, {path: _pair(path, values) for path, values in vary.items()})
+    shares = shares_of(set_points)
+    wishes = read_wishes(case, [axis.path for axis in axes], limits, goal)
+    _check(case, axes, shares)
+    bare = case.model_copy(update={"sweep": None, "experiment": None})
+    grid = np.array(list(itertools.product(*(axis.values for axis in axes))), dtype=float)
+    with watched(progress, case.title) as tell:
+        tell(0, STAGES, "curves")
+        rows = {axis.path: column for axis, column in zip(axes, grid.T, strict=True)}
+        curves = curves_of(bare, rows, float(shares.min()), lambda *_: tell(0, STAGES, "curves"))
+        if curves.interrupted:
+            raise KeyboardInterrupt
+        work = _Work(bare, axes, shares, wishes, grid, curves, tell)
+        data = work.run()
+        tell(STAGES, STAGES, "")
+    return data
+
+
+def _pair(path: str, given: Any) -> Any:
+    """Return a pair of values as a range."""
+    if isinstance(given, list | tuple) and len(given) == 2 and isinstance(given[0], str):
+        return {"start": given[0], "stop": given[1], "points": 19}
+    return given
+
+
+def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
+    if len(axes) > 2:
+        raise ParameterError(f"plan.vary has {len(axes)} paths; one or two are allowed")
+    for axis in axes:
+        if axis.quantity is None:
+            raise ParameterError(f"plan.vary: {axis.path} takes no plain number, so no boundary can be found along it")
+    refuse_others(case)
+    count = math.prod(len(axis.values) for axis in axes) * len(shares)
+    if count > MOST_POINTS:
+        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed, so give fewer values")
+
+
+class _Work:
+    """A plan while it is made."""
+
+    def __init__(
+        self, case: Case, axes: list[Axis], shares: Array, wishes: Wishes, grid: Array, curves: Curves, tell: Progress
+    ) -> None:  # fmt: skip
+        self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
+        self.grid, self.curves, self.tell, self.stage = grid, curves, tell, "states"
+        self.number = 1
+        self.solver = Solver(case, [axis.path for axis in axes], curves, self.watch)
+        self.shape = (*(len(axis.values) for axis in axes), len(shares))
+
+    def watch(self) -> None:
+        """Tell how far the plan is."""
+        self.tell(self.number, STAGES, self.stage)
+
+    def next(self, stage: str) -> None:
+        """Begin another stage."""
+        self.stage, self.number = stage, self.number + 1
+        self.watch()
+
+    def run(self) -> xr.Dataset:
+        """Return the plan."""
+        from dforce.inverse._plan_result import result_of
+
+        judged = self.judge(self._states(), tells_others=True)
+        self.next("margins")
+        self._margins(judged)
+        self.next("boundaries")
+        allowed = judged.hit == ""
+        holds = allowed | np.char.startswith(judged.hit, "margin")
+        edges = self._edges(judged, holds)
+        room = self._room(judged.points, holds, edges)
+        self.next("goal")
+        goals = {goal: self._goal(judged, goal) for goal in self.wishes.goals}
+        return result_of(self.case, self.axes, self.shares, self.wishes, judged, room, edges, goals)
+
+    def _states(self) -> Points:
+        """Return where all states at the set points are, each once."""
+        seeds = list(self.curves.seeds(self.shares))
+        if not seeds:
+            raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
+        near = np.array([seed.case for seed in seeds])
+        points = Points(
+            self.grid[near], self.shares[[seed.set_point for seed in seeds]], near, np.array([seed.zc for seed in seeds]),
+            np.array([seed.motion for seed in seeds]),
+        )  # fmt: skip
+        found = self.solver.solve(points)
+        points = points.take(np.flatnonzero(found.found))
+        length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
+        return points.take(one_of_each(points, length))
+
+    def judge(self, points: Points, tells_others: bool = False) -> Judged:
+        """Solve operating points near some, and hold the limits against them; a point that is not found fails the first.
+
+        Other states are looked for where a limit or `tells_others` asks for it.
+        """
+        found = self.solver.solve(points)
+        wishes, count = self.wishes, len(points)
+        wanted = wishes.one_state or tells_others
+        others = self.solver.has_others(points) if wanted else np.zeros(count, dtype=bool)
+        hit, excess = np.full(count, "", dtype="<U80"), np.zeros(count)
+        lost = ~found.found
+        hit[lost], excess[lost] = "no state", np.inf
+        cases = [self.solver.case_at(values) for values in points.values]
+        for limit in wishes.limits:
+            values, bounds = found.columns[limit.name].reshape(count, -1)[:, 0], limit.bounds(cases)
+            over = limit.sign * (values - bounds)
+            fails = ~(over < 0.0)
+            hit[fails & (hit == "")] = limit.name
+            excess += np.where(fails & ~lost, over / np.maximum(np.abs(bounds), np.finfo(float).tiny), 0.0)
+        if wishes.regime:
+            virial = found.columns["virial"][:, 0]
+            fails = ~(virial > 0.0) if wishes.regime == "attractive" else ~(virial < 0.0)
+            hit[fails & (hit == "")] = "regime"
+            excess += np.where(fails & ~lost, 1.0, 0.0)
+        if wishes.one_state:
+            hit[others & (hit == "")] = "states"
+            excess += np.where(others & ~lost, 1.0, 0.0)
+        return Judged(points, found, others, hit, excess)
+
+    def _margins(self, judged: Judged) -> None:
+        """Write which limit fails within the margins of each point at which all hold."""
+        asked = [
+            path for path in (*(axis.path for axis in self.axes), "set_point") if path in self.wishes.asked_margins
+        ]
+        good = np.flatnonzero(judged.hit == "")
+        for steps in itertools.product((-1.0, 0.0, 1.0), repeat=len(asked)) if asked else ():
+            good = good[judged.hit[good] == ""]
+            if not any(steps) or not len(good):
+                continue
+            around = self._moved(judged.points.take(good), dict(zip(asked, steps, strict=True)))
+            inside = (around.set_points > 0.0) & (around.set_points < 1.0)
+            hit = np.full(len(good), "set_point", dtype="<U80")
+            if inside.any():
+                hit[inside] = self.judge(around.take(np.flatnonzero(inside))).hit
+            fails = hit != ""
+            judged.hit[good[fails]] = np.char.add("margin: ", hit[fails])
+
+    def _moved(self, points: Points, steps: Mapping[str, float]) -> Points:
+        """Return points moved by so many margins; lengths of their motions go with the free amplitude."""
+        values, shares = points.values.copy(), points.set_points.copy()
+        for path, step in steps.items():
+            margin = self.wishes.margins[path]
+            if path == "set_point":
+                shares = margin.moved(shares, step)
+            else:
+                column = [axis.path for axis in self.axes].index(path)
+                values[:, column] = margin.moved(values[:, column], step)
+        return self._carried(points, values, shares)
+
+    def _carried(self, points: Points, values: Array, shares: Array) -> Points:
+        """Return points at other values, with motions to start from."""
+        before = np.array([self.solver.problem(one).tones[0].A0 for one in points.values])
+        after = np.array([self.solver.problem(one).tones[0].A0 for one in values])
+        ratio = after / before
+        zc = points.zc * ratio + (shares - points.set_points) * after
+        return Points(values, shares, points.near, zc, points.motions * ratio[:, None])
+
+    def _edges(self, judged: Judged, holds: Bools) -> list[tuple[Array, str]]:
+        """Return where limits begin to fail between neighbors of the grid: parameters and set point, and the limit."""
+        places = self._places(judged.points)
+        by_place: dict[tuple[int, ...], list[int]] = {}
+        for number, place in enumerate(map(tuple, places.tolist())):
+            by_place.setdefault(place, []).append(number)
+        pairs: list[tuple[int, tuple[int, ...]]] = []
+        for number in np.flatnonzero(holds).tolist():
+            for axis, step in itertools.product(range(len(self.shape)), (-1, 1)):
+                other = list(places[number])
+                other[axis] += step
+                if 0 <= other[axis] < self.shape[axis] and not holds[by_place.get(tuple(other), [])].any():
+                    pairs.append((number, tuple(other)))
+        if not pairs:
+            return []
+        inside = judged.points.take(np.array([number for number, _ in pairs]))
+        far = np.array([[*self._values(other[:-1]), self.shares[other[-1]]] for _, other in pairs])
+        low, high = np.column_stack([inside.values, inside.set_points]), far
+        names = np.full(len(pairs), "", dtype="<U80")
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            tried = self.judge(self._carried(inside, middle[:, :-1], middle[:, -1]))
+            good = tried.hit == ""
+            low[good], high[~good] = middle[good], middle[~good]
+            names[~good] = tried.hit[~good]
+            for name in ("values", "set_points", "zc", "motions"):
+                getattr(inside, name)[good] = getattr(tried.points, name)[good]
+        first = self.judge(self._carried(inside, far[:, :-1], far[:, -1])).hit
+        names[names == ""] = first[names == ""]
+        return [(0.5 * (a + b), str(name)) for a, b, name in zip(low, high, names, strict=True)]
+
+    def _places(self, points: Points) -> Any:
+        """Return the place of each point in the grid, (points, axes)."""
+        of_case = np.unravel_index(points.near, self.shape[:-1])
+        return np.column_stack([*of_case, np.searchsorted(self.shares, points.set_points)])
+
+    def _values(self, place: Sequence[int]) -> list[float]:
+        return [float(axis.values[i]) for axis, i in zip(self.axes, place, strict=True)]
+
+    def _room(self, points: Points, holds: Bools, edges: list[tuple[Array, str]]) -> Array:
+        """Return the distance of each point from the nearest boundary, in units of the margins: the largest along any axis.
+
+        The ends of the ranges are boundaries, too, as nothing is known beyond. Points at which a limit fails have none.
+        """
+        margins = [self.wishes.margins[axis.path] for axis in self.axes] + [self.wishes.margins["set_point"]]
+
+        def scaled(table: Array) -> Array:
+            return np.column_stack([margin.scaled(table[:, i]) for i, margin in enumerate(margins)])
+
+        own = scaled(np.column_stack([points.values, points.set_points]))
+        room = np.where(holds, np.inf, 0.0)
+        allowed_places = {tuple(place) for place in self._places(points)[holds].tolist()}
+        bad = [place for place in np.ndindex(*self.shape) if place not in allowed_places]
+        walls = [np.array([*self._values(place[:-1]), self.shares[place[-1]]]) for place in bad] + [
+            at for at, _ in edges
+        ]
+        if walls:
+            there = scaled(np.array(walls))
+            for one in np.flatnonzero(holds).tolist():
+                room[one] = np.abs(there - own[one]).max(axis=1).min()
+        for i, ends in enumerate([*(axis.values for axis in self.axes), self.shares]):
+            if len(ends) > 1:
+                for end in (min(ends), max(ends)):
+                    room = np.minimum(room, np.abs(own[:, i] - margins[i].scaled(np.array([end]))[0]))
+        return np.where(holds, room, 0.0)
+
+    def _goal(self, judged: Judged, goal: Goal) -> Array:
+        """Return the quantity of a goal at all points."""
+        if goal.key == SLOPE:
+            return self.solver.slopes(judged.points, goal.path)
+        return np.asarray(judged.found.columns[goal.name].reshape(len(judged.points), -1)[:, 0])

@@ -1,0 +1,326 @@
+r"""Lines of orbits that have something in common, such as a set point, along parameters of a case.
+
+Unknown are the orbit, the average distance and as many parameters as there are conditions. With the map P over a common
+period, the equations
+
+.. math:: P(x, z_c, p) = x, \quad h_j(x, z_c, p) = 0
+
+are one fewer than the unknowns, so that their solutions are lines. A point is predicted along the line's tangent and corrected
+by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back along any parameter, and where
+it does its states begin or end. Motion and distance are scaled by free amplitudes, parameters by their ranges.
+
+Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 5.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import with_number
+from dforce.core.errors import DForceError
+
+if TYPE_CHECKING:
+    from dforce.kernel import Array
+    from dforce.problem import Problem
+    from dforce.solvers.block import Block
+    from dforce.solvers.transient import Watch
+
+SIDE = 1e-5  # scaled: neighbors on either side that give derivatives
+TOLERANCE = 1e-8  # scaled: Newton step at which a point is accepted
+MOST_STEPS, EASY = 8, 4  # Newton steps of a point, at most; with fewer the next step along the line is longer
+FIRST, LARGEST, SMALLEST = 0.01, 0.03, 1e-7  # scaled: steps along a line; with 0.06 a line was lost
+GROWTH = 1.5
+STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
+SHARP = 1e-4  # of a step: how well a turning point is located
+MOST_LOOKS = 14  # at points between two, to locate one
+MOST_POINTS = 400  # of a line, each way
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What the orbits of a line have in common: a number that is 0 on them.
+
+    Attributes
+    ----------
+    value
+        Gives the number, dimensionless, from measured quantities of an orbit and its problem.
+    """
+
+    value: Callable[[dict[str, Any], Problem], float]
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A parameter that varies along lines: its path, and its range (SI), on a scale of equal steps or equal factors."""
+
+    path: str
+    low: float
+    high: float
+    is_log: bool = False
+
+    def value(self, scaled: float) -> float:
+        """Return the value (SI) of a scaled one, 0 to 1 from the lowest to the highest."""
+        if self.is_log:
+            return float(self.low * (self.high / self.low) ** scaled)
+        return self.low + scaled * (self.high - self.low)
+
+    def scaled(self, value: float) -> float:
+        """Undo :meth:`value`."""
+        if self.is_log:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a line: scaled motion, distance and parameters in `u`, the equations' derivatives, and what was measured."""
+
+    u: Array
+    equations: Array
+    size: int
+    measured: dict[str, float]
+    is_turn: bool = False
+
+    @functools.cached_property
+    def monodromy(self) -> Array:
+        """How the map answers to the motion, (size, size)."""
+        return np.asarray(self.equations[: self.size, : self.size] + np.eye(self.size))
+
+    @functools.cached_property
+    def is_stable(self) -> bool:
+        """Whether small disturbances die out at this distance."""
+        return bool(np.abs(np.linalg.eigvals(self.monodromy)).max() < 1.0)
+
+    @property
+    def index(self) -> float:
+        """The number det(1 - M), which changes its sign at a fold along the distance."""
+        return float(np.linalg.det(np.eye(self.size) - self.monodromy))
+
+    @functools.cached_property
+    def tangent(self) -> Array:
+        """Unit tangent of the line; its sign is arbitrary."""
+        return np.asarray(np.linalg.svd(self.equations)[2][-1])
+
+
+class Lines:
+    """Lines along parameters of a case on which some conditions hold, for forces without memory and branches.
+
+    Parameters
+    ----------
+    case
+        The case.
+    knobs, conditions
+        As many of one as of the other.
+    length
+        Unit (m) of the distance.
+    watch
+        Called now and then; it stops the work by raising KeyboardInterrupt.
+    """
+
+    def __init__(
+        self, case: Case, knobs: Sequence[Knob], conditions: Sequence[Condition], length: float, watch: Watch
+    ) -> None:  # fmt: skip
+        self.case, self.knobs, self.conditions = case, list(knobs), list(conditions)
+        self.length, self.watch = length, watch
+        self.size = 2 * len(case.problem.modes)
+        self._block = functools.lru_cache(maxsize=64)(self._new_block)
+
+    def _new_block(self, scaled: tuple[float, ...]) -> Block:
+        from dforce.problem import Problem
+        from dforce.solvers.block import Block
+
+        case = self.case
+        for knob, value in zip(self.knobs, scaled, strict=True):
+            case = with_number(case, knob.path, knob.value(value))
+        problem = Problem.build(
+            case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
+        )
+        return Block.of_one(problem, case.solver, 1)
+
+    def _march(self, us: Array) -> tuple[Array, list[dict[str, Array]]]:
+        """Return where motions end a common period later, and what is measured on the way, for points of any parameters."""
+        from dforce.observables.averaging import weights
+        from dforce.observables.finish import finish_each
+        from dforce.solvers.block import States
+
+        ends: Array = np.empty((len(us), self.size))
+        measured: list[dict[str, Array]] = [{} for _ in us]
+        for group in _groups(us[:, self.size + 1 :]):
+            block = self._block(tuple(us[group[0], self.size + 1 :].tolist()))
+            x, zc = us[group, : self.size], us[group, self.size] * self.length
+            slots = block.slots(States(x, np.empty((len(x), 0)), np.empty((len(x), 0))), zc)
+            slots.case[:] = 0
+            block.march(slots, 1, True)
+            ends[group] = slots.ends[:, 0]
+            numbers, tones = block.tables(np.zeros((1, 1)))
+            numbers, tones = np.repeat(numbers, len(x), axis=0), np.repeat(tones, len(x), axis=0)
+            even = weights(block.frequencies, block.common)
+            with np.errstate(all="ignore"):
+                found = finish_each(block.lot.example, 1, slots.rows, even, numbers, tones)
+            for i, number in enumerate(group):
+                measured[number] = {name: values[i] for name, values in found.items()}
+        return ends, measured
+
+    def _conditions(self, us: Array, measured: list[dict[str, Array]]) -> Array:
+        """Return the values of the conditions, (points, conditions)."""
+        out: Array = np.empty((len(us), len(self.conditions)))
+        for j, condition in enumerate(self.conditions):
+            for i, found in enumerate(measured):
+                problem = self._block(tuple(us[i, self.size + 1 :].tolist())).lot.example
+                out[i, j] = condition.value(found, problem)
+        return out
+
+    def _look(self, u: Array) -> tuple[Array, Place]:
+        """Return the residual of the equations at a point, and the point with their derivatives."""
+        count = len(u)
+        near = SIDE * np.eye(count)
+        around = np.concatenate([u[None], u + near, u - near])
+        ends, measured = self._march(around)
+        equations: Array = np.empty((count - 1, count))
+        equations[: self.size] = (ends[1 : count + 1] - ends[count + 1 :]).T / (2.0 * SIDE)
+        equations[: self.size, : self.size] -= np.eye(self.size)
+        values = self._conditions(around, measured)
+        equations[self.size :] = (values[1 : count + 1] - values[count + 1 :]).T / (2.0 * SIDE)
+        residual = np.append(ends[0] - u[: self.size], values[0])
+        scalars = {name: float(np.ravel(value)[0]) for name, value in measured[0].items() if np.size(value)}
+        return residual, Place(u, equations, self.size, scalars)
+
+    def correct(self, guess: Array, normal: Array) -> tuple[Place, int] | None:
+        """Return the point of a line in the plane through a guess across `normal`, and how many steps led there."""
+        u, before = guess.copy(), np.inf
+        for steps in range(1, MOST_STEPS + 1):
+            try:
+                residual, place = self._look(u)
+                step = np.linalg.solve(np.vstack([place.equations, normal]), np.append(residual, 0.0))
+            except (DForceError, np.linalg.LinAlgError, ValueError):  # outside of what is allowed, or no number
+                return None
+            longest = float(np.abs(step).max())
+            if not longest < 0.5 or (longest > 2.0 * before):
+                return None
+            if longest < TOLERANCE:
+                return place, steps
+            u, before = u - step, longest
+        return (place, MOST_STEPS) if before < 100.0 * TOLERANCE else None
+
+    def seed(self, x: Array, zc: float, values: Sequence[float]) -> Place | None:
+        """Return the point of a line near a motion at a distance (m), at these values (SI) of the parameters or near them."""
+        scaled = [knob.scaled(value) for knob, value in zip(self.knobs, values, strict=True)]
+        guess = np.concatenate([x, [zc / self.length], scaled])
+        normal: Array = np.zeros(len(guess))
+        normal[self.size + 1] = 1.0
+        found = self.correct(guess, normal)
+        return None if found is None else found[0]
+
+    def trace(self, start: Place, inside: Callable[[Place], bool]) -> list[Place]:
+        """Return a line through a point, both ways up to the ends of the parameters' ranges or to where it leaves `inside`."""
+        tangent = start.tangent
+        back, forth = (self._one_way(start, way * tangent, inside) for way in (-1.0, 1.0))
+        return [*reversed(back), start, *forth]
+
+    def _one_way(self, start: Place, ahead: Array, inside: Callable[[Place], bool]) -> list[Place]:
+        points: list[Place] = []
+        last, step = start, FIRST
+        while len(points) < MOST_POINTS and step > SMALLEST:
+            self.watch()
+            reach = self._reach(last.u, ahead)
+            if reach < SMALLEST:
+                break
+            is_end = step >= reach
+            normal = ahead
+            if is_end:
+                normal, step = self._edge(last.u, ahead), reach
+            guess = last.u + step * ahead
+            found = self.correct(guess, normal)
+            if found is None or not self._follows(last, found[0], ahead, step):
+                step *= 0.5
+                continue
+            place, steps = found
+            tangent = place.tangent * np.sign(place.tangent @ ahead)
+            first = self.size + 1
+            if tangent[first] * ahead[first] < 0.0:
+                points.append(self._turn(last, ahead, step, float(tangent[first])))
+            points.append(place)
+            if is_end or not inside(place) or _is_closed(points, start):
+                break
+            last, ahead = place, tangent
+            step = min(LARGEST, step * (GROWTH if steps <= EASY else 1.0))
+        return points
+
+    def between(self, a: Place, b: Place, test: Callable[[Place], float]) -> Place:
+        """Return the point between two neighbors at which a function passes zero, as near as it was found."""
+        chord, low, high = b.u - a.u, 0.0, 1.0
+        at_low, at_high, best = test(a), test(b), a
+        normal = chord / np.linalg.norm(chord)
+        for number in range(MOST_LOOKS):
+            share = low + (high - low) * (at_low / (at_low - at_high) if number % 3 else 0.5)
+            found = self.correct(a.u + share * chord, normal)
+            if found is None:
+                break
+            best, value = found[0], test(found[0])
+            if value * at_low > 0.0:
+                low, at_low = share, value
+            else:
+                high, at_high = share, value
+            if high - low < SHARP or value == 0.0 or abs(value) < SHARP * abs(test(b) - test(a)) * SHARP:
+                break
+        return best
+
+    def _follows(self, last: Place, place: Place, ahead: Array, step: float) -> bool:
+        turn = abs(float(place.tangent @ ahead))
+        return turn > STRAIGHT and float(np.linalg.norm(place.u - last.u - step * ahead)) < 0.5 * step
+
+    def _reach(self, u: Array, ahead: Array) -> float:
+        """Return how far it is along a direction to the end of a parameter's range."""
+        own, way = u[self.size + 1 :], ahead[self.size + 1 :]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(way > 0.0, (1.0 - own) / way, np.where(way < 0.0, -own / way, np.inf))
+        return float(max(0.0, room.min()))
+
+    def _edge(self, u: Array, ahead: Array) -> Array:
+        """Return the normal of the end of a range that is met first."""
+        own, way = u[self.size + 1 :], ahead[self.size + 1 :]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(way > 0.0, (1.0 - own) / way, np.where(way < 0.0, -own / way, np.inf))
+        normal: Array = np.zeros(len(u))
+        normal[self.size + 1 + int(np.argmin(room))] = 1.0
+        return normal
+
+    def _turn(self, last: Place, ahead: Array, step: float, behind: float) -> Place:
+        """Return the point between two at which the line turns back along the first parameter."""
+        first, low, high = self.size + 1, 0.0, step
+        slow, fast, best = float(ahead[first]), behind, last
+        while high - low > SHARP * step:
+            share = low + (high - low) * min(0.9, max(0.1, slow / (slow - fast)))
+            found = self.correct(last.u + share * ahead, ahead)
+            if found is None:
+                break
+            best = found[0]
+            slope = float(best.tangent[first] * np.sign(best.tangent @ ahead))
+            if slope * slow > 0.0:
+                low, slow = share, slope
+            else:
+                high, fast = share, slope
+        return replace(best, is_turn=True)
+
+
+def _groups(parameters: Array) -> list[Any]:
+    """Return the numbers of rows that are equal."""
+    places: dict[bytes, list[int]] = {}
+    for number, row in enumerate(parameters):
+        places.setdefault(row.tobytes(), []).append(number)
+    return [np.array(numbers) for numbers in places.values()]
+
+
+def _is_closed(points: list[Place], start: Place) -> bool:
+    """Say whether a line has come back to where it was begun."""
+    if len(points) < 4:
+        return False
+    chord, there = points[-1].u - points[-2].u, start.u - points[-2].u
+    share = float(there @ chord) / float(chord @ chord)
+    return 0.0 < share <= 1.0 and float(np.linalg.norm(there - share * chord)) < 0.1 * float(np.linalg.norm(chord))

@@ -1,0 +1,246 @@
+"""The regime map: where attractive and repulsive states exist over two parameters, with solved boundaries.
+
+For each set point, or each value of a second parameter, the operating points are followed along the first parameter as lines,
+through folds and unstable stretches. A boundary is where a stable stretch ends, where the net force changes its sign, or
+where the tip just touches; each is located on its line, and none depends on a grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import with_number
+from dforce.core.errors import ParameterError, checked
+from dforce.experiments.plan import Progress
+from dforce.maps.axes import Axis, make_axes
+from dforce.maps.loci import Knob, Place
+from dforce.maps.seeds import Curves, curves_of
+from dforce.maps.state_lines import REGIMES, Line, Row, cells, lines_at
+from dforce.runs import watched
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+
+SCALARS = (
+    "amplitude", "phase", "peak_force", "min_force", "mean_force", "min_distance", "max_indentation", "contact_time",
+    "total_dissipated_energy",
+)  # fmt: skip
+MOST_SET_POINTS = 200
+MOST_VALUES = 2000  # of a parameter
+RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a logarithmic scale
+
+
+@checked
+def regimes(
+    case: Case,
+    over: Mapping[str, Any],
+    set_points: Any = None,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset:
+    r"""Return the regime map: which states there are at set points, over a parameter, with boundaries solved by continuation.
+
+    At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy
+    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states that approach and retract meet at the values given are
+    the starts of lines along the parameter, which also find states that no approach leads to.
+
+    Parameters
+    ----------
+    case
+        The case; its experiment is not used. Its forces have no memory and no branches.
+    over
+        One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``, or two, for a map
+        over both at one set point: lines go along the first.
+    set_points
+        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that. One of them with two
+        paths.
+    progress
+        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the rows of the map that are done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter and `set_point`, or over both parameters: `regime`, a number whose meaning is in its attributes
+        (``"none"``, ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``,
+        ``"repulsive"``), and `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``,
+        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and
+        forces. Along `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
+
+    Raises
+    ------
+    ParameterError
+        For a path that the case does not have, more than two, values or set points that are not allowed, and forces with
+        memory or branches.
+    """
+    axes = make_axes(case, over)
+    shares = shares_of(set_points)
+    knob = knob_of(axes, shares)
+    refuse_others(case)
+    for axis in axes:
+        if len(axis.values) > MOST_VALUES:
+            raise ParameterError(f"{axis.path} has {len(axis.values)} values; at most {MOST_VALUES} are allowed here")
+    bare = case.model_copy(update={"sweep": None})
+    rows = [Row(bare, float(share), float(share)) for share in shares]
+    if len(axes) == 2:
+        second = axes[1]
+        rows = [Row(with_number(bare, second.path, value), float(shares[0]), value) for value in second.values]
+    with watched(progress, case.title) as tell:
+        lines, done = _lines(rows, axes, knob, tell)
+    data = _dataset(case, axes, knob, rows, lines)
+    return data if done == len(rows) else data.assign_attrs(interrupted=1)
+
+
+def _lines(rows: Sequence[Row], axes: Sequence[Axis], knob: Knob, tell: Progress) -> tuple[list[Line], int]:
+    """Return the lines of all rows, and how many rows are done."""
+    lines: list[Line] = []
+    done, lowest, curves = 0, min(row.share for row in rows), Curves([])
+    values = {axes[0].path: np.array(axes[0].values)}
+    try:
+        for done, row in enumerate(rows):
+            note = f"row {done + 1}"
+            tell(done, len(rows), note)
+            if not curves.parts or len(axes) == 2:
+                curves = curves_of(row.case, values, lowest, _watching(tell, done, len(rows)))
+            if curves.interrupted:
+                return lines, done
+            lines += lines_at(row, axes[0], knob, curves, _watch(tell, done, len(rows), note))
+        tell(len(rows), len(rows), "")
+    except KeyboardInterrupt:
+        return lines, done
+    return lines, len(rows)
+
+
+def _watch(tell: Progress, done: int, total: int, note: str) -> Callable[[], None]:
+    return lambda: tell(done, total, note)
+
+
+def _watching(tell: Progress, done: int, total: int) -> Progress:
+    """Return a progress that shows nothing of its own, and can be stopped."""
+    return lambda *_: tell(done, total, "curves")
+
+
+def shares_of(given: Any) -> Array:
+    """Return set points in rising order.
+
+    Raises
+    ------
+    ParameterError
+        When there are none, too many, or one that is not between 0 and 1.
+    """
+    given = {"start": 0.5, "stop": 0.95, "points": 19} if given is None else given
+    if isinstance(given, Mapping):
+        missing = {"start", "stop", "points"} ^ set(given)
+        if missing:
+            raise ParameterError("set_points must be a list or { start, stop, points }")
+        if not isinstance(given["points"], int) or not 1 <= given["points"] <= MOST_SET_POINTS:
+            raise ParameterError(
+                f"set_points.points = {given['points']} is not a whole number from 1 to {MOST_SET_POINTS}"
+            )
+    try:
+        if isinstance(given, Mapping):
+            given = np.linspace(float(given["start"]), float(given["stop"]), given["points"])
+        shares = np.unique(np.atleast_1d(np.asarray(given, dtype=float)))
+    except (TypeError, ValueError):
+        raise ParameterError("set_points are not a list of numbers between 0 and 1") from None
+    if shares.ndim != 1 or not 1 <= len(shares) <= MOST_SET_POINTS:
+        raise ParameterError(f"set_points has {shares.size} values; 1 to {MOST_SET_POINTS} are allowed")
+    for share in shares:
+        if not 0.0 < share < 1.0:
+            raise ParameterError(f"set_points holds {share:g}, which is not between 0 and 1")
+    return shares
+
+
+def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
+    """Return the parameter along which lines go, with its range."""
+    if len(axes) > 2:
+        raise ParameterError(f"over has {len(axes)} paths; a regime map is over one and the set point, or over two")
+    if len(axes) == 2 and len(shares) > 1:
+        raise ParameterError("a regime map over two parameters is at one set point; give set_points = [0.8], say")
+    for axis in axes:
+        if axis.quantity is None:
+            raise ParameterError(f"{axis.path} takes no plain number, so no boundary can be followed along it")
+        if axis.path == "contact.a0":
+            raise ParameterError("contact.a0 says where contact begins, so no map goes over it")
+    axis = axes[0]
+    low, high = min(axis.values), max(axis.values)
+    if len(axis.values) < 2 or low == high:
+        raise ParameterError(f"{axis.path} has one value; a map needs a range")
+    values = np.sort(np.array(axis.values))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors = np.diff(np.log(values)) if low > 0.0 else np.array([np.nan, 0.0])
+    even = low > 0.0 and len(values) > 2 and bool(np.ptp(factors) < RANGE_OF_FACTORS * factors.max())
+    return Knob(axis.path, low, high, is_log=even)
+
+
+def refuse_others(case: Case) -> None:
+    """Raise ParameterError for forces with memory or branches, tones without a common period, and transients."""
+    from dforce.observables.averaging import common_period
+
+    for force in case.problem.forces:
+        if force.memory or force.switch is not None:
+            raise ParameterError(
+                f"{force.name} remembers earlier motion, and operating points are solved for forces that do not"
+            )
+    if common_period([tone.frequency for tone in case.problem.tones]) is None:
+        raise ParameterError("the tones have no common period, so there are no periodic orbits at a set point; "
+                             "choose a simple ratio of their frequencies, such as 6.2")  # fmt: skip
+    if case.solver.method != "periodic":
+        raise ParameterError(
+            'operating points are periodic orbits; leave out solver.method, or write method = "periodic"'
+        )
+
+
+def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:
+    import xarray as xr
+
+    from dforce.results.dataset import describe, provenance
+
+    axis, row_name = axes[0], axes[1].name if len(axes) == 2 else "set_point"
+    at = np.array([row.row for row in rows])
+    regime, count = cells(lines, np.array(axis.values, dtype=float), at, knob, case.problem.a0)
+    row_words = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
+    row_axis = axes[1].coordinate() if len(axes) == 2 else ("set_point", at, row_words)
+    data = xr.Dataset(coords={axis.name: axis.coordinate(), row_name: row_axis})
+    data["regime"] = (axis.name, row_name), regime
+    data["states"] = (axis.name, row_name), count
+    meanings = " ".join(word.replace(" ", "_") for word in REGIMES)
+    data["regime"].attrs = {"flag_values": np.arange(len(REGIMES)), "flag_meanings": meanings, "long_name": "regime"}
+    data["states"].attrs = {"units": "1", "long_name": "number of stable states"}
+    edges = [(line, place) for line in lines for _, place in line.edges]
+    points = [(line, place) for line in lines for place in line.places]
+    numbers = {id(line): number for number, line in enumerate(lines, start=1)}
+    data["edge_kind"] = "edge", np.array([kind for line in lines for kind, _ in line.edges], dtype=np.str_)
+    data["line"] = "point", np.array([numbers[id(line)] for line, _ in points], dtype=np.int64)
+    data["line_stable"] = "point", np.array([place.is_stable for _, place in points], dtype=bool)
+    words = {axis.name: axis.coordinate()[2], row_name: row_axis[2]}
+    for prefix, dim, found in (("edge", "edge", edges), ("line", "point", points)):
+        for name, column in _columns(axis.name, row_name, knob, found).items():
+            data[f"{prefix}_{name}"] = dim, column
+            data[f"{prefix}_{name}"].attrs = words.get(name) or _words(name)
+    data = describe(data)
+    data.attrs = provenance(case.model_copy(update={"sweep": None}).to_toml(complete=True), case.title)
+    data.attrs["map_over"] = " ".join([*(one.path for one in axes), *["set_point"] * (len(axes) == 1)])
+    return data if len(axes) == 1 else data.assign_attrs(set_point=rows[0].share)
+
+
+def _columns(name: str, row_name: str, knob: Knob, found: Sequence[tuple[Line, Place]]) -> dict[str, Array]:
+    columns: dict[str, Array] = {
+        name: np.array([knob.value(float(place.u[place.size + 1])) for _, place in found]),
+        row_name: np.array([line.row for line, _ in found]),
+        "zc": np.array([float(place.u[place.size]) * line.length for line, place in found]),
+    }
+    for scalar in SCALARS:
+        columns[scalar] = np.array([place.measured.get(scalar, np.nan) for _, place in found])
+    return columns
+
+
+def _words(name: str) -> dict[str, str]:
+    from dforce.core.quantities import AXES, OBSERVABLES
+
+    row = OBSERVABLES.get(name) or AXES[name]
+    return {"units": row.unit, "long_name": row.label, "symbol": row.symbol}

@@ -1,0 +1,105 @@
+"""Motions near set points, from curves in both directions: where the search for operating points starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core.quantities import MOTION
+from dforce.experiments import Approach
+from dforce.experiments.plan import Progress
+from dforce.findings.set_point import at_set_point
+from dforce.maps._sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+
+FAR = 1.6  # free amplitudes: where curves start
+NEAR = (
+    0.3,
+    -0.2,
+    -1.2,
+)  # free amplitudes: where they end; lower where a soft sample does not lower the amplitude before
+STEPS = 0.0125  # of the free amplitude: between two points of a curve
+KEPT = ("amplitude_ratio", "virial", MOTION)
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A motion near a set point: number of the case and of the set point, distance (m), motion in SI, and its direction."""
+
+    case: int
+    set_point: int
+    zc: float
+    motion: Array
+    direction: str
+
+
+@dataclass
+class Curves:
+    """The curves of cases one by one: parts of some cases, each with their numbers."""
+
+    parts: list[tuple[Any, xr.Dataset]]
+    interrupted: bool = False
+
+    def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
+        """Give a motion of each curve beside each of its states at the set points."""
+        for numbers, data in self.parts:
+            zc = np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
+            motion = data[MOTION].transpose("case", "direction", ..., "component").values
+            ratio = data["amplitude_ratio"].transpose("case", "direction", ...).values
+            for j, set_point in enumerate(set_points):
+                states = at_set_point(data, float(set_point), ["amplitude_ratio"])
+                for place, crossing in zip(*np.nonzero(np.isfinite(states["zc"].values)), strict=True):
+                    at, way = (
+                        float(states["zc"].values[place, crossing]),
+                        str(states["direction"].values[place, crossing]),
+                    )
+                    d = data["direction"].values.tolist().index(way)
+                    beside = np.argsort(np.abs(zc[place] - at), kind="stable")[:2]
+                    nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # used at once
+                    yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], way)
+
+    def beside(self, case: int, zc: float) -> Iterator[tuple[float, Array]]:
+        """Give distances and motions of a case's curves that are next to a distance, in both directions."""
+        for numbers, data in self.parts:
+            for place in np.flatnonzero(numbers == case):
+                own = np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))[place]
+                motion = data[MOTION].transpose("case", "direction", ..., "component").values[place]
+                for i in np.argsort(np.abs(own - zc), kind="stable")[:2]:
+                    for way in range(len(motion)):
+                        if np.isfinite(motion[way, i]).all():
+                            yield float(own[i]), motion[way, i]
+
+
+def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progress | bool | None) -> Curves:
+    """Return the curves of cases, each from far away to where its amplitude ratio is below `lowest`, in both directions."""
+    left = np.arange(len(next(iter(rows.values()))))
+    curves = Curves([])
+    for stop in NEAR:
+        points = 1 + round((FAR - stop) / STEPS)
+        grid = {"of": "drive.A0", "start": FAR, "stop": stop, "points": points}
+        rough = case.solver.model_copy(
+            update={"accuracy": None}
+        )  # operating points are measured as accurately as asked
+        asked = case.replace(experiment=Approach(zc=grid, direction="both", harmonics=1), sweep=None, solver=rough)
+        some = {path: np.asarray(values)[left] for path, values in rows.items()}
+        data = sweep(asked, rows=some, quantities=KEPT, progress=progress)
+        if data.attrs.get("interrupted"):
+            curves.interrupted = True
+            return curves
+        along = "zc_ratio" if "zc_ratio" in data.dims else "zc"
+        deepest = data["amplitude_ratio"].isel({along: -1, "direction": 0}).values
+        done = (deepest < lowest) if stop != NEAR[-1] else np.ones(len(left), dtype=bool)
+        if done.any():
+            curves.parts.append((left[done], data.isel(case=np.flatnonzero(done))))
+        left = left[~done]
+        if not len(left):
+            break
+    return curves

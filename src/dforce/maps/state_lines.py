@@ -1,0 +1,182 @@
+"""Lines of operating points along a parameter, the boundaries on them, and the states that they show."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import with_number
+from dforce.maps.axes import Axis
+from dforce.maps.loci import Condition, Knob, Lines, Place
+from dforce.maps.seeds import Curves, Seed
+
+if TYPE_CHECKING:
+    from dforce.kernel import Array
+
+# what a cell of the map says; its numbers stand in the result
+REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
+FOLD, END, UNSTABLE, LOST = "fold", "end", "instability", "lost"
+NET_FORCE, CONTACT = "net force", "contact"
+AT_VALUE = 1e-9  # scaled: a point so near to a value of the parameter is at it
+AT_END = 1e-6  # scaled: a line that ends so near to an end of the range has left it
+SAME = 0.01  # of the free amplitude: a motion so near to a line lies on it
+DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
+
+
+@dataclass
+class Line:
+    """The operating points of a row of the map along the parameter, in order, and the boundaries on it.
+
+    The row is a set point, or a value (SI) of the second parameter.
+    """
+
+    row: float
+    length: float
+    places: list[Place]
+    edges: list[tuple[str, Place]]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the map: the case with the second parameter at its value, the set point, and how the row is called."""
+
+    case: Case
+    share: float
+    row: float
+
+
+def lines_at(of: Row, axis: Axis, knob: Knob, curves: Curves, watch: Callable[[], None]) -> list[Line]:
+    """Return the lines of operating points of a row."""
+    case, share = of.case, of.share
+    length = max(problem_at(case, [axis], (float(value),)).tones[0].A0 for value in axis.values)
+    lines = Lines(case, [knob], [Condition(lambda found, _: float(found["amplitude_ratio"]) - share)], length, watch)
+    out: list[Line] = []
+    for seed in curves.seeds([share]):
+        value = float(axis.values[seed.case])
+        if any(_lies_on(line.places, lines, knob.scaled(value), seed, value, case, axis) for line in out):
+            continue
+        start = lines.seed(scaled_motion(problem_at(case, [axis], (value,)), seed.motion), seed.zc, [value])
+        if start is None:
+            continue
+        places = lines.trace(start, lambda place: bool(place.u[lines.size] > DEEPEST))
+        out.append(Line(of.row, length, places, _edges(lines, places, case.problem.a0)))
+    return out
+
+
+def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any:
+    """Return the problem at values of the parameters."""
+    from dforce.problem import Problem
+
+    for axis, value in zip(axes, values, strict=True):
+        case = with_number(case, axis.path, value)
+    return Problem.build(
+        case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
+    )
+
+
+def scaled_motion(problem: Any, motion: Array) -> Array:
+    """Return a motion in SI as the scaled motion of a problem."""
+    from dforce.experiments.motion import base_of, scales_of, states_of
+
+    return np.asarray(states_of(motion[None], problem, scales_of(problem), base_of(problem)).x[0])
+
+
+def _lies_on(
+    places: list[Place], lines: Lines, scaled: float, seed: Seed, value: float, case: Case, axis: Axis
+) -> bool:  # fmt: skip
+    """Say whether a seed lies on a line, where that passes its value of the parameter."""
+    x = scaled_motion(problem_at(case, [axis], (value,)), seed.motion)
+    for u in _crossings(places, scaled, lines.size + 1):
+        # the seed is beside the set point: both its motion and its distance differ from the line's by as much
+        moved = abs(seed.zc / lines.length - u[lines.size])
+        if np.abs(x - u[: lines.size]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
+            return True
+    return False
+
+
+def _past(place: Place, first: int, scaled: float) -> float:
+    """Return how far a point is past a scaled value of the parameter; 0 where that is rounding, as at the ends of ranges."""
+    past = float(place.u[first]) - scaled
+    return past if abs(past) > AT_VALUE else 0.0
+
+
+def _crossings(places: list[Place], scaled: float, first: int) -> list[Array]:
+    """Return the points of a line, interpolated, at a scaled value of the parameter."""
+    out = []
+    for a, b in itertools.pairwise(places):
+        low, high = _past(a, first, scaled), _past(b, first, scaled)
+        if low == 0.0 or low * high < 0.0:
+            share = 0.0 if low == 0.0 else low / (low - high)
+            out.append(np.asarray(a.u + share * (b.u - a.u)))
+    if places and _past(places[-1], first, scaled) == 0.0:
+        out.append(places[-1].u)
+    return out
+
+
+def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Place]]:
+    """Return the boundaries between stable stretches of a line and others, located."""
+    tests: dict[str, Callable[[Place], float]] = {
+        FOLD: lambda place: place.index,
+        NET_FORCE: lambda place: place.measured["virial"],
+        CONTACT: lambda place: place.measured["min_distance"] - a0,
+    }
+    found = [(END, place) for place in places if place.is_turn and place.is_stable]
+    for last in {id(place): place for place in (places[0], places[-1])}.values():
+        left = min(last.u[lines.size + 1], 1.0 - last.u[lines.size + 1]) < AT_END or last.u[lines.size] < DEEPEST
+        if last.is_stable and not left:  # where the map is too rough no step leads on: that is said, not passed over
+            found.append((LOST, last))
+    for a, b in itertools.pairwise(places):
+        if not (a.is_stable or b.is_stable):
+            continue
+        kinds = [kind for kind, test in tests.items() if test(a) * test(b) < 0.0]
+        found += [(kind, lines.between(a, b, tests[kind])) for kind in kinds]
+        if a.is_stable != b.is_stable and FOLD not in kinds:
+            found.append((UNSTABLE, a if a.is_stable else b))
+    return found
+
+
+def _kind(place: Place, a0: float) -> str:
+    if place.measured["virial"] < 0.0:
+        return "repulsive"
+    return "no contact" if place.measured["min_distance"] > a0 else "attractive"
+
+
+def cells(lines: Sequence[Line], axis_values: Array, rows: Array, knob: Knob, a0: float) -> tuple[Any, Any]:
+    """Return the regime (its number) and how many stable states there are, (values, rows)."""
+    regime = np.zeros((len(axis_values), len(rows)), dtype=np.int8)
+    count = np.zeros_like(regime)
+    for j, row in enumerate(rows):
+        of_row = [line for line in lines if line.row == row]
+        for i, value in enumerate(axis_values):
+            kinds: list[str] = []
+            for line in of_row:
+                kinds += _stable_at(line.places, knob.scaled(value), a0)
+            count[i, j] = len(kinds)
+            regime[i, j] = REGIMES.index(_together(set(kinds)))
+    return regime, count
+
+
+def _stable_at(places: list[Place], scaled: float, a0: float) -> list[str]:
+    """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
+    out = []
+    first = places[0].size + 1
+    for a, b in itertools.pairwise(places):
+        low, high = _past(a, first, scaled), _past(b, first, scaled)
+        if low == 0.0 or low * high < 0.0 or (high == 0.0 and b is places[-1]):
+            near = a if abs(low) <= abs(high) else b
+            if near.is_stable:
+                out.append(_kind(near, a0))
+    return out
+
+
+def _together(kinds: set[str]) -> str:
+    if not kinds:
+        return "none"
+    if "repulsive" in kinds:
+        return "repulsive" if kinds == {"repulsive"} else "both"
+    return "attractive" if "attractive" in kinds else "no contact"

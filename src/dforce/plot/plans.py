@@ -1,0 +1,137 @@
+"""The picture of a plan: where limits hold, their boundaries, and the recommended point with its margins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+
+from dforce.core.errors import ParameterError, checked
+from dforce.plot._style import BLUE, VERMILLION, Floats, axis_text, head, new_figure
+from dforce.plot.maps import edges_of, is_log
+from dforce.results.dataset import reader_unit
+
+ALLOWED = "#bfe3cf"
+FAILING = ("#f3d9c8", "#e9c3d3", "#d6d0e8", "#f4e8b8", "#cfdde6", "#e3e3e3")
+
+
+@checked
+def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
+    """Draw where the limits of a plan hold, and where one of them stands in the way.
+
+    Of one parameter the picture is over it and the set point, of two over both at the set point of the recommended point.
+    Lines are boundaries that were located; a dot is the recommended point, a star the best one by the goal, small circles the
+    Pareto front, and a cross the point of least violation where nothing is allowed.
+
+    Parameters
+    ----------
+    dataset
+        A result of :func:`dforce.plan`.
+    figure
+        See :mod:`dforce.plot`.
+
+    Raises
+    ------
+    ParameterError
+        When it is no plan, or its parameters are no ranges.
+    """
+    if "plan_over" not in dataset.attrs:
+        raise ParameterError("this dataset is no plan")
+    marked = _place(dataset, "recommended") or _place(dataset, "least_violation")
+    dims = [str(dim) for dim in dataset["allowed"].dims[:-1]]
+    if len(dims) == 3:
+        dataset = dataset.isel(set_point=marked[dims.index("set_point")] if marked else 0)
+        dims.remove("set_point")
+    x, y = dims
+    for name in (x, y):
+        if dataset.sizes[name] < 2:
+            raise ParameterError(f"'{name}' has one value, so there is no picture over it")
+    axes = new_figure(figure, 6.4, 5.4).subplots()
+    at = [np.asarray(dataset[name].values, dtype=float) / reader_unit(dataset[name])[0] for name in (x, y)]
+    handles = _fill(axes, dataset, x, y, at)
+    _boundaries(axes, dataset, x, y)
+    handles += _marks(axes, dataset, x, y, at)
+    for name, values, axis in (("x", at[0], x), ("y", at[1], y)):
+        words = str(dataset[axis].attrs.get("long_name", axis)).partition(";")[0]
+        if is_log(values):
+            getattr(axes, f"set_{name}scale")("log")
+        getattr(axes, f"set_{name}label")(
+            axis_text(dataset[axis].assign_attrs(long_name=words), reader_unit(dataset[axis])[1])
+        )
+        getattr(axes, f"set_{name}lim")(values.min(), values.max())
+    axes.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False, fontsize="small"
+    )
+    head(axes, dataset)
+    return axes
+
+
+def _place(dataset: xr.Dataset, name: str) -> tuple[int, ...]:
+    """Return where a point is marked; nothing where none is."""
+    found = np.argwhere(dataset[name].values) if name in dataset else np.empty((0, 0))
+    return tuple(int(i) for i in found[0]) if len(found) else ()
+
+
+def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> list[Any]:
+    """Color the cells by the first limit that fails in the state that comes nearest to all."""
+    allowed = dataset["allowed"].transpose(y, x, "state").values
+    hit = dataset["limit_hit"].transpose(y, x, "state").values.astype(str)
+    first = np.where(allowed.any(axis=-1), "", hit[..., 0])
+    names = ["", *sorted(set(first.ravel().tolist()) - {""})]
+    colors = [ALLOWED, *(FAILING[i % len(FAILING)] for i in range(len(names) - 1))]
+    numbers = np.searchsorted(names, first)
+    norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names)) if len(names) > 1 else None
+    axes.pcolormesh(*map(edges_of, at), numbers, cmap=ListedColormap(colors), norm=norm, rasterized=True)
+    words = {"": "all limits hold", "no state": "no state"}
+    return [Patch(facecolor=color, edgecolor="gray", label=words.get(name, name.replace("_", " ")))
+            for color, name in zip(colors, names, strict=True)]  # fmt: skip
+
+
+def _boundaries(axes: Axes, dataset: xr.Dataset, x: str, y: str) -> None:
+    """Draw the boundaries that were located, a point each."""
+    if "set_point" not in (x, y):
+        return  # those at other set points would be drawn, too
+    pair = [dataset[f"edge_{name}"].values / reader_unit(dataset[name])[0] for name in (x, y)]
+    axes.plot(*pair, linestyle="", marker=".", markersize=4, color="black")
+
+
+def _marks(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> list[Any]:
+    """Mark the points that a plan names."""
+    looks = (
+        ("pareto", "Pareto front", {"marker": "o", "markersize": 5, "color": "none", "markeredgecolor": BLUE}),
+        ("best", "best by the goal", {"marker": "*", "markersize": 12, "color": BLUE}),
+        ("recommended", "most room", {"marker": "o", "markersize": 8, "color": VERMILLION}),
+        ("least_violation", "least violation", {"marker": "x", "markersize": 9, "color": VERMILLION}),
+    )
+    handles: list[Any] = []
+    for name, word, look in looks:
+        if name not in dataset:
+            continue
+        found = np.argwhere(dataset[name].transpose(x, y, "state").values)
+        if len(found) and not (name == "pareto" and "best" in dataset):
+            axes.plot(at[0][found[:, 0]], at[1][found[:, 1]], linestyle="", clip_on=False, **look)  # type: ignore[arg-type]
+            handles.append(Line2D([], [], linestyle="", label=word, **look))  # type: ignore[arg-type]
+    corner = np.argwhere(dataset["recommended"].transpose(x, y, "state").values)
+    if len(corner):
+        spans = [_margin(dataset[name], place) for name, place in zip((x, y), corner[0], strict=False)]
+        (left, right), (low, high) = spans
+        axes.add_patch(
+            Rectangle((left, low), right - left, high - low, fill=False, edgecolor=VERMILLION, linestyle="dashed")
+        )
+        handles.append(Patch(facecolor="none", edgecolor=VERMILLION, linestyle="dashed", label="its margins"))
+    return handles
+
+
+def _margin(axis: xr.DataArray, place: int) -> tuple[float, float]:
+    """Return the ends of the margins around a value, as it is shown."""
+    value, size = float(axis.values[place]), float(axis.attrs["margin"])
+    scale, _ = reader_unit(axis)
+    if axis.attrs["margin_is_relative"]:
+        return value * float(np.exp(-size)) / scale, value * float(np.exp(size)) / scale
+    return (value - size) / scale, (value + size) / scale

@@ -1,0 +1,303 @@
+"""Plans: operating points against reference values, limits, margins, goals, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib import pyplot as plt
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce.cli import app
+
+
+def hertz(modulus: float, k: float = 1.0, Q: float = 100.0, A0: float = 20e-9, f0: float = 50e3) -> df.Case:
+    return df.Case(
+        cantilever=df.Cantilever(f0=f0, k=k, Q=Q),
+        drive=df.Drive(A0=A0),
+        tip=df.Tip(radius="10 nm"),
+        sample=df.Sample(youngs_modulus=modulus, poisson_ratio=0.3),
+        forces=[df.forces.Hertz()],
+        solver=df.SolverSettings(accuracy=1e-6),
+    )
+
+
+def viscous(f0: str, k: str, Q: float, A0: str, radius: str, modulus: str, hamaker: str, viscosity: str) -> df.Case:
+    return df.Case(
+        cantilever=df.Cantilever(f0=f0, k=k, Q=Q),
+        drive=df.Drive(A0=A0),
+        tip=df.Tip(radius=radius),
+        sample=df.Sample(youngs_modulus=modulus, poisson_ratio=0.3),
+        forces=[df.forces.DMT(hamaker=hamaker), df.forces.KelvinVoigt(viscosity=viscosity)],
+        solver=df.SolverSettings(accuracy=1e-6),
+    )
+
+
+STIFF = viscous("70 kHz", "2.7 N/m", 180.0, "30 nm", "8 nm", "2 GPa", "6e-20 J", "20 Pa s")
+SOFT = viscous("20 kHz", "0.1 N/m", 3.0, "3 nm", "5 nm", "50 MPa", "1e-21 J", "5 Pa s")
+SHARES = [0.5, 0.8, 0.9]
+
+# of an independent integrator with 4096 samples a period: distance (nm), phase (deg), peak force (nN), indentation (nm)
+REFERENCE = {
+    "stiff": (
+        STIFF,
+        [14.197840, 23.220219, 26.261923],
+        [30.34728, 53.49762, 64.59035],
+        [5.403870, 5.011739, 4.452471],
+        [1.004300, 0.972551, 0.926391],
+    ),
+    "hertz": (
+        hertz(1e9),
+        [9.694763, 15.730467, 17.784174],
+        [30.00674, 53.13321, 64.16012],
+        [1.576504, 1.400126, 1.143315],
+        [0.487377, np.nan, 0.393410],
+    ),
+    "soft hertz": (
+        hertz(0.05e9),
+        [7.989089, 14.159231, 16.412685],
+        [30.00462, 53.13248, 64.15970],
+        [0.737647, 0.658278, 0.538597],
+        [np.nan, np.nan, 1.754948],
+    ),
+}
+
+
+def repulsive(found, name: str):
+    """Return a quantity of the repulsive state at each set point of a plan of one case."""
+    one = found.isel(A0=0)
+    values = one[name].values.reshape(*one["regime"].shape, -1)[..., 0]
+    return np.where(one["regime"] == "repulsive", values, 0.0).sum(axis=1, where=np.isfinite(values))
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_operating_points_are_those_of_an_independent_integrator(name):
+    case, zc, phase, force, depth = REFERENCE[name]
+    found = df.plan(case, {"drive.A0": [case.drive.A0]}, SHARES)
+    np.testing.assert_allclose(repulsive(found, "zc"), np.array(zc) * 1e-9, rtol=1e-6)
+    np.testing.assert_allclose(repulsive(found, "phase"), phase, rtol=1e-5)
+    # extremes of the reference are those of its samples, up to 2e-5 low; ours are met between samples
+    np.testing.assert_allclose(repulsive(found, "peak_force"), np.array(force) * 1e-9, rtol=2e-5)
+    known = np.isfinite(depth)
+    np.testing.assert_allclose(repulsive(found, "max_indentation")[known], np.array(depth)[known] * 1e-9, rtol=1e-5)
+
+
+def test_the_peak_force_of_hertz_is_that_of_its_deepest_indentation():
+    found = df.plan(hertz(1e9), {"drive.A0": ["20 nm"]}, SHARES)
+    law = 4.0 / 3.0 * 1e9 / 0.91 * np.sqrt(10e-9) * found.max_indentation**1.5
+    np.testing.assert_allclose(found.peak_force, law, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "k", "Q", "A0", "f0", "ratios"),
+    [
+        (1e9, 1.0, 1000.0, 20e-9, 50e3, {0.5: 1.0097, 0.8: 1.0056, 0.9: 1.0042}),
+        (1e9, 1.0, 100.0, 20e-9, 50e3, {0.5: 1.0488, 0.8: 1.0284, 0.9: 1.0211}),
+        (1e9, 10.0, 1000.0, 100e-9, 50e3, {0.5: 1.0085, 0.8: 1.0049, 0.9: 1.0037}),
+        (50e6, 0.3, 3.0, 8e-9, 20e3, {0.8: 1.144, 0.9: 1.104}),
+    ],
+)
+def test_peak_forces_go_to_their_asymptote(modulus, k, Q, A0, f0, ratios):
+    found = df.plan(hertz(modulus, k, Q, A0, f0), {"drive.A0": [A0]}, list(ratios))
+    alpha = 4.0 / 3.0 * modulus / 0.91 * np.sqrt(10e-9)
+    for share, ratio in ratios.items():
+        work = (4.0 * np.sqrt(2.0) / 3.0) * (k / Q) * A0**1.5 * np.sqrt(share * (1.0 - share**2))
+        asymptote = alpha**0.25 * work**0.75  # from the virial of a short Hertzian contact
+        assert float(found.peak_force.sel(set_point=share)[0, 0]) / asymptote == pytest.approx(ratio, abs=6e-4)
+
+
+def test_the_free_amplitude_at_a_force_limit_is_solved_between_values_of_the_grid():
+    found = df.plan(
+        SOFT, {"drive.A0": {"start": "1 nm", "stop": "3 nm", "points": 5}}, [0.8, 0.9], {"peak_force": "< 100 pN"}
+    )
+    edges = {round(float(s), 6): float(a) for s, a in zip(found.edge_set_point, found.edge_A0, strict=True)}
+    assert edges[0.8] == pytest.approx(1.488972e-9, rel=5e-6)
+    assert edges[0.9] == pytest.approx(1.821234e-9, rel=5e-6)
+    assert set(found.edge_kind.values.tolist()) == {"peak_force"}
+
+
+def test_a_lever_is_planned_as_well():
+    found = df.plan(SOFT, {"cantilever.k": [0.02, 0.05, 0.1]}, [0.9])
+    np.testing.assert_allclose(found.peak_force[:, 0, 0], [67.786e-12, 107.965e-12, 166.685e-12], rtol=1e-5)
+    np.testing.assert_allclose(found.max_indentation[:, 0, 0], [0.71180e-9, 0.89437e-9, 1.13192e-9], rtol=1e-5)
+
+
+def test_phase_shows_no_contrast_without_loss_and_some_with_it():
+    goal = {"maximize": "slope_of_phase:sample.youngs_modulus"}
+    without = df.plan(hertz(1e9).replace("solver.accuracy", 1e-8), {"drive.A0": ["20 nm"]}, [0.5, 0.8], None, goal)
+    # work of the drive = losses of the lever: sin(phase) = A/A0 (1 + sum of (n A_n / A)^2 over the harmonics), so that the
+    # modulus shows in the small loss of the harmonics alone, here less than a thousandth of a degree
+    assert float(np.abs(without.slope_of_phase).max()) < 1e-3
+    for j, share in enumerate((0.5, 0.8)):
+        sines = []
+        for factor in (np.exp(0.005), np.exp(-0.005)):
+            case = hertz(1e9 * factor).replace("solver.accuracy", 1e-8)
+            alone = df.plan(case, {"drive.A0": ["20 nm"]}, [share])
+            dwell = df.dwell(case, zc=float(alone.zc[0, 0, 0]), harmonics=60)
+            harmonics = dwell.harmonic * dwell.harmonic_amplitude / dwell.amplitude[0]
+            sines.append(share * float((harmonics**2).sum()))
+        predicted = np.degrees(np.diff(np.arcsin(sines[::-1]))[0]) / 0.01
+        assert float(without.slope_of_phase[0, j, 0]) == pytest.approx(predicted, rel=0.02)
+
+
+def test_contrast_is_the_slope_at_constant_amplitude():
+    goal = {"maximize": "slope_of_phase:sample.youngs_modulus"}
+    lossy = df.plan(STIFF, {"drive.A0": ["30 nm"]}, [0.8], None, goal).isel(A0=0, set_point=0)
+    state = lossy.isel(state=int(np.flatnonzero(lossy.regime == "repulsive")[0]))
+    zc = float(state.zc)
+    start = {"amplitude": float(state.amplitude[0]), "phase": np.radians(float(state.phase[0]))}
+
+    def at(distance, factor):
+        dwell = df.dwell(STIFF.replace("sample.youngs_modulus", 2e9 * factor), zc=distance, start=start)
+        return np.array([float(dwell.phase[0]), float(dwell.amplitude[0])])
+
+    by_modulus = (at(zc, np.exp(0.005)) - at(zc, np.exp(-0.005))) / 0.01
+    by_distance = (at(zc + 0.05e-9, 1.0) - at(zc - 0.05e-9, 1.0)) / 0.1e-9
+    # d phase / d ln E at constant amplitude, from the slopes at constant distance and by the distance
+    expected = by_modulus[0] - by_distance[0] * by_modulus[1] / by_distance[1]
+    assert float(state.slope_of_phase) == pytest.approx(expected, rel=0.02)
+    assert abs(expected) > 0.02
+
+
+@pytest.fixture(scope="module")
+def protein():
+    limits = {"peak_force": "< 100 pN", "states": "one", "margin": {"set_point": 0.03, "drive.A0": "5 %"}}
+    case = SOFT.replace("solver.accuracy", 1e-4)
+    vary = {"drive.A0": {"start": "1 nm", "stop": "2 nm", "points": 7}}
+    return df.plan(case, vary, [0.75, 0.8, 0.85, 0.9], limits, {"minimize": "peak_force"})
+
+
+def test_limits_hold_at_every_corner_of_the_margins(protein):
+    (at,) = np.argwhere(protein.recommended.values)
+    point = protein.isel(A0=at[0], set_point=at[1])
+    assert bool(point.allowed.any())
+    corners = df.plan(
+        SOFT,
+        {"drive.A0": [float(point.A0) / 1.05, float(point.A0), float(point.A0) * 1.05]},
+        [float(point.set_point) + d for d in (-0.03, 0.0, 0.03)],
+    )
+    assert float(corners.peak_force.isel(state=0).max()) < 100e-12
+    assert (protein.limit_hit == "margin: peak_force").any()
+    assert not (protein.allowed & (protein.peak_force >= 100e-12)).any()
+
+
+def test_the_recommended_point_has_the_most_room_and_its_motion(protein):
+    assert int(protein.recommended.sum()) == 1
+    assert float(protein.room.where(protein.recommended).max()) == float(protein.room.where(protein.allowed).max())
+    assert float(protein.room.where(protein.allowed, 1.0).min()) >= 0.0
+    dwell = df.run(df.Case.from_toml(protein.attrs["recommended_case"]))
+    marked = protein.peak_force.where(protein.recommended).max()
+    assert float(dwell.peak_force) == pytest.approx(float(marked), rel=1e-3)
+    np.testing.assert_allclose(protein.force, dwell.force)
+    best = protein.peak_force.where(protein.allowed).min()
+    assert float(protein.peak_force.where(protein.best).max()) == float(best)
+
+
+def test_a_point_of_the_front_is_beaten_by_none():
+    vary = {"drive.A0": {"start": "1 nm", "stop": "3 nm", "points": 5}}
+    goal = {"minimize": "peak_force", "maximize": "total_dissipated_energy"}
+    found = df.plan(SOFT.replace("solver.accuracy", 1e-4), vary, [0.7, 0.8, 0.9], None, goal)
+    force, loss = (
+        found.peak_force.values[found.pareto.values],
+        found.total_dissipated_energy.values[found.pareto.values],
+    )
+    order = np.argsort(force)
+    assert 1 < len(force) < int(found.allowed.sum())
+    assert (np.diff(loss[order]) > 0.0).all()  # more loss costs more force along the front
+
+
+def test_two_stable_states_at_one_distance_are_told():
+    found = df.plan(STIFF.replace("solver.accuracy", 1e-4), {"drive.A0": ["30 nm"]}, [0.6, 0.8], {"states": "one"})
+    one = found.isel(A0=0)
+    # the folds are at 23.102 and 29.365 nm: at 0.6 the repulsive state lies before both, at 0.8 within
+    assert one.limit_hit.sel(set_point=0.6).values[0] == ""
+    assert set(one.limit_hit.sel(set_point=0.8).values.tolist()) == {"states"}
+
+
+def test_a_picture_shows_the_plan(protein):
+    axes = df.plot.plan(protein)
+    words = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert {"all limits hold", "peak force", "most room", "best by the goal", "its margins"} <= set(words)
+    plt.close("all")
+
+
+VARY = {"drive.A0": ["1 nm", "2 nm", "3 nm"]}
+
+
+@pytest.mark.parametrize(
+    ("vary", "limits", "goal", "sentence"),
+    [
+        ({"drive.A": ["1 nm"]}, None, None, "did you mean 'drive.A0'"),
+        ({"drive.A0": []}, None, None, "drive.A0 has no values"),
+        ({"solver.method": ["periodic"]}, None, None, "takes no plain number"),
+        ({"drive.A0": [1e-9], "tip.radius": [1e-9], "cantilever.k": [1.0]}, None, None, "one or two are allowed"),
+        ({"drive.A0": {"start": 1e-9, "stop": 2e-9, "points": 10**6}}, None, None, "at most 50000 are allowed"),
+        (VARY, {"peak_forc": "< 1 pN"}, None, "did you mean 'peak_force'"),
+        (VARY, {"peak_force": "< 100"}, None, 'has no unit; write "< 100 pN"'),
+        (VARY, {"peak_force": 1e-10}, None, "is no limit"),
+        (VARY, {"peak_force": "< 1 nm"}, None, "is a length, not a force"),
+        (VARY, {"peak_force": "< __import__('os')"}, None, "not a number with a unit"),
+        (VARY, {"max_indentation": "< 20 % of sample.thickness"}, None, "which this case does not give"),
+        (VARY, {"max_indentation": "< 20 % of sample.youngs_modulus"}, None, "in Pa and not in m"),
+        (VARY, {"regime": "repuls"}, None, "is not attractive or repulsive"),
+        (VARY, {"margin": {"tip.radius": "5 %"}}, None, "a margin of what does not vary"),
+        (VARY, None, {"minimise": "peak_force"}, "did you mean 'minimize'"),
+        (VARY, None, {"minimize": "peak"}, "did you mean 'peak_force'"),
+        (VARY, None, {"maximize": "slope_of_phase"}, "needs a parameter"),
+    ],
+)
+def test_a_mistake_in_a_plan_is_one_sentence(vary, limits, goal, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.plan(SOFT, vary, None, limits, goal)
+
+
+@pytest.mark.parametrize("shares", [[], [1.0], ["a"], {"start": 0.5}, {"start": 0.5, "stop": 0.9, "points": 10**6}])
+def test_set_points_are_shares(shares):
+    with pytest.raises(df.ParameterError, match="set_points"):
+        df.plan(SOFT, VARY, shares)
+
+
+TEXT = f"""{SOFT.replace("solver.accuracy", 1e-4).to_toml()}
+[plan]
+vary = {{ "drive.A0" = {{ start = "1 nm", stop = "2 nm", points = 3 }} }}
+set_points = [0.8, 0.9]
+[plan.limits]
+peak_force = "< 100 pN"
+"""
+
+
+def dforce(*words: str):
+    return CliRunner().invoke(app, ["plan", *words])
+
+
+def test_a_plan_file_becomes_a_table_a_file_and_a_picture(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("plan.toml").write_text(TEXT)
+    done = dforce("plan.toml", "-o", "map.nc", "--plot", "map.png")
+    assert done.exit_code == 0, done.output
+    assert "most room: A0" in done.stdout
+    assert Path("map.png").stat().st_size > 5000
+    assert int(df.read("map.nc").recommended.sum()) == 1
+    Path("none.toml").write_text(TEXT.replace("100 pN", "1 fN"))
+    none = dforce("none.toml")
+    assert none.exit_code == 1
+    assert "peak_force stands in the way" in none.stderr
+    assert "least violation: A0" in none.stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("[plan", "[plot"), "there is no table [plan]"),
+        (('vary = { "drive.A0"', 'vari = { "drive.A0"'), "did you mean 'vary'"),
+        (("[plan]", "[plan"), "cannot be read"),
+    ],
+)
+def test_a_bad_plan_file_is_one_sentence(tmp_path: Path, change, sentence):
+    (tmp_path / "plan.toml").write_text(TEXT.replace(*change))
+    done = dforce(str(tmp_path / "plan.toml"))
+    assert done.exit_code == 2
+    assert sentence in done.stderr
+    assert dforce(str(tmp_path / "nothing.toml")).exit_code == 2

@@ -1,0 +1,115 @@
+"""The regime map: boundaries against folds found otherwise, and its picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib import pyplot as plt
+
+import dforce as df
+
+STIFF = df.Case(
+    cantilever=df.Cantilever(f0="70 kHz", k="2.7 N/m", Q=180.0),
+    drive=df.Drive(A0="30 nm"),
+    tip=df.Tip(radius="8 nm"),
+    sample=df.Sample(youngs_modulus="2 GPa", poisson_ratio=0.3),
+    forces=[df.forces.DMT(hamaker="6e-20 J"), df.forces.KelvinVoigt(viscosity="20 Pa s")],
+)
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    fold = 23.19851349508282 / 30.0  # amplitude of the attractive fold at A0 = 30 nm, by df.branches
+    over = {"drive.A0": {"start": "24 nm", "stop": "40 nm", "points": 9}}
+    return df.regimes(STIFF, over, [fold, 0.8])  # four lines of orbits: some ten seconds
+
+
+def edge(found, kind: str, j: int) -> float:
+    share = float(found.set_point[j])
+    (value,) = found.edge_A0.values[(found.edge_kind == kind) & np.isclose(found.edge_set_point, share)]
+    return float(value)
+
+
+def test_a_boundary_passes_through_the_fold_of_the_branches(stiff):
+    # the fold of the curve of orbits at A0 = 30 nm: 23.1020453 nm, phase 129.32637 degrees
+    at = (stiff.edge_kind == "fold") & np.isclose(stiff.edge_set_point, float(stiff.set_point[0]))
+    assert float(stiff.edge_A0.values[at][0]) == pytest.approx(30e-9, rel=1e-5)
+    assert float(stiff.edge_zc.values[at][0]) == pytest.approx(23.1020453e-9, rel=1e-5)
+    assert float(stiff.edge_phase.values[at][0]) == pytest.approx(129.32637, abs=1e-3)
+
+
+def test_attractive_states_end_where_only_the_repulsive_one_was_met(stiff):
+    # approaches on a grid of 3 nm met the repulsive state alone from 31 nm on
+    assert 28.0 < 1e9 * edge(stiff, "end", 1) < 31.0
+
+
+def test_cells_agree_with_the_boundaries(stiff):
+    words = stiff.regime.attrs["flag_meanings"].split()
+    for j in (0, 1):
+        of_share = np.array(words)[stiff.regime.values[:, j]]
+        beyond = stiff.A0.values > edge(stiff, "end", j)
+        assert set(of_share[beyond]) == {"repulsive"}
+        assert set(of_share[~beyond]) == {"both"}
+    assert (stiff.states.values == np.where(stiff.regime == words.index("both"), 2, 1)).all()
+
+
+def test_every_point_of_a_line_is_an_operating_point(stiff):
+    choose = np.linspace(0, stiff.sizes["point"] - 1, 7).astype(int)
+    ratio = stiff.line_amplitude / stiff.line_A0
+    np.testing.assert_allclose(ratio, stiff.line_set_point, atol=1e-8)
+    for i in choose:
+        if not bool(stiff.line_stable[i]):
+            continue
+        case = STIFF.replace("drive.A0", float(stiff.line_A0[i]))
+        start = {"amplitude": float(stiff.line_amplitude[i]), "phase": np.radians(float(stiff.line_phase[i]))}
+        dwell = df.dwell(case, zc=float(stiff.line_zc[i]), start=start)
+        assert float(dwell.amplitude[0]) == pytest.approx(float(stiff.line_amplitude[i]), rel=1e-4)
+        assert float(dwell.phase[0]) == pytest.approx(float(stiff.line_phase[i]), abs=0.02)
+
+
+def test_the_map_is_a_picture_with_its_boundaries(stiff):
+    axes = df.plot.map(stiff, "A0", "set_point", "regime")
+    words = {text.get_text() for text in axes.get_legend().get_texts()}
+    assert {"both", "repulsive", "a state ends"} <= words
+    assert any(line.get_xdata().size == 2 for line in axes.lines)
+    plt.close("all")
+
+
+def test_a_map_is_kept_in_a_file(stiff, tmp_path):
+    df.write(stiff, tmp_path / "map.nc")
+    back = df.read(tmp_path / "map.nc")
+    np.testing.assert_array_equal(back.edge_A0, stiff.edge_A0)
+    df.plot.map(back, "A0", "set_point", "regime")
+    plt.close("all")
+
+
+def test_a_map_over_two_parameters_has_the_boundaries_of_each_row():
+    over = {"drive.A0": {"start": "26 nm", "stop": "36 nm", "points": 6}, "cantilever.Q": [150.0, 180.0]}
+    both = df.regimes(STIFF, over, [0.8])
+    assert both.regime.dims == ("A0", "Q")
+    ends = both.edge_A0.values[(both.edge_kind == "end") & (both.edge_Q == 180.0)]
+    alone = df.regimes(STIFF, {"drive.A0": over["drive.A0"]}, [0.8])
+    wanted = alone.edge_A0.values[alone.edge_kind == "end"]
+    np.testing.assert_allclose(ends, wanted, rtol=1e-6)
+    df.plot.map(both, "A0", "Q", "regime")
+    plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        ({"drive.A": ["1 nm", "2 nm"]}, "did you mean 'drive.A0'"),
+        ({"drive.A0": ["1 nm"]}, "a map needs a range"),
+        ({"drive.A0": ["1 nm", "2 nm"], "tip.radius": ["1 nm", "2 nm"]}, "over two parameters is at one set point"),
+        ({"solver.method": ["periodic", "transient"]}, "takes no plain number"),
+    ],
+)
+def test_a_mistake_is_one_sentence(over, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.regimes(STIFF, over)
+
+
+def test_forces_that_remember_are_refused():
+    jkr = STIFF.replace(forces=[df.forces.JKR(surface_energy="50 mJ/m^2")])
+    with pytest.raises(df.ParameterError, match="jkr remembers earlier motion"):
+        df.regimes(jkr, {"drive.A0": ["1 nm", "2 nm"]})
