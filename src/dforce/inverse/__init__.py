@@ -1,0 +1,1 @@
+"""From measured curves to parameters, and from a wish to settings."""
