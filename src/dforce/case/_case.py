@@ -12,6 +12,7 @@ import pydantic
 
 from dforce import plugins as plugin_files
 from dforce import units
+from dforce.case._fit import Data, Fit
 from dforce.case._paths import changed, place_of, quantity_at
 from dforce.case._python import script_of
 from dforce.case._sweep import Sweep
@@ -70,6 +71,8 @@ class Case(Parameters):
     experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
     solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
     sweep: Part[Sweep | None] = part(None, description="which parameters `dforce sweep` varies, for many cases at once")
+    data: Part[Data | None] = part(None, description="a measured curve, which `dforce fit` reads")
+    fit: Part[Fit | None] = part(None, description="which parameters `dforce fit` tells from a measured curve")
 
     @classmethod
     def root(cls) -> str:
@@ -122,8 +125,9 @@ class Case(Parameters):
 
     @functools.cached_property
     def folder(self) -> Path | None:
-        """The folder in which its plug-ins and the rows of its sweep are; None without both."""
-        return folder() if self.plugins or (self.sweep is not None and self.sweep.rows) else None
+        """The folder in which its plug-ins, the rows of its sweep and its measured curve are; None without all of them."""
+        rows, curve = self.sweep is not None and self.sweep.rows, self.data is not None and self.data.file
+        return folder() if self.plugins or rows or curve else None
 
     @checked
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:

@@ -83,17 +83,20 @@ class Curves:
         The points to follow.
     settings
         How orbits are found; the samples per period are those of `problem`, times `finer`.
+    tones
+        How many tones are read, from the first on.
     """
 
     def __init__(
-        self, problem: Problem, stretches: Sequence[Stretch], settings: SolverSettings, finer: int = 1, watch: Any = None
+        self, problem: Problem, stretches: Sequence[Stretch], settings: SolverSettings, tones: int, finer: int = 1,
+        watch: Any = None,
     ) -> None:  # fmt: skip
         if settings.method != "periodic":
             settings = SolverSettings(points_per_period=settings.points_per_period)
         self.settings, self.stretches, self.watch = settings, list(stretches), watch or (lambda: None)
         self.samples = finer * sample_count(problem, settings)
         self.count = sum(len(stretch.heights) for stretch in stretches)
-        self.columns = 2 * len(problem.tones)
+        self.tones, self.columns = tones, 2 * tones
         block = self._block([problem])
         if not block.repeats_together:
             raise ParameterError(
@@ -129,7 +132,7 @@ class Curves:
         cases, points, size = len(problems), self.count, block.size
         values = np.empty((cases, points, self.columns))
         for case, problem in enumerate(problems):
-            values[case] = np.concatenate(free_response(problem))
+            values[case] = np.concatenate([part[: self.tones] for part in free_response(problem)])
         return Solved(
             values, np.ones((cases, points), bool), np.zeros((cases, points, 2), np.int64), np.zeros((cases, points)),
             np.full((cases, points, size), np.nan), np.full((cases, points, len(block.memory_scale)), np.nan),
@@ -189,13 +192,13 @@ class Curves:
 
     def _is_behind(self, problem: Problem, first: Array) -> bool:
         """Say whether the nearest motion of a branch is one behind a jump: its phase is below that of free motion."""
-        return bool(first[self.columns // 2] < free_response(problem)[1][0])
+        return bool(first[self.tones] < free_response(problem)[1][0])
 
     def _read(self, block: Block, cases: Any, rows: Array) -> Array:
         """Return amplitudes (m) and phases (degrees) from what was measured, (motions, 2 tones)."""
         even = weights(block.frequencies, block.common)
         found = finish_each(block.lot.example, 1, rows, even, block.numbers[cases], block.lot.tones[cases])
-        return np.concatenate([found["amplitude"], found["phase"]], axis=1)
+        return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
 
     def slopes(self, beside: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int = 0) -> Array:
         """Return half the differences of a curve to both sides, (pairs + 1, points, 2 tones).
@@ -288,7 +291,7 @@ def moving(block: Block, amplitude: Array, phase: Array) -> Array:
     """Return scaled motions whose modes follow their tones with amplitudes (m) and lags (degrees), (problems, size)."""
     lot = block.lot
     out = kernel.base_in_motion(lot.example, lot.tones)
-    for j, tone in enumerate(lot.example.tones):
+    for j, tone in enumerate(lot.example.tones[: len(amplitude)]):
         turn = (amplitude[j] / lot.length) * np.exp(1j * (lot.tones[:, j, 1] - np.radians(phase[j])))
         out[:, 2 * tone.mode] += turn.real
         out[:, 2 * tone.mode + 1] -= turn.imag * lot.tones[:, j, 0]

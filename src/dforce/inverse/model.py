@@ -63,7 +63,7 @@ class Model:
         self.tones = data.tones
         stretches = [_stretch(data, self.points, kind) for kind in (FROM_FREE, BEHIND_JUMP)]
         self.stretches = [stretch for stretch in stretches if len(stretch.places)]
-        self.curves = Curves(case.problem, self.stretches, case.solver, finer, watch)
+        self.curves = Curves(case.problem, self.stretches, case.solver, self.tones, finer, watch)
 
     def problem(self, values: Array) -> Problem:
         """Return the problem at values of the unknowns."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.inverse.curves import Stretch, difference, wrapped
+from dforce.inverse.curves import Curves, Stretch, difference, wrapped
 from dforce.inverse.measured import BEHIND_JUMP, FROM_FREE, Measured
 from dforce.inverse.minimize import ROUGH, Minimum, Objective
 from dforce.inverse.model import Model, allowed
@@ -65,7 +65,7 @@ def first_guess(data: Measured, unknowns: list[Unknown], given: set[str]) -> Arr
     return varied
 
 
-def searched(model: Model, varied: Array, given: set[str]) -> list[Start]:
+def searched(model: Model, varied: Array) -> list[Start]:
     """Return starts near a first guess, the best of them first; the guess itself is among those that were searched."""
     from scipy.stats import qmc
 
@@ -141,7 +141,7 @@ def replace_stretches(model: Model, reach: float) -> Model:
         place += POINTS
     other = Model(model.case, model.unknowns, data, model.finer, np.arange(0), model.watch)
     other.stretches = parts
-    other.curves = type(model.curves)(model.case.problem, parts, model.case.solver, model.finer, model.watch)
+    other.curves = Curves(model.case.problem, parts, model.case.solver, data.tones, model.finer, model.watch)
     return other
 
 
