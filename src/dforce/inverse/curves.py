@@ -174,7 +174,7 @@ class Curves:
             return
         known = places[:done]
         cases = np.full(done, case)
-        read = self._read(block, cases, branch.rows[i, :done])
+        read = self.read(block, cases, branch.rows[i, :done])
         if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, 0.0)[0], read[0]):
             return
         out.values[case, known], out.lost[case, known], out.at[case, known] = read, False, values[:done]
@@ -194,7 +194,7 @@ class Curves:
         """Say whether the nearest motion of a branch is one behind a jump: its phase is below that of free motion."""
         return bool(first[self.tones] < free_response(problem)[1][0])
 
-    def _read(self, block: Block, cases: Any, rows: Array) -> Array:
+    def read(self, block: Block, cases: Any, rows: Array) -> Array:
         """Return amplitudes (m) and phases (degrees) from what was measured, (motions, 2 tones)."""
         even = weights(block.frequencies, block.common)
         found = finish_each(block.lot.example, 1, rows, even, block.numbers[cases], block.lot.tones[cases])
@@ -226,7 +226,7 @@ class Curves:
         states = States(*(np.tile(part[case, known], (len(beside), 1)) for part in (solved.x, solved.memory, solved.branch)))
         monodromy = np.tile(solved.monodromy[case, known], (len(beside), 1, 1))
         rows = block.remeasure(which, states, at, monodromy)
-        read = self._read(block, which, rows).reshape(pairs, 2, count, self.columns)
+        read = self.read(block, which, rows).reshape(pairs, 2, count, self.columns)
         out = np.zeros((pairs, self.count, self.columns))
         out[:, known] = 0.5 * difference(read[:, 0], read[:, 1])
         self._lean_all(out, solved, case)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
-PROBABLE = 0.01  # of a runs test: below, residuals are no noise
+LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
 
 
 @checked
@@ -81,11 +81,12 @@ def _parameters(result: xr.Dataset) -> list[str]:
         if math.isinf(float(one["error"])):
             rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
             continue
-        relative = abs(float(one["error"]) / float(one["value"])) if float(one["value"]) else math.nan
-        told = f"+- {error} {unit} ({100 * relative:.2g} %)"
+        told = f"+- {error} {unit}".rstrip()
+        if "offset" not in name:
+            told += f" ({100 * abs(float(one['error']) / float(one['value'])):.2g} %)"
         given = float(one["error_given"])
-        if given > 0.0:
-            told += f" +- {shown(float(one['value']), given, str(one['unit'].values))[1]} {unit} (given)"
+        if given > LITTLE * float(one["error"]):
+            told += f" +- {shown(float(one['value']), given, str(one['unit'].values))[1]} {unit}".rstrip() + " (given)"
         prior = f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
         start = shown(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))

@@ -90,9 +90,9 @@ class Unknown:
 
 def make_unknowns(
     case: Case, tones: int, free: Sequence[str], nuisance: Sequence[str], priors: Mapping[str, Any],
-    bounds: Mapping[str, Any], starts: Mapping[str, Any],
+    bounds: Mapping[str, Any], starts: Mapping[str, Any], products: bool = False,
 ) -> list[Unknown]:  # fmt: skip
-    """Return the unknowns of a fit.
+    """Return the unknowns of a fit; `products` says whether parameters may be among them that are known as products only.
 
     Raises
     ------
@@ -119,7 +119,8 @@ def make_unknowns(
             if earlier != one.name:
                 raise ParameterError(f"'{earlier}' and '{one.name}' are the same parameter")
     unknowns = [_limited(one, priors, bounds, starts) for one in unknowns]
-    refuse_products(case, unknowns)
+    if not products:
+        refuse_products(unknowns)
     return unknowns
 
 
@@ -207,7 +208,7 @@ def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any],
     return one
 
 
-def refuse_products(case: Case, unknowns: Sequence[Unknown]) -> None:
+def refuse_products(unknowns: Sequence[Unknown]) -> None:
     """Raise ParameterError for parameters of which only a product can be known, whatever the data.
 
     All forces scale with k at fixed Q, so k and every strength of a force cannot be told apart; for forces of a paraboloid

@@ -65,9 +65,12 @@ def shown(value: float, error: float, unit: str) -> tuple[str, str, str]:
         scale, name = units.reader_unit(abs(value) if value else error, unit)
     value, error = value / scale, error / scale
     name = "" if name == "1" else name
-    if not (math.isfinite(error) and error > 0.0):
-        return f"{value:.5g}", "none", name
-    digits = 1 - math.floor(math.log10(error))
-    if abs(value) >= 1e5 or digits > 6:
-        return f"{value:.6g}", f"{error:.2g}", name
-    return f"{value:.{max(digits, 0)}f}", f"{error:.{max(digits, 0)}f}", name
+    known = math.isfinite(error) and error > 0.0
+    power = math.floor(math.log10(abs(value))) if value else 0
+    ending = ""
+    if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:
+        value, error, ending = value / 10.0**power, error / 10.0**power, f"e{power:+03d}"
+    if not known:
+        return f"{value:.5g}{ending}", "none", name
+    digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
+    return f"{value:.{digits}f}{ending}", f"{error:.{digits}f}{ending}", name
