@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from dforce.inverse.curves import Curves, Stretch, difference, wrapped
-from dforce.inverse.measured import BEHIND_JUMP, FROM_FREE, Measured
-from dforce.inverse.minimize import ROUGH, Minimum, Objective
-from dforce.inverse.model import Model, allowed
-from dforce.inverse.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
+from dforce.inverse.fitting.curves import Curves, Stretch, difference, wrapped
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
+from dforce.inverse.fitting.model import Model, allowed
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
 from dforce.kernel import Array
 
 REACH = np.log(8.0)  # how far around the start logarithms are searched

@@ -13,12 +13,12 @@ from dforce import units
 from dforce.case import Case
 from dforce.errors import ParameterError, checked
 from dforce.experiments import Approach
-from dforce.inverse.curves import Curves
-from dforce.inverse.errors import Certainty, certainty, known_products
-from dforce.inverse.measured import BEHIND_JUMP, FROM_FREE, Measured
-from dforce.inverse.model import Model
-from dforce.inverse.unknowns import Unknown, make_unknowns, start_vector
-from dforce.inverse.words import DEGREE, number_of
+from dforce.inverse.fitting.curves import Curves
+from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
+from dforce.inverse.fitting.typed import DEGREE, number_of
 from dforce.kernel import Array
 from dforce.results import provenance
 from dforce.solvers.block import Block, States

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dforce.inverse.errors import known_products
-from dforce.inverse.unknowns import limits
+from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.unknowns import limits
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
-    from dforce.inverse.fit import Fitted
+    from dforce.inverse.fitting.fit import Fitted
 
 MOST_CHI2 = 3.0  # times sqrt(2 / n): how far reduced chi2 may be from 1
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data

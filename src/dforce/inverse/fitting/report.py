@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.errors import ParameterError, checked
-from dforce.inverse.words import shown
+from dforce.inverse.fitting.typed import shown
 from dforce.listing import aligned
 from dforce.validity import advice_in
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from dforce.errors import DForceError
-from dforce.inverse.model import Model, Told
-from dforce.inverse.unknowns import limits
+from dforce.inverse.fitting.model import Model, Told
+from dforce.inverse.fitting.unknowns import limits
 from dforce.kernel import Array
 
 OUTSIDE = 1e3  # standard deviations at each point, where there is no problem at all

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.errors import ParameterError, shorten
-from dforce.inverse.words import number_of
+from dforce.inverse.fitting.typed import number_of
 
 if TYPE_CHECKING:
     import xarray as xr

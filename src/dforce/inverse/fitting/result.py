@@ -12,13 +12,13 @@ from dforce import quantities
 from dforce.case import Case
 from dforce.errors import ParameterError
 from dforce.experiments import Approach
-from dforce.inverse.advice import advice_on
-from dforce.inverse.curves import wrapped
-from dforce.inverse.errors import known_products
-from dforce.inverse.fit import Fitted
-from dforce.inverse.minimize import Objective
-from dforce.inverse.unknowns import CASE, HEIGHT, Unknown, limits
-from dforce.inverse.words import DEGREE
+from dforce.inverse.fitting.advice import advice_on
+from dforce.inverse.fitting.curves import wrapped
+from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.fit import Fitted
+from dforce.inverse.fitting.minimize import Objective
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
+from dforce.inverse.fitting.typed import DEGREE
 from dforce.kernel import Array
 from dforce.results import provenance
 from dforce.validity import attributes

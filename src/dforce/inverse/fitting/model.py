@@ -11,9 +11,9 @@ import numpy as np
 from dforce.case import Case
 from dforce.case._paths import with_number
 from dforce.errors import DForceError
-from dforce.inverse.curves import Curves, Solved, Stretch, wrapped
-from dforce.inverse.measured import BEHIND_JUMP, FROM_FREE, Measured
-from dforce.inverse.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
+from dforce.inverse.fitting.curves import Curves, Solved, Stretch, wrapped
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
 from dforce.kernel import Array
 from dforce.problem import Problem
 

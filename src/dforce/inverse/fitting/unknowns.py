@@ -15,12 +15,12 @@ import numpy as np
 from dforce.case import Case
 from dforce.case._paths import place_of, value_at
 from dforce.errors import ParameterError, nearest, shorten
-from dforce.inverse.words import DEGREE, number_of, value_and_error
+from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error
 from dforce.kernel import Array
 from dforce.parameters import Quantity
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
-LOG_STEP, LENGTH_STEP = 1e-4, 1e-5  # of the logarithm, and of the free amplitude: differences that give derivatives
+LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
 OFTEN = ("Pa", "Pa s", "J", "J/m^2", "N/m", "Hz", "m")  # units of what is varied by its logarithm where it starts above 0
 MOST = 1e6  # times the start: what is varied by its logarithm stays within that where no bound is given
 NUISANCE = ("zc_offset", "A0", "phase_offset", "amplitude_scale")

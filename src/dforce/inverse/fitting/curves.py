@@ -17,7 +17,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.errors import ParameterError
-from dforce.inverse.measured import BEHIND_JUMP, FROM_FREE
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
 from dforce.kernel import Array
 from dforce.observables.finish import finish_each, phase_lag
 from dforce.observables.window import weights

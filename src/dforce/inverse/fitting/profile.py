@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dforce.inverse.minimize import EXACT, Minimum, Objective
-from dforce.inverse.model import Model
-from dforce.inverse.unknowns import limits
+from dforce.inverse.fitting.minimize import EXACT, Minimum, Objective
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.unknowns import limits
 from dforce.kernel import Array
 
 STEPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)  # of the error, to each side, until both levels are passed

@@ -12,14 +12,14 @@ import numpy as np
 from dforce.case import Case
 from dforce.case._fit import Fit
 from dforce.errors import DForceError, ParameterError, checked, shorten
-from dforce.inverse.errors import Certainty, certainty, passed_on
-from dforce.inverse.measured import FROM_FREE, Measured, checked_reading, measured
-from dforce.inverse.minimize import Minimum, Objective, jacobian
-from dforce.inverse.model import Model
-from dforce.inverse.profile import Profile, profile_of
-from dforce.inverse.starts import Start, first_guess, refined, searched
-from dforce.inverse.unknowns import PHASE, Unknown, make_unknowns
-from dforce.inverse.words import DEGREE
+from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
+from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
+from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.profile import Profile, profile_of
+from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
+from dforce.inverse.fitting.unknowns import PHASE, Unknown, make_unknowns
+from dforce.inverse.fitting.typed import DEGREE
 from dforce.kernel import Array
 from dforce.runs import watched
 from dforce.stopping import late_stop_waits
@@ -124,7 +124,7 @@ def fit(
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
         found = fitted(case, data, asked, tell)
         tell(USUAL_RUNS, USUAL_RUNS, "")
-    from dforce.inverse.result import to_dataset
+    from dforce.inverse.fitting.result import to_dataset
 
     found.interrupted |= stop.asked
     return to_dataset(found, data)
@@ -161,7 +161,7 @@ def fit_many(
         and `message`, a sentence where a curve could not be fitted. Curves that were not done when it was stopped are left
         out.
     """
-    from dforce.inverse.result import together
+    from dforce.inverse.fitting.result import together
 
     asked = settings_of(case, free, settings)
     done: dict[str, xr.Dataset | str] = {}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.inverse.unknowns import Unknown
+from dforce.inverse.fitting.unknowns import Unknown
 from dforce.kernel import Array
 
 DEAD = 1e-10  # of the largest eigenvalue of the scaled information: a direction that no data can tell
