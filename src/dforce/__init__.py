@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from dforce import forces, plot
     from dforce.bars import ProgressBar
-    from dforce.case import About, Case, Range, Sweep, case_schema, example, load_case, save_case
+    from dforce.case import About, Case, Data, Fit, Range, Sweep, case_schema, example, load_case, save_case
     from dforce.errors import (
         CaseError,
         DForceError,
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
+    from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -65,7 +67,18 @@ if TYPE_CHECKING:
 _HOMES = {
     "validity": ("Advice", "advice", "advice_in"),
     "bars": ("ProgressBar",),
-    "case": ("About", "Case", "Range", "Sweep", "case_schema", "example", "load_case", "save_case"),
+    "case": (
+        "About",
+        "Case",
+        "Data",
+        "Fit",
+        "Range",
+        "Sweep",
+        "case_schema",
+        "example",
+        "load_case",
+        "save_case",
+    ),
     "errors": (
         "CaseError",
         "DForceError",
@@ -103,6 +116,16 @@ _HOMES = {
         "Sample",
         "Tip",
         "Tone",
+    ),
+    "inverse": ("ThermalTune", "calibrate", "energy", "read_curves", "read_measured", "thermal_tune"),
+    "inverse.fitting": (
+        "compare_fits",
+        "fit",
+        "fit_again",
+        "fit_many",
+        "fit_report",
+        "identify",
+        "identify_report",
     ),
     "kernel.store": ("KernelCache", "clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
@@ -145,10 +168,12 @@ __all__ = [
     "CaseError",
     "Contact",
     "DForceError",
+    "Data",
     "Drive",
     "Dwell",
     "Experiment",
     "Finding",
+    "Fit",
     "Force",
     "ForceError",
     "FrequencyGrid",
@@ -174,6 +199,7 @@ __all__ = [
     "Span",
     "Status",
     "Sweep",
+    "ThermalTune",
     "Tip",
     "Tone",
     "UnitError",
@@ -184,24 +210,33 @@ __all__ = [
     "basins",
     "benchmark",
     "branches",
+    "calibrate",
     "cantilevers",
     "case_schema",
     "check_force",
     "check_target",
     "clear_kernel_cache",
+    "compare_fits",
     "cost_of_accuracy",
     "count_status",
     "drawable",
     "dwell",
+    "energy",
     "example",
     "examples",
     "first_sentence",
+    "fit",
+    "fit_again",
+    "fit_many",
+    "fit_report",
     "force_along",
     "force_curve",
     "forces",
     "frequency_sweep",
     "goes_along",
     "html_symbol",
+    "identify",
+    "identify_report",
     "kernel_cache",
     "late_stop_waits",
     "lines_of",
@@ -216,6 +251,8 @@ __all__ = [
     "plain_math",
     "plot",
     "read",
+    "read_curves",
+    "read_measured",
     "reader_unit",
     "regime",
     "report",
@@ -230,6 +267,7 @@ __all__ = [
     "split_unit",
     "summary",
     "sweep",
+    "thermal_tune",
     "unit_choices",
     "unmarked",
     "usual_unit",

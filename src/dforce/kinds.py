@@ -22,6 +22,7 @@ CLASSES = {
     "xr.DataArray": ("xarray", "DataArray", "a quantity of a result", "result['amplitude'] is one"),
     "FigureBase": ("matplotlib.figure", "FigureBase", "a figure", "matplotlib.pyplot.figure() gives one"),
     "Picture": ("dforce.series", "Picture", "a picture", "df.pictures_of gives some, df.Picture makes one"),
+    "ThermalTune": ("dforce.inverse.thermal", "ThermalTune", "a thermal tune", "df.thermal_tune gives one"),
     "type[Force]": ("dforce.forces", "Force", "a class of forces", "df.forces.DMT is one"),
 }
 """What is known by its class: module, name there, in words, and where one comes from."""

@@ -171,6 +171,32 @@ AXES = _table(
     Observable("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip
 
+MEASURED = _table(
+    Observable("height", "h", "m", "nm", "height",
+               "height as it was measured, larger is farther from the sample; the average distance but for an offset",
+               ("point",)),
+    Observable("amplitude_2", "A_2", "m", "nm", "amplitude of tone 2", "measured amplitude of the second tone, zero to peak",
+               ("point",)),
+    Observable("phase_2", r"\phi_2", "degree", "°", "phase lag of tone 2", "measured lag behind the second tone", ("point",)),
+    Observable("frequency_shift", r"\Delta f", "Hz", "Hz", "frequency shift",
+               "shift of the frequency that keeps the phase of the free motion", ("point",)),
+    Observable("excitation", "", "1", "1", "excitation", "drive that keeps the amplitude, in the unit of the file", ("point",)),
+    Observable("branch", "", "1", "1", "regime", "regime of a measured point: 1 attractive, -1 repulsive", ("point",)),
+    Observable("free", "", "1", "1", "free part", "whether a measured point belongs to the free part of its curve", ("point",)),
+    Observable("passive_margin", "", "1", "1", "margin of the passive sample",
+               r"sine of the phase less the amplitude ratio (off resonance: less what a sample without losses has), in errors: "
+               "below -3 the sample would give energy", ("point",)),
+    Observable("virial_error", "", "J", "eV", "error of the virial", "error of a measured virial by the noise of its point",
+               ("point",)),
+    Observable("virial_common_error", "", "J", "eV", "common error of the virial",
+               "error of measured virials by what all points share: free amplitude, phase offset, k and Q", ("point",)),
+    Observable("dissipated_energy_error", "", "J", "eV", "error of the dissipated energy",
+               "error of a measured dissipated energy by the noise of its point", ("point",)),
+    Observable("dissipated_energy_common_error", "", "J", "eV", "common error of the dissipated energy",
+               "error of measured dissipated energies by what all points share: free amplitude, phase offset, k and Q",
+               ("point",)),
+)  # fmt: skip
+
 FITS = _table(
     Observable("value", "", "SI", "", "value", "value of a parameter at the minimum, in its own SI unit (`unit`)",
                ("parameter",)),
@@ -189,7 +215,6 @@ FITS = _table(
     Observable("seen", "", "1", "", "seen", "whether the data see the parameter at all", ("parameter",)),
     Observable("correlation", "r", "1", "1", "correlation", "correlation of the errors of two parameters",
                ("parameter", "parameter_2")),
-    Observable("height", "h", "m", "nm", "measured height", "height as it was measured, larger is farther", ("point",)),
     Observable("amplitude_fit", "A", "m", "nm", "amplitude of the model", "amplitude of the best fit at each point",
                ("point", "tone")),
     Observable("phase_fit", r"\phi", "degree", "°", "phase lag of the model", "phase of the best fit at each point",

@@ -36,7 +36,7 @@ LEVELS = (
     ("experiments", "results"),
     ("case", "series", "plot", "validity"),
     ("jumps",),
-    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "validation"),
+    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "validation", "inverse"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )
@@ -49,7 +49,7 @@ EDGE = ("cli", "gui")
 WINDOW = ("cli.gui", "gui.server")
 
 # `import dforce` must be quick, so these wait until something needs them.
-HEAVY = ("numba", "pint", "scipy", "xarray", "matplotlib", "typer", "h5netcdf", "h5py", "pandas", "nicegui", "plotly")
+HEAVY = ("igor2", "numba", "pint", "scipy", "xarray", "matplotlib", "typer", "h5netcdf", "h5py", "pandas", "nicegui", "plotly")
 
 
 def files() -> dict[str, Path]:

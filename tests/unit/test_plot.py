@@ -7,6 +7,7 @@ import xml.etree.ElementTree
 
 import matplotlib
 import matplotlib.pyplot as plt
+import measured_curve
 import numpy as np
 import pytest
 import synthetic
@@ -288,6 +289,7 @@ PICTURES = {
     "force_curve": lambda figure: plot.force_curve(synthetic.force_curve(), figure),
     "force_distance": lambda figure: plot.force_distance(synthetic.dwell(), figure),
     "map": lambda figure: plot.map(synthetic.grid(), "A0", "youngs_modulus", "peak_force", figure=figure),
+    "measured": lambda figure: plot.measured(df.calibrate(measured_curve.dataset()), figure),
     "overview": lambda figure: plot.overview(synthetic.approach(), figure),
     "phase_portrait": lambda figure: plot.phase_portrait(synthetic.dwell(), figure),
     "resonance": lambda figure: plot.resonance(df.run(df.example("resonance-curve")), figure=figure),

@@ -8,6 +8,7 @@ import types
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import measured_curve
 import numpy as np
 import pytest
 import synthetic
@@ -35,10 +36,12 @@ CALLS = {
     "case_schema": {},
     "check_force": {"model": df.forces.Hertz},
     "check_target": {"path": "x.nc"},
+    "calibrate": {"data": measured_curve.dataset()},
     "cost_of_accuracy": {},
     "count_status": {"dataset": CURVE},
     "drawable": {"dataset": CURVE},
     "dwell": WAYS,
+    "energy": {"data": df.calibrate(measured_curve.dataset(), thermal={"k": 2.0, "Q": 100})},
     "example": {"name": "figure-3-air"},
     "examples": {},
     "first_sentence": {"docstring": "One."},
@@ -58,6 +61,8 @@ CALLS = {
     "pictures_of": {"dataset": CURVE},
     "plain_math": {"latex": "E"},
     "read": {"path": "x.nc"},
+    "read_curves": {"path": "curve.csv"},
+    "read_measured": {"path": "curve.csv"},
     "reader_unit": {"variable": CURVE["zc"]},
     "regime": {"point": CURVE.isel(zc=0, direction=0)},
     "report": {"result": CURVE},
@@ -71,6 +76,7 @@ CALLS = {
     "split_unit": {"text": "1 nm"},
     "summary": {"dataset": CURVE},
     "sweep": {"case": CASE, "over": {"tip.radius": ["2 nm"]}},
+    "thermal_tune": {"path": "thermal.csv"},
     "unit_choices": {"unit": "m"},
     "unmarked": {"text": "one"},
     "usual_unit": {"unit": "m"},
@@ -88,6 +94,7 @@ CALLS = {
     "plot.draw": {"results": CURVE},
     "plot.force_curve": {"dataset": synthetic.force_curve()},
     "plot.force_distance": {"dataset": TRACES},
+    "plot.measured": {"dataset": measured_curve.dataset()},
     "plot.map": {"dataset": synthetic.grid(), "x": "A0", "y": "youngs_modulus", "quantity": "peak_force"},
     "plot.overview": {"dataset": CURVE},
     "plot.phase_portrait": {"dataset": TRACES},
@@ -149,6 +156,8 @@ def answer(function, arguments):
 def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     df.save_case(CASE, "case.toml")
+    Path("curve.csv").write_text(measured_curve.text())
+    Path("thermal.csv").write_text(measured_curve.spectrum_text())
     function, right, wrong = FUNCTIONS[name], CALLS[name], []
     allowed = kinds.taken(getattr(function, "__func__", function))
     for argument, parameter in inspect.signature(function).parameters.items():

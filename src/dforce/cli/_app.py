@@ -19,6 +19,7 @@ from dforce.cli import (
     examples,
     gui,
     models,
+    read,
     run,
     schema,
     sweep,
@@ -63,7 +64,7 @@ def options(
 options.__doc__ = HELP
 COMMANDS = (
     run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
-    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
+    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers, read.read,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

@@ -16,6 +16,7 @@ from dforce.plot.costs import cost_of_accuracy
 from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.maps import map
+from dforce.plot.measured import measured
 from dforce.plot.motion import phase_portrait, spectrum, traces
 from dforce.plot.overview import overview
 from dforce.plot.pictures import draw
@@ -33,6 +34,7 @@ __all__ = [
     "force_curve",
     "force_distance",
     "map",
+    "measured",
     "overview",
     "phase_portrait",
     "resonance",

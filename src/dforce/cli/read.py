@@ -1,0 +1,239 @@
+"""`dforce read`: a measured curve of amplitude and phase, as dForce understands it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+import dforce as df
+from dforce.cli._names import open_source
+from dforce.cli._report import quoted
+from dforce.cli._terminal import (
+    DONE,
+    SOME_POINTS_FAILED,
+    Json,
+    Traceback,
+    console,
+    print_json,
+    printable,
+    say,
+    whole_number,
+    width,
+    wrapped,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_CURVES = 10_000_000
+NUMBERS = (
+    ("free amplitude", "free_amplitude", "m"),
+    ("noise of the amplitude", "amplitude_error", "m"),
+    ("noise of the phase", "phase_error", "deg"),
+    ("offset of the phase", "phase_offset", "deg"),
+    ("height offset, about", "height_offset", "m"),
+    ("spring constant k", "k", "N/m"),
+    ("resonance frequency f0", "f0", "Hz"),
+    ("quality factor Q", "Q", "1"),
+)
+Pairs = Annotated[
+    list[str],
+    typer.Option(
+        "--columns", metavar="NAME=COLUMN", default_factory=list, show_default=False,
+        help='Which column holds a quantity, such as amplitude="Lock-in R"; may be repeated.',
+    ),
+]  # fmt: skip
+Units = Annotated[
+    list[str],
+    typer.Option(
+        "--units", metavar="NAME=UNIT", default_factory=list, show_default=False,
+        help="Unit of a quantity whose column names none, such as amplitude=nm; may be repeated.",
+    ),
+]  # fmt: skip
+
+
+class Thermal(NamedTuple):
+    """What is said about the spectrum of the thermal motion, as typed."""
+
+    path: Path | None
+    temperature: str | None
+    sensitivity: str | None
+    calibrated: str
+
+
+def _text(option: str, metavar: str, about: str) -> Any:
+    return typer.Option(option, metavar=metavar, show_default=False, help=about)
+
+
+def read(
+    file: Annotated[str, typer.Argument(metavar="FILE", show_default=False, help="A file of a measured curve.")],
+    columns: Pairs,
+    units: Units,
+    phase: Annotated[
+        str | None,
+        _text(
+            "--phase",
+            "CONVENTION",
+            "What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
+        ),
+    ] = None,
+    sensitivity: Annotated[
+        str | None, _text("--sensitivity", "LENGTH/V", 'By which volts are multiplied, such as "52 nm/V".')
+    ] = None,
+    amplitude_is: Annotated[
+        str | None, _text("--amplitude-is", "peak|rms", "What the file's amplitudes are; peak is zero to peak.")
+    ] = None,
+    height: Annotated[
+        str | None, _text("--height", "sensor|piezo", "Which height counts, where the file holds both.")
+    ] = None,
+    height_grows: Annotated[
+        str | None,
+        _text("--height-grows", "away|toward", "Where larger heights are: away from the sample or toward it."),
+    ] = None,
+    direction: Annotated[
+        str | None, _text("--direction", "approach|retract", "Which of them the file holds, where it does not say.")
+    ] = None,
+    curve: Annotated[
+        str | None, _text("--curve", "NUMBER", "Which curve of a file that holds several, from 1.")
+    ] = None,
+    case: Annotated[
+        str | None, _text("--case", "CASE", "The instrument: its free lag, k, f0 and Q (a case, a result, an example).")
+    ] = None,
+    thermal: Annotated[
+        Path | None, _text("--thermal", "SPECTRUM", "A file of the thermal spectrum, which tells f0, Q and k.")
+    ] = None,
+    temperature: Annotated[
+        str | None,
+        _text("--temperature", "TEMPERATURE", 'Of the thermal spectrum, such as "25 degC"; left out: 298.15 K.'),
+    ] = None,
+    calibrated: Annotated[
+        str,
+        typer.Option(
+            "--calibrated", metavar="static|mode", help="How its sensitivity was found: by a force curve or for mode 1."
+        ),
+    ] = "static",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve."),
+    ] = None,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """Read a measured curve, calibrate it, and say what was done.
+
+    Text, HDF5, results of dForce, Nanosurf's .nid and, with the extra dforce[readers], Igor's .ibw. What a file does not
+    tell is asked for, never guessed. Exit code 1: the curve was read, but not calibrated.
+    """
+    if output is not None:
+        df.check_target(output)
+    if plot is not None:
+        df.check_target(plot, df.plot.FORMATS)
+    number = None if curve is None else whole_number("--curve", curve, 1, MOST_CURVES)
+    source = open_source(case, []).case if case is not None else None
+    data = df.read_measured(
+        file, columns=_pairs("--columns", columns), units=_pairs("--units", units), sensitivity=sensitivity,
+        amplitude_is=amplitude_is, phase_convention=phase, height=height, height_grows=height_grows, direction=direction,
+        curve=number,
+    )  # fmt: skip
+    tune = _tune(Thermal(thermal, temperature, sensitivity, calibrated))
+    missing = ""
+    if "neighbor_correlation" not in data.attrs:
+        try:
+            data = df.calibrate(data, source, thermal=tune)
+        except df.ParameterError as error:
+            missing = str(error)
+    if output is not None:
+        df.write(data, output)
+    if plot is not None:
+        df.plot.save(df.plot.measured(data, df.plot.Sheet()), plot)
+    files = [str(path) for path in (output, plot) if path is not None]
+    if json:
+        print_json(_answer(data, file, files, missing))
+    else:
+        _print(data, file)
+        if files:
+            typer.echo(f"written: {', '.join(files)}")
+        for line in data.attrs["history"]:
+            if line.startswith("doubt: "):
+                say(line)
+    if missing:
+        say(f"not calibrated: {missing}")
+    return SOME_POINTS_FAILED if missing else DONE
+
+
+def _pairs(option: str, given: list[str]) -> dict[str, str]:
+    """Return what was typed as NAME=VALUE."""
+    found = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise df.ParameterError(f"{option} '{df.shorten(text)}' is not of the form NAME=VALUE")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _tune(asked: Thermal) -> df.ThermalTune | None:
+    if asked.path is None:
+        if asked.temperature is not None:
+            raise df.ParameterError(
+                "--temperature is that of a thermal spectrum, and none is given; give --thermal as well"
+            )
+        return None
+    return df.thermal_tune(
+        asked.path,
+        sensitivity=asked.sensitivity,
+        calibrated=asked.calibrated,
+        temperature=asked.temperature,
+    )
+
+
+def _print(data: xr.Dataset, file: str) -> None:
+    """Print what the curve is, in a table, and below it every step."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(show_header=False, box=None, pad_edge=False, padding=(0, 3, 0, 0))
+    for label, text in _rows(data):
+        table.add_row(Text(label), Text(text))
+    terminal = console()
+    terminal.print(Text(wrapped(printable(f"measured curve {quoted(file)}"), width()), style="bold"))
+    terminal.print(table)
+    terminal.print()
+    for line in data.attrs["history"]:
+        terminal.print(Text(wrapped(printable(line), width(), then="    ")))
+
+
+def _rows(data: xr.Dataset) -> list[tuple[str, str]]:
+    directions = [word for word in ("approach", "retract") if (data["direction"].values == word).any()]
+    low, high = (df.show(float(end), "m", 5) for end in (data["height"].min(), data["height"].max()))
+    rows = [
+        ("points", f"{data.sizes['point']} ({' and '.join(directions)})"),
+        ("heights", f"{low} to {high} ({data.attrs.get('height_kind', '')})"),
+    ]
+    for label, name, unit in NUMBERS:
+        if name in data.attrs:
+            rows.append((label, _with_error(float(data.attrs[name]), data.attrs.get(f"{name}_error"), unit)))
+    return rows
+
+
+def _with_error(value: float, error: float | None, unit: str) -> str:
+    """Return a value as text, its error beside it."""
+    if unit == "deg":
+        return f"{value:.3f}°" + (f" ± {error:.2g}°" if error is not None else "")
+    return df.show(value, unit, 5) + (f" ± {df.show(float(error), unit, 2)}" if error is not None else "")
+
+
+def _answer(data: xr.Dataset, file: str, files: list[str], missing: str) -> dict[str, Any]:
+    """Return what `--json` prints: SI numbers, phases in degrees."""
+    plain = {key: value for key, value in data.attrs.items() if isinstance(value, int | float | str) and key != "case"}
+    return {
+        "source": file, "files": files, "points": data.sizes["point"], "calibrated": not missing, "missing": missing,
+        "attributes": plain, "history": list(data.attrs["history"]),
+        "columns": {str(name): str(variable.attrs.get("units", "1")) for name, variable in data.data_vars.items()},
+    }  # fmt: skip

@@ -1,0 +1,224 @@
+"""Calibration of a measured curve: free part, noise, phase, and checks without any model; each step says what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce import units
+from dforce.errors import ParameterError, UnitError, checked, shorten
+from dforce.inverse import checks, steps
+from dforce.inverse.curve import CONVENTIONS, UNKNOWN, described
+from dforce.inverse.energies import energy
+from dforce.inverse.steps import Given, Work
+from dforce.inverse.values import measured
+from dforce.inverse.values import show as shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.case import Case
+    from dforce.inverse.thermal import ThermalTune
+
+TUNE = {"f0": "Hz", "k": "N/m", "Q": "1"}
+ERRORS = {"amplitude": "m", "phase": "degree", "amplitude_2": "m", "phase_2": "degree", "frequency_shift": "Hz"}
+BASELINES = ("line", "none")
+
+
+@checked
+def calibrate(
+    data: xr.Dataset,
+    case: Case | None = None,
+    *,
+    phase_convention: str | None = None,
+    thermal: ThermalTune | Mapping[str, Any] | None = None,
+    free_part: Sequence[Any] | None = None,
+    free_amplitude: float | str | None = None,
+    free_phase: float | str | None = None,
+    errors: Mapping[str, Any] | None = None,
+    baseline: str = "line",
+    delay: float | str | None = None,
+    speed: float | str | None = None,
+) -> xr.Dataset:
+    r"""Return a measured curve with its noise, its free amplitude, and phases that are 90° (or the free lag) far away.
+
+    The steps, each of which leaves a sentence in the attribute `history`: the delay of the lock-in is taken from the heights;
+    the free part is found, the farthest stretch along which nothing changes, with the noise in it; a drift of the free part
+    is subtracted; phases count from the free part; and, without any model, :math:`\sin\phi \ge A/A_0` is held against every
+    point, and virial and dissipated energy are computed where k and Q are known.
+
+    Parameters
+    ----------
+    data
+        What :func:`dforce.read_measured` returned.
+    case
+        The instrument: its free lag (not 90° off resonance, or over a shaken base), k, f0 and Q.
+    phase_convention
+        As of :func:`dforce.read_measured`, where that was not told.
+    thermal
+        k, f0 and Q with errors: what :func:`dforce.thermal_tune` returned, or a table such as
+        ``{"f0": "70.00(1) kHz", "k": "2.7(2) N/m", "Q": "180(4)"}``. They come before those of the case.
+    free_part
+        Lowest and highest height of the free part (m, or texts with units), instead of looking for it.
+    free_amplitude
+        Free amplitude (m), where the curve has no free part, or instead of the one found.
+    free_phase
+        Phase of the free motion (degrees, or text with a unit), likewise; in the convention that `data` has.
+    errors
+        Errors of a point instead of the noise found: ``{"amplitude": "60 pm", "phase": "0.3 deg"}``.
+    baseline
+        ``"line"``: a drift of the free part is subtracted as a straight line; ``"none"``: it is refused.
+    delay, speed
+        Delay of the lock-in (s), and the speed of the heights (m/s) where the curve has no `time`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The curve, with `free` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors where k
+        and Q are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m),
+        `phase_error`, `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `k`, `f0`, `Q` with `k_error`,
+        `f0_error`, `Q_error` as far as they are known, the same of tone 2, and `history`.
+
+    Raises
+    ------
+    ParameterError
+        Where something must be given that the curve does not tell, or a drift is refused.
+    """
+    _check(data, baseline, delay, speed)
+    given = Given(
+        _range(free_part),
+        _quantity("free_amplitude", free_amplitude, "m"),
+        _degrees("free_phase", free_phase),
+        _errors(data, errors),
+        baseline,
+    )
+    work = Work(data.copy(deep=True), [str(line) for line in np.atleast_1d(data.attrs.get("history", []))], given)
+    _take_lever(work, case, thermal)
+    steps.take_delay(work, _quantity("delay", delay, "s"), _quantity("speed", speed, "m/s"))
+    _take_sign(work, phase_convention)
+    steps.find_free_part(work)
+    steps.level(work)
+    steps.take_amplitudes(work, case)
+    steps.take_phases(work, case)
+    checks.check_passive(work, case)
+    checks.check_slope(work)
+    checks.estimate_offset(work)
+    work.data.attrs["history"] = work.history
+    if {"k", "Q", "free_amplitude"} <= set(work.data.attrs) and "phase" in work.data:
+        work.data = work.data.merge(energy(work.data), combine_attrs="override")
+        checks.tell_energies(work)
+    return described(work.data)
+
+
+def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> None:
+    from dforce.inverse.measured import check_measured
+
+    check_measured(data)
+    if "neighbor_correlation" in data.attrs:
+        raise ParameterError("data is calibrated already; calibrate what df.read_measured returned")
+    if baseline not in BASELINES:
+        raise ParameterError(f"baseline = '{shorten(baseline)}' is none of {', '.join(BASELINES)}")
+    if speed is not None and delay is None:
+        raise ParameterError("speed is needed for the delay of the lock-in alone; give delay, too")
+
+
+def _quantity(name: str, given: float | str | None, unit: str) -> float | None:
+    """Return a quantity above zero in SI units."""
+    if given is None:
+        return None
+    try:
+        value = units.parse(given, unit)
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+    if value <= 0.0:
+        raise ParameterError(f"{name} = {shorten(given)} is not above 0")
+    return value
+
+
+def _degrees(name: str, given: float | str | None) -> float | None:
+    """Return an angle in degrees, in which plain numbers are."""
+    if given is None:
+        return None
+    try:
+        words = units.split_unit(given) if isinstance(given, str) else None
+        if words is None or not words[1]:
+            return units.parse(given, "1")
+        return float(np.degrees(units.parse(given, "rad")))
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+
+
+def _range(given: Sequence[Any] | None) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    if len(given) != 2:
+        raise ParameterError(f"free_part = {shorten(given)} is not the lowest and the highest height")
+    try:
+        low, high = sorted(units.parse(height, "m") for height in given)
+    except UnitError as error:
+        raise UnitError(f"free_part {error}") from None
+    return low, high
+
+
+def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, float]:
+    found = {}
+    for name, value in (given or {}).items():
+        if name not in ERRORS or name not in data:
+            known = ", ".join(key for key in ERRORS if key in data)
+            raise ParameterError(f"errors: '{shorten(name)}' is none of {known}")
+        unit = ERRORS[name]
+        error = _degrees(f"errors: {name}", value) if unit == "degree" else _quantity(f"errors: {name}", value, unit)
+        if error is None or error <= 0.0:
+            raise ParameterError(f"errors: {name} = {shorten(value)} is not above 0")
+        found[name] = error
+    return found
+
+
+def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[str, Any] | None) -> None:
+    """Put k, f0 and Q into the attributes: of the thermal tune, else of the case, else as the file notes them."""
+    if case is not None:
+        mode, tone = case.problem.modes[0], case.problem.tones[0]
+        work.data.attrs |= {"k": mode.k, "f0": mode.f0, "Q": mode.Q, "drive_frequency": tone.frequency}
+        work.history.append("k, f0, Q and the drive frequency: of the case")
+    if thermal is None:
+        return
+    table = thermal if isinstance(thermal, Mapping) else thermal.as_table()
+    for name, value in table.items():
+        if name not in TUNE:
+            raise ParameterError(f"thermal: '{shorten(name)}' is none of {', '.join(TUNE)}")
+        found = measured(value, TUNE[name], f"thermal: {name}")
+        if found.value <= 0.0:
+            raise ParameterError(f"thermal: {name} = {shorten(value)} is not above 0")
+        work.data.attrs[name] = found.value
+        work.data.attrs.pop(f"{name}_error", None)
+        if found.error is not None:
+            work.data.attrs[f"{name}_error"] = found.error
+        work.history.append(f"{name}: {shown(found.value, found.error, TUNE[name])}, as measured")
+
+
+def _take_sign(work: Work, convention: str | None) -> None:
+    """Make lags of the phases where the file did not tell how."""
+    if "phase" not in work.data:
+        return
+    known = str(work.data.attrs.get("phase_convention", UNKNOWN))
+    if known != UNKNOWN:
+        if convention is not None:
+            raise ParameterError("phase_convention was known when the curve was read; its phases are lags already")
+        return
+    if convention is None:
+        raise ParameterError(
+            "the sign of the phases is not known, and no check of the curve alone can tell it: give phase_convention = "
+            "'lag' if they rise when the tip is attracted, 'lead' if they fall"
+        )
+    if convention not in CONVENTIONS:
+        raise ParameterError(f"phase_convention = '{shorten(convention)}' is none of {', '.join(CONVENTIONS)}")
+    sign, offset = CONVENTIONS[convention]
+    for name in ("phase", "phase_2"):
+        if name in work.data:
+            work.data[name] = sign * work.data[name] + offset
+    if work.given.free_phase is not None:
+        work.given = work.given._replace(free_phase=sign * work.given.free_phase + offset)
+    work.data.attrs["phase_convention"] = "lag"
+    work.history.append(f"phase: the file holds '{convention}', with the lag behind the drive")

@@ -1,0 +1,103 @@
+"""What a calibrated curve tells without any model of the force: whether it can be, and roughly where the surface is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce import units
+from dforce.inverse.energies import Lever, passive_margin
+from dforce.inverse.steps import Work
+from dforce.inverse.values import show as shown
+from dforce.results import ELECTRONVOLT
+
+if TYPE_CHECKING:
+    from dforce.case import Case
+
+WIDE = 3.0  # errors
+REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
+FEWEST = 5  # points of a slope
+
+
+def check_passive(work: Work, case: Case | None) -> None:
+    """Hold every point against what a sample that gives no energy allows, and name the points that break it."""
+    attrs = work.data.attrs
+    if "phase" not in work.data or "free_amplitude" not in attrs:
+        return
+    if "amplitude_2" in work.data:
+        work.history.append("check without a model: left out, because two tones may exchange energy")
+        return
+    ratio = float(attrs["drive_frequency"]) / float(attrs["f0"]) if {"drive_frequency", "f0"} <= set(attrs) else 1.0
+    lever = Lever(1.0, float(attrs.get("Q", 1.0)), float(attrs["free_amplitude"]), ratio if "Q" in attrs else 1.0)
+    amplitude, lag = work.values("amplitude"), np.radians(work.values("phase"))
+    turn = np.radians(np.hypot(float(attrs["phase_error"]), float(attrs.get("phase_offset_error", 0.0))))
+    share = amplitude / lever.A0
+    own = np.hypot(float(attrs["amplitude_error"]), share * float(attrs.get("free_amplitude_error", 0.0))) / lever.A0
+    # where the sine is flat, one error of the phase still changes it by its square
+    error = np.hypot(np.abs(np.cos(lag)) * turn + 0.5 * turn**2, own)
+    margin = passive_margin(lever, amplitude, lag) / error
+    work.data["passive_margin"] = ("point", margin)
+    below = np.flatnonzero(margin < -WIDE)
+    if not len(below):
+        work.history.append("check without a model: sin(phase) >= A/A0 at every point, within 3 errors")
+        return
+    worst = int(np.argmin(margin))
+    where = units.show(float(work.values("height")[worst]), "m", 5)
+    others = "" if case is not None and case.problem.shaken is not None else ", a shaken base"
+    work.history.append(
+        f"doubt: sin(phase) is below A/A0 at {len(below)} of {len(margin)} points, most at {where}, by "
+        f"{-margin[worst]:.1f} errors: a wrong offset or sign of the phase, a drive off resonance, a wrong free amplitude"
+        f"{others}, or an active sample"
+    )
+
+
+def check_slope(work: Work) -> None:
+    """Say how steep the amplitude falls over the repulsive part: over a stiff sample as the height."""
+    if "phase" not in work.data:
+        return
+    for word in work.directions:
+        rows = work.rows(word)
+        near = rows[work.values("phase")[rows] < 90.0 - REPULSIVE]
+        if len(near) < FEWEST:
+            continue
+        x = work.values("height")[near]
+        y = work.values("amplitude")[near]
+        spread = float(np.sqrt(((x - x.mean()) ** 2).sum()))
+        slope = float(((x - x.mean()) * y).sum()) / spread**2
+        rest = y - y.mean() - slope * (x - x.mean())
+        error = float(np.sqrt((rest**2).sum() / (len(near) - 2)) / spread)
+        text = f"slope: the amplitude changes by {shown(slope, error, '1')} of the height along the repulsive {word}"
+        if slope > 1.0 + WIDE * error:
+            text = f"doubt: {text}; no sample does that, so the sensitivity or the height is off by {slope - 1.0:.1%} or more"
+        work.history.append(text)
+
+
+def estimate_offset(work: Work) -> None:
+    """Estimate by what heights differ from the average distance: near the surface that is about the amplitude."""
+    if "amplitude" not in work.data or "free_amplitude" not in work.data.attrs:
+        return
+    height, amplitude = work.values("height"), work.values("amplitude")
+    touched = amplitude < 0.9 * float(work.data.attrs["free_amplitude"])
+    if touched.sum() < FEWEST:
+        work.history.append("height offset: not estimated, because the amplitude never falls to 90 %")
+        return
+    apart = (amplitude - height)[touched]
+    offset, spread = float(np.median(apart)), float(np.ptp(apart))
+    work.data.attrs |= {"height_offset": offset, "height_offset_spread": spread}
+    work.history.append(
+        f"height offset: about {units.show(offset, 'm', 2)} is to be added to the heights, where the tip would just touch a "
+        f"stiff sample; it varies by {units.show(spread, 'm', 2)} along the curve, and a fit finds it"
+    )
+
+
+def tell_energies(work: Work) -> None:
+    """Say how much energy the sample takes at most, and with which error."""
+    lost = work.values("dissipated_energy")
+    most = int(np.argmax(lost))
+    noise, common = (float(work.values(f"dissipated_energy{end}")[most]) for end in ("_error", "_common_error"))
+    where = units.show(float(work.values("height")[most]), "m", 5)
+    work.history.append(
+        f"energy: the sample takes at most {lost[most] / ELECTRONVOLT:.3g} eV per period, at {where}, with an error of "
+        f"{noise / ELECTRONVOLT:.2g} eV by noise and {common / ELECTRONVOLT:.2g} eV that all points share"
+    )

@@ -1,0 +1,286 @@
+"""One curve: a table's columns become quantities in SI units, and what makes no sense is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce import units
+from dforce.errors import ParameterError, ResultError, UnitError, nearest, shorten
+from dforce.inverse import placing
+from dforce.inverse.heights import sensor_noise, walk_of
+from dforce.inverse.table import RETRACT, Column, Floats, Table, Words, segment_of
+from dforce.inverse.words import MEANINGS
+from dforce.quantities import AXES, MEASURED, OBSERVABLES
+from dforce.results import provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CONVENTIONS = {"lag": (1.0, 0.0), "lag-90": (1.0, 90.0), "90-lag": (-1.0, 90.0), "lead": (-1.0, 0.0)}
+"""Sign and offset (degrees) that make a lag of a phase as a file holds it."""
+UNKNOWN = "unknown"
+OPTIONAL = ("amplitude_2", "phase_2", "deflection", "frequency", "frequency_shift", "excitation", "time", "branch")
+NOTES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "k": ("N/m", ("k", "SpringConstant", "springConstant", "Spring Constant:")),
+    "f0": ("Hz", ("f0", "ThermalFrequency")),
+    "Q": ("1", ("Q", "ThermalQ")),
+    "A0": ("m", ("A0",)),
+    "drive_frequency": ("Hz", ("drive_frequency", "DriveFrequency")),
+    "sensitivity": ("m/V", ("sensitivity", "AmpInvOLS")),
+}
+"""What a file may note besides the columns: SI unit, and the keys of dForce, Asylum, JPK and Nanosurf."""
+INSTRUMENT = ("instrument", "MicroscopeModel", "Head type")
+SOME = 10  # points at an end of a curve, at most a tenth of it, that tell whether the amplitude falls toward it
+CLEAR = 5.0  # errors
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user says about a file; see :func:`dforce.read_measured`."""
+
+    columns: Mapping[str, str]
+    units: Mapping[str, str]
+    sensitivity: float | str | None
+    amplitude_is: str | None
+    phase_convention: str | None
+    height: str | None
+    height_grows: str | None
+    direction: str | None
+
+    @classmethod
+    def of(cls, columns: Mapping[str, str] | None, units: Mapping[str, str] | None, *rest: Any) -> Asked:
+        """Return what was asked, after checking that the words are known.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown one, with the nearest.
+        """
+        asked = cls(columns or {}, units or {}, *rest)
+        for name, table in (("columns", asked.columns), ("units", asked.units)):
+            for key, value in table.items():
+                if key not in MEANINGS:
+                    raise ParameterError(
+                        f"{name}: there is no quantity '{shorten(key)}'{nearest(str(key)[:100], MEANINGS)}"
+                    )
+                if not isinstance(value, str):
+                    raise ParameterError(f"{name}: {key} = {shorten(value)} is not text")
+        choices = {
+            "amplitude_is": ("peak", "rms"), "phase_convention": tuple(CONVENTIONS), "height": ("sensor", "piezo"),
+            "height_grows": ("away", "toward"), "direction": ("approach", "retract"),
+        }  # fmt: skip
+        for name, words in choices.items():
+            given = getattr(asked, name)
+            if given is not None and given not in words:
+                raise ParameterError(f"{name} = '{shorten(given)}' is none of {', '.join(words)}")
+        return asked
+
+
+def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
+    """Return a curve as a Dataset, in the order of its walk.
+
+    Raises
+    ------
+    ResultError
+        For numbers that are missing or make no curve.
+    ParameterError
+        Where the file does not tell what must be known.
+    """
+    import xarray as xr
+
+    found = placing.place(table, asked.columns, asked.height, name)
+    placing.refuse_missing(found, table, name)
+    history = [f"read: {table.source}{f' of {table.maker}' if table.maker not in ('', 'dForce') else ''}"]
+    values = _values(found, table, asked, name, history)
+    walk = walk_of(table, values["height"], _segments(found, table, name), asked.direction, name)
+    values = {key: column[walk.rows] for key, column in values.items()}
+    if len(walk.rows) < placing.FEWEST:
+        raise ResultError(f"{name} has {len(walk.rows)} points, and a curve needs {placing.FEWEST} or more")
+    history += walk.history
+    _check_orientation(values, asked, name)
+    convention = asked.phase_convention or _noted(table.notes, "phase_convention")
+    if "phase" in values:
+        convention = _turn_phases(values, convention, walk.directions, name, history)
+    left = [column.name for column in table.columns if column.name not in {c.name for c in found.values()}]
+    if left:
+        history.append(f"left out: the columns {', '.join(shorten(one, 30) for one in left[:20])}")
+    data = xr.Dataset(
+        {key: ("point", column.astype(np.int8) if key == "branch" else column) for key, column in values.items()},
+        coords={"direction": ("point", walk.directions)},
+        attrs=provenance("", "") | _notes(table, history),
+    )
+    data.attrs |= {"phase_convention": convention} if "phase" in values else {}
+    data.attrs["height_kind"] = placing.HEIGHT_WORDS[found["taken"].name]
+    if table.position is not None:
+        data.attrs |= {"x": table.position[0], "y": table.position[1]}
+    data.attrs["history"] = history
+    return described(data, excitation=_unit_kept(found))
+
+
+def _values(
+    found: Mapping[str, Column], table: Table, asked: Asked, name: str, history: list[str]
+) -> dict[str, Floats]:
+    """Return the columns that are used, in SI units."""
+    values: dict[str, Floats] = {}
+    wanted = [quantity for quantity in ("height", "amplitude", "phase", *OPTIONAL) if quantity in found]
+    for quantity in wanted:
+        taken = found["taken"].name if quantity == "height" else quantity
+        unit = asked.units.get(quantity) or asked.units.get(taken)
+        column = found[quantity]
+        try:
+            values[quantity] = placing.in_si(taken, column, unit, asked.sensitivity, name)
+        except UnitError:
+            if quantity != "deflection" or quantity in asked.columns:  # volts or newtons: not needed for anything
+                raise
+            history.append(f"left out: the deflection, which is in {column.unit}")
+            continue
+        placing.refuse_gaps(quantity, values[quantity], table, name)
+        if quantity in placing.AMPLITUDES:
+            scale, sentence = placing.amplitude_scale(column, asked.amplitude_is, table.maker, name)
+            values[quantity] = scale * values[quantity]
+            history += [sentence] if quantity == "amplitude" else []
+            _refuse_negative(quantity, values[quantity], table, name)
+        history.append(
+            f"{quantity}: column '{column.name}'" + (f" in {unit or column.unit}" if unit or column.unit else "")
+        )
+    if "branch" in values and not np.isin(values["branch"], (1.0, -1.0)).all():
+        raise ResultError(f"{name} has a branch that is neither 1 (attractive) nor -1 (repulsive)")
+    kind = placing.HEIGHT_WORDS[found["taken"].name]
+    others = [key for key in placing.HEIGHTS if key in found and found[key] is not found["height"]]
+    if kind != "as the file calls it":
+        aside = f"; the {placing.HEIGHT_WORDS[others[0]]} is left aside" if others else ""
+        history.append(
+            f"height: of the {kind}{aside}"
+            + (", which creep and hysteresis of the piezo are not in" if kind == "piezo" else "")
+        )
+    toward = asked.height_grows == "toward" or (asked.height_grows is None and _grows_toward(table, found))
+    if toward:
+        values["height"] = -values["height"]
+        why = "as given" if asked.height_grows else f"as files of {table.maker} have it"
+        history.append(f"height: larger numbers are nearer to the sample, {why}; the sign is turned")
+    return values
+
+
+def _grows_toward(table: Table, found: Mapping[str, Column]) -> bool:
+    """Say whether a maker's heights are larger nearer to the sample."""
+    return table.source in ("Igor binary wave", "Nanosurf .nid") and found["taken"].name != "height"
+
+
+def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> None:
+    below = np.flatnonzero(values < 0.0)
+    if len(below):
+        where = table.place(int(below[0]))
+        raise ResultError(
+            f"{name} has an {quantity} below zero in {where}: {units.show(float(values[below[0]]), 'm', 4)}"
+        )
+
+
+def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | None:
+    """Return the part that each row belongs to, by a column of words or by the file's own."""
+    column = found.get("direction")
+    if column is None:
+        return table.segments
+    words = [segment_of(str(word)) for word in column.values]
+    for row, word in enumerate(words):
+        if word is None:
+            raise ResultError(
+                f"{name} has the direction '{shorten(str(column.values[row]), 30)}' in {table.place(row)}, "
+                "which is neither approach nor retract"
+            )
+    return np.array(words)
+
+
+def _check_orientation(values: Mapping[str, Floats], asked: Asked, name: str) -> None:
+    """Refuse heights whose amplitude falls toward the far end: the sample would be above the tip."""
+    if "amplitude" not in values or "frequency_shift" in values or asked.height_grows is not None:
+        return
+    order = np.argsort(values["height"], kind="stable")
+    amplitude = values["amplitude"][order]
+    count = max(min(SOME, len(order) // 10), 2)
+    near, far = amplitude[:count], amplitude[-count:]
+    noise = max(sensor_noise(amplitude) * np.sqrt(2.0 / count), 1e-3 * float(amplitude.max()))
+    if near.mean() - far.mean() > CLEAR * noise:
+        raise ParameterError(
+            f"{name} has smaller amplitudes at larger heights, as if the sample were there: "
+            "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
+        )
+
+
+def _turn_phases(
+    values: dict[str, Floats], convention: str | None, directions: Words, name: str, history: list[str]
+) -> str:
+    """Make lags of the phases, in place, where their convention is known; return the convention that they have then."""
+    if convention is not None and convention not in CONVENTIONS:
+        raise ParameterError(f"{name} notes the phase convention '{shorten(convention)}', which is not known")
+    for key in ("phase", "phase_2"):
+        if key not in values:
+            continue
+        phase = values[key]
+        if float(np.ptp(phase)) == 0.0:
+            raise ResultError(f"{name} has the same {key} at every point, so it was not measured")
+        turned = phase.copy()
+        for word in np.unique(directions):
+            turned[directions == word] = np.unwrap(phase[directions == word], period=360.0)
+        _join(turned, directions)
+        if not np.array_equal(turned, phase):
+            history.append(f"{key}: whole turns between neighbors are taken out")
+        if convention is not None:
+            sign, offset = CONVENTIONS[convention]
+            turned = sign * turned + offset
+        values[key] = turned
+    if convention is None:
+        history.append("phase: as the file holds it, because its sign is not known")
+        return UNKNOWN
+    history.append(f"phase: the file holds '{convention}', with the lag behind the drive")
+    return "lag"
+
+
+def _join(phase: Floats, directions: Words) -> None:
+    """Take whole turns out between the ends of approach and retract, in place."""
+    back = directions == RETRACT
+    if back.any() and not back.all():
+        phase[back] += 360.0 * np.round((np.median(phase[~back]) - np.median(phase[back])) / 360.0)
+
+
+def _noted(notes: Mapping[str, str], key: str) -> str | None:
+    return notes.get(key)
+
+
+def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
+    """Return what the file notes of lever, drive and instrument, and say so."""
+    found: dict[str, float | str] = {}
+    for name, (unit, keys) in NOTES.items():
+        text = next((table.notes[key] for key in keys if key in table.notes), None)
+        if text is None:
+            continue
+        try:
+            value = units.parse(text, unit)
+        except UnitError:
+            continue  # a note of another program under the same key
+        if value > 0.0:
+            found[name] = value
+            history.append(f"{name}: {units.show(value, unit, 6)}, as the file notes")
+    instrument = next((table.notes[key] for key in INSTRUMENT if key in table.notes), table.maker)
+    return found | ({"instrument": instrument} if instrument else {})
+
+
+def _unit_kept(found: Mapping[str, Column]) -> str:
+    """Return the unit of the excitation, which stays as it is."""
+    return (found["excitation"].unit or "1") if "excitation" in found else "1"
+
+
+def described(data: xr.Dataset, excitation: str | None = None) -> xr.Dataset:
+    """Give every variable of a measured curve its unit, name and description; in place, and returned."""
+    known = AXES | OBSERVABLES | MEASURED
+    for key, variable in data.variables.items():
+        row = known.get(str(key))
+        if row is not None:
+            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
+            variable.attrs.update({word: text for word, text in words.items() if text})
+    if excitation is not None and "excitation" in data:
+        data["excitation"].attrs["units"] = excitation
+    return data

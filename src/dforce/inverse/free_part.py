@@ -1,0 +1,119 @@
+"""The free part of a curve: the farthest stretch along which nothing changes, and the noise in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce.inverse.table import Floats
+
+LEAST_POINTS, LEAST_SHARE = 10, 0.05  # of a curve
+WIDE = 3.0  # errors by which a point of the free part may be off its median
+FLAT = 2.0  # errors by which a slope may differ from zero
+STRAY = 100  # of so many points one may be farther off than that
+SIZES = 300  # stretches that are tried
+
+
+class Stretch(NamedTuple):
+    """A channel along the free part.
+
+    Attributes
+    ----------
+    mean, error
+        Mean and its standard error, neighbors' correlation included.
+    noise
+        Standard deviation of a point, drift not counted.
+    correlation
+        Of neighbors, once the slope is taken out.
+    slope, slope_error
+        By height.
+    points
+        How many.
+    """
+
+    mean: float
+    error: float
+    noise: float
+    correlation: float
+    slope: float
+    slope_error: float
+    points: int
+
+
+def _line(height: Floats, values: Floats) -> tuple[float, float, Floats]:
+    """Return slope, the spread of the heights about their mean, and what a straight line leaves."""
+    x = height - height.mean()
+    spread = float(np.sqrt((x**2).sum()))
+    slope = float((x * values).sum() / spread**2) if spread > 0.0 else 0.0
+    return slope, spread, values - values.mean() - slope * x
+
+
+def stretch(height: Floats, values: Floats) -> Stretch:
+    """Return what a channel does along a stretch of three points or more."""
+    count = len(values)
+    slope, spread, rest = _line(height, values)
+    power = float((rest**2).sum())
+    correlation = float((rest[1:] * rest[:-1]).sum() / power) if power > 0.0 else 0.0
+    noise = float(np.sqrt((np.diff(values) ** 2).mean() / 2.0))
+    known = correlation if correlation > FLAT / np.sqrt(count) else 0.0
+    known = min(known, 0.95)
+    noise /= np.sqrt(1.0 - known)
+    longer = np.sqrt((1.0 + known) / (1.0 - known))
+    slope_error = noise * longer / spread if spread > 0.0 else 0.0
+    return Stretch(float(values.mean()), noise * longer / np.sqrt(count), noise, correlation, slope, slope_error, count)
+
+
+def fewest(points: int) -> int:
+    """Return how many points the free part of a curve of so many points has at least."""
+    return max(LEAST_POINTS, int(np.ceil(LEAST_SHARE * points)))
+
+
+def free_count(height: Floats, channels: Sequence[Floats]) -> tuple[int, bool]:
+    """Return how many points, from the far end on, are free, and whether a channel drifts along them.
+
+    The longest stretch in which no channel has a slope, or a point off its median by more than the noise explains; where
+    there is none, the longest that a straight line describes. Nothing is free where the count is 0.
+
+    Parameters
+    ----------
+    height
+        From the far end to the near one (m).
+    channels
+        Amplitude, phase, ... at these heights.
+    """
+    least = fewest(len(height))
+    if len(height) < least:
+        return 0, False
+    sizes = np.unique(np.linspace(least, len(height), min(SIZES, len(height) - least + 1)).astype(int))[::-1]
+    for test in (_is_flat, _is_straight):
+        for size in sizes:
+            if all(test(height[:size], channel[:size]) for channel in channels):
+                return int(size), test is _is_straight
+    return 0, False
+
+
+def _is_flat(height: Floats, values: Floats) -> bool:
+    found = stretch(height, values)
+    return abs(found.slope) <= FLAT * found.slope_error and _few_strays(values - np.median(values), found.noise)
+
+
+def _is_straight(height: Floats, values: Floats) -> bool:
+    """Say whether a stretch is a straight line within its noise: no curvature, no point far off it."""
+    found = stretch(height, values)
+    rest = _line(height, values)[2]
+    x = height - height.mean()
+    basis = np.stack([np.ones_like(x), x / max(float(np.abs(x).max()), 1e-300)], axis=1)
+    square = (x / max(float(np.abs(x).max()), 1e-300)) ** 2
+    bend = square - basis @ np.linalg.lstsq(basis, square, rcond=None)[0]
+    size = float(np.sqrt((bend**2).sum()))
+    if size == 0.0:
+        return False
+    curvature = float((bend * rest).sum()) / size
+    return abs(curvature) <= FLAT * found.noise and _few_strays(rest, found.noise)
+
+
+def _few_strays(rest: Floats, noise: float) -> bool:
+    far: np.ndarray[Any, np.dtype[np.bool_]] = np.abs(rest) > WIDE * noise
+    return int(far.sum()) <= len(rest) // STRAY

@@ -1,0 +1,114 @@
+"""The heights of a curve: which points are of the approach and which of the retract, and in which order."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce import units
+from dforce.errors import ResultError
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Floats, Table, Words
+
+Rows = np.ndarray[Any, np.dtype[np.int64]]
+TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
+MAD = 1.4826  # from the median of absolute values to the standard deviation, for normal noise
+WAYS = {APPROACH: -1.0, RETRACT: 1.0}  # how the height changes along each
+
+
+class Walk(NamedTuple):
+    """The rows of a table in the order of the walk, the direction of each, and sentences on how that was known."""
+
+    rows: Rows
+    directions: Words
+    history: list[str]
+
+
+def sensor_noise(height: Floats) -> float:
+    """Return the standard deviation of a sensor's noise, from the second differences: of equal steps nothing is left."""
+    if len(height) < 4:
+        return 0.0
+    second = np.abs(np.diff(height, 2))
+    return float(MAD * np.median(second) / np.sqrt(6.0))
+
+
+def walk_of(table: Table, height: Floats, segments: Words | None, direction: str | None, name: str) -> Walk:
+    """Return the order and the directions of the rows of a curve.
+
+    Raises
+    ------
+    ResultError
+        Where heights go back and forth within a direction by more than the noise of the sensor.
+    """
+    every = np.arange(len(height))
+    if direction is not None:
+        runs = [(every, direction)]
+        history = [f"direction: {direction}, as given"]
+    elif segments is not None and set(segments) - {PAUSE}:
+        runs = [(every[segments == word], str(word)) for word in (APPROACH, RETRACT) if (segments == word).any()]
+        history = [f"direction: {' and '.join(word for _, word in runs)}, as the file says"]
+        paused = int((segments == PAUSE).sum())
+        history += [f"left out: {paused} points of a pause"] if paused else []
+    else:
+        runs = _runs(table, height, name)
+        history = [f"direction: {' and '.join(word for _, word in runs)}, by the order of the heights"]
+    rows, words = [], []
+    for places, word in runs:
+        way = _way(table, height, places, word, name)
+        if way * WAYS[word] < 0.0:
+            places = places[::-1]
+            history.append(f"order: the points of the {word} were listed backward, and are turned")
+        rows.append(places)
+        words += [word] * len(places)
+    return Walk(np.concatenate(rows), np.array(words), history)
+
+
+def _turns(height: Floats) -> list[int]:
+    """Return the rows at which the heights turn, by more than the noise; the last is counted."""
+    tolerance = TOLERANCE * sensor_noise(height)
+    turns: list[int] = []
+    way, extreme = 0.0, 0
+    for row in range(1, len(height)):
+        step = height[row] - height[extreme]
+        if way == 0.0:
+            if abs(step) > tolerance:
+                way, extreme = np.sign(step), row
+        elif step * way >= 0.0:
+            extreme = row
+        elif abs(step) > tolerance:
+            turns.append(extreme)
+            way, extreme = -way, row
+    return turns
+
+
+def _runs(table: Table, height: Floats, name: str) -> list[tuple[Rows, str]]:
+    """Return the parts of a curve that names no directions: down, up, or down and then up."""
+    turns = _turns(height)
+    every = np.arange(len(height))
+    if not turns:
+        return [(every, RETRACT if height[-1] > height[0] else APPROACH)]
+    if len(turns) > 1:
+        raise ResultError(
+            f"{name} has heights that go back and forth: they turn at {table.place(turns[0])} and at "
+            f"{table.place(turns[1])}; sort the points, or say in a column 'direction' which are of the approach and "
+            "which of the retract"
+        )
+    if height[turns[0]] > height[0]:
+        raise ResultError(
+            f"{name} has heights that rise until {table.place(turns[0])} and then fall, so that it would start at the "
+            "sample: give height_grows = 'toward' if larger numbers are nearer to it, or a column 'direction'"
+        )
+    return [(every[: turns[0] + 1], APPROACH), (every[turns[0] + 1 :], RETRACT)]
+
+
+def _way(table: Table, height: Floats, places: Rows, word: str, name: str) -> float:
+    """Return 1 for rows whose heights rise, -1 where they fall."""
+    own = height[places]
+    turns = _turns(own)
+    if turns:
+        raise ResultError(
+            f"{name} has heights of the {word} that turn at {table.place(int(places[turns[0]]))}, at "
+            f"{units.show(float(own[turns[0]]), 'm', 6)}, by more than {TOLERANCE:g} times the noise of the sensor; "
+            "sort the points"
+        )
+    return 1.0 if own[-1] >= own[0] else -1.0

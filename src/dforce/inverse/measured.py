@@ -1,0 +1,163 @@
+"""Measured curves: from the table in a file to a Dataset in SI units, with every step said."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from dforce.errors import ParameterError, ResultError, checked, shorten
+from dforce.inverse.curve import Asked, curve_of
+from dforce.inverse.placing import split_curves
+from dforce.inverse.readers import HDF5, content_of, results, tables_in
+from dforce.inverse.table import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+T = TypeVar("T")
+
+
+@checked
+def read_measured(
+    path: str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    sensitivity: float | str | None = None,
+    amplitude_is: str | None = None,
+    phase_convention: str | None = None,
+    height: str | None = None,
+    height_grows: str | None = None,
+    direction: str | None = None,
+    curve: int | None = None,
+) -> xr.Dataset:
+    """Return a measured curve of amplitude and phase against height.
+
+    Text (CSV, TSV, TXT, with decimal points or commas), HDF5, results of dForce, and with the extra ``dforce[readers]``
+    Igor's binary waves (.ibw) of Asylum's instruments; Nanosurf's .nid. What is not clear is asked for in a sentence, never
+    guessed; what was done stands in the attribute `history`.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        Name of the column that holds a quantity, where it does not tell by itself: ``{"amplitude": "Lock-in R"}``.
+    units
+        Unit of a quantity whose column names none: ``{"amplitude": "nm", "phase": "deg"}``.
+    sensitivity
+        By which amplitudes in volts are multiplied (m/V, or text such as ``"52 nm/V"``).
+    amplitude_is
+        ``"peak"`` (zero to peak) or ``"rms"``: what the amplitudes in the file are.
+    phase_convention
+        What the phases in the file are, with the lag behind the drive (90° when free at resonance, above in net attraction):
+        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Left out where the file does not tell it, the phases stay
+        as they are until :func:`dforce.calibrate` is told.
+    height
+        ``"sensor"`` or ``"piezo"``, where the file holds both; left out: the sensor.
+    height_grows
+        ``"away"`` from the sample or ``"toward"`` it.
+    direction
+        ``"approach"`` or ``"retract"``, for a file that holds one of them and does not say which.
+    curve
+        Number of the curve, from 1, in a file that holds several; :func:`read_curves` gives all.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along `point`, in the order of the walk: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
+        peak), `phase` (degrees), and where the file has them `amplitude_2`, `phase_2`, `deflection` (m), `frequency`,
+        `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive); the coordinate `direction`.
+
+    Raises
+    ------
+    ResultError
+        For a file that cannot be read, was cut short, or holds no curve: with the row and the reason.
+    ParameterError
+        Where something must be given that the file does not tell.
+    """
+    asked = Asked.of(columns, units, sensitivity, amplitude_is, phase_convention, height, height_grows, direction)
+    found = _curves(path, asked, curve)
+    if len(found) > 1:
+        raise ParameterError(
+            f"'{shorten(str(path))}' holds {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
+            "them with df.read_curves"
+        )
+    return found[0]
+
+
+@checked
+def read_curves(
+    path: str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    sensitivity: float | str | None = None,
+    amplitude_is: str | None = None,
+    phase_convention: str | None = None,
+    height: str | None = None,
+    height_grows: str | None = None,
+    direction: str | None = None,
+) -> list[xr.Dataset]:
+    """Return all curves of a file, as :func:`read_measured` gives one of them; `x` and `y` (m) are attributes of each.
+
+    Curves are told apart by a column `curve`, or by columns `x` and `y`; in HDF5 each group is one, in .nid each row.
+
+    Raises
+    ------
+    ResultError
+        As :func:`read_measured`, for the first curve that cannot be read.
+    ParameterError
+        As :func:`read_measured`.
+    """
+    asked = Asked.of(columns, units, sensitivity, amplitude_is, phase_convention, height, height_grows, direction)
+    return _curves(path, asked, None)
+
+
+def _curves(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[xr.Dataset]:
+    content, name = content_of(path)
+    if content.startswith(HDF5) and results.is_own(content, name):
+        own = results.read(path, name)
+        if not isinstance(own, Table):
+            return [_chosen([own], number, name)] if number is not None else [own]
+        tables = [own]
+    else:
+        tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
+    if number is not None:
+        tables = [_chosen(tables, number, name)]
+    source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
+    several = len(tables) > 1
+    return [
+        curve_of(table, asked, f"curve {place} of {name}" if several else name).assign_attrs(
+            source | ({"curve": place} if several else {"curve": number} if number is not None else {})
+        )
+        for place, table in enumerate(tables, start=1)
+    ]
+
+
+def _chosen(tables: list[T], number: int, name: str) -> T:
+    if not 1 <= number <= len(tables):
+        raise ParameterError(f"{name} has no curve {number}; it holds {len(tables)}")
+    return tables[number - 1]
+
+
+def check_measured(data: xr.Dataset) -> None:
+    """Refuse a Dataset that is no measured curve.
+
+    Raises
+    ------
+    ParameterError
+        With what is missing.
+    """
+    missing = [name for name in ("height", "amplitude", "phase") if name not in data]
+    if missing or data["height"].dims != ("point",):
+        what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
+        raise ParameterError(f"data {what}, so it is no measured curve; df.read_measured gives one")
+    if not all(np.isfinite(data[name].values).all() for name in ("height", "amplitude", "phase")):
+        raise ResultError("data holds values that are no finite numbers")

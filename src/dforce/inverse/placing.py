@@ -1,0 +1,215 @@
+"""Which column holds which quantity, and its numbers in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from dforce import units as known_units
+from dforce.errors import ParameterError, ResultError, UnitError, nearest, shorten
+from dforce.inverse.table import Column, Floats, Table
+from dforce.inverse.words import MEANINGS, amplitude_kind, known_unit, quantity_of, scale_to
+
+HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
+HEIGHT_WORDS = {"height_sensor": "sensor", "height": "as the file calls it", "height_piezo": "piezo"}
+NEEDED = ("height", "amplitude", "phase")
+AMPLITUDES = ("amplitude", "amplitude_2")
+NUMBERS = ("1", "")  # units of quantities that need none
+FEWEST = 8  # points of a curve
+
+
+class Placed(NamedTuple):
+    """The quantities of a table: numbers in SI units by name, the columns that they came from, and sentences."""
+
+    values: dict[str, Floats]
+    columns: dict[str, Column]
+    history: list[str]
+
+
+def place(table: Table, columns: Mapping[str, str], height: str | None, name: str) -> dict[str, Column]:
+    """Return the column of each quantity, under "height" that which is taken.
+
+    Raises
+    ------
+    ParameterError
+        For a column that the file lacks, two columns of one quantity, or a quantity that no column seems to hold.
+    """
+    found = {quantity: _named(table, wanted, quantity, name) for quantity, wanted in columns.items()}
+    taken = {column.name for column in found.values()}
+    claims: dict[str, list[Column]] = {}
+    for column in table.columns:
+        quantity = quantity_of(column.name, table.maker)
+        if quantity is not None and column.name not in taken and quantity not in found:
+            claims.setdefault(quantity, []).append(column)
+    for quantity, claimed in claims.items():
+        if len(claimed) > 1:
+            names = ", ".join(f"'{column.name}'" for column in claimed)
+            raise ParameterError(
+                f"{name} has several columns for the {quantity}: {names}; say which with columns = {{'{quantity}': ...}}"
+            )
+        found[quantity] = claimed[0]
+    return _with_height(found, columns, height, name)
+
+
+def _named(table: Table, wanted: str, quantity: str, name: str) -> Column:
+    for column in table.columns:
+        full = f"{column.name} ({column.unit})" if column.unit else column.name
+        if wanted.strip() in (column.name, full, f"{column.name} [{column.unit}]", f"{column.name}_{column.unit}"):
+            return column
+    known = [column.name for column in table.columns]
+    raise ParameterError(f"{name} has no column '{shorten(wanted)}' for the {quantity}{nearest(wanted[:100], known)}")
+
+
+def _with_height(
+    found: dict[str, Column], columns: Mapping[str, str], wanted: str | None, name: str
+) -> dict[str, Column]:
+    """Put the height that is taken under "height"; the sensor comes before the piezo."""
+    present = [key for key in HEIGHTS if key in found]
+    if wanted is not None:
+        key = f"height_{wanted}"
+        if key not in found:
+            there = ", ".join(f"'{found[one].name}' ({HEIGHT_WORDS[one]})" for one in present) or "none"
+            raise ParameterError(f"{name} has no height of the {wanted} that is known as such; heights in it: {there}")
+        present = [key]
+    if present:
+        chosen = "height" if "height" in columns else present[0]
+        found = {**found, "height": found[chosen], "taken": Column(chosen, None, found[chosen].values)}
+    return found
+
+
+def refuse_missing(found: Mapping[str, Column], table: Table, name: str) -> None:
+    """Refuse a table without the quantities that a curve consists of.
+
+    Raises
+    ------
+    ParameterError
+        With the columns that there are, and how to name one.
+    """
+    needed = ("height", "frequency_shift") if "frequency_shift" in found and "phase" not in found else NEEDED
+    missing = [quantity for quantity in needed if quantity not in found]
+    if missing:
+        there = ", ".join(f"'{shorten(column.name, 30)}'" for column in table.columns[:20])
+        raise ParameterError(
+            f"{name} has no column that is known to hold the {' or the '.join(missing)}; "
+            f"say which with columns = {{'{missing[0]}': ...}}; its columns: {there}"
+        )
+
+
+def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | str | None, name: str) -> Floats:
+    """Return the numbers of a column in the unit that its quantity is stored in.
+
+    Raises
+    ------
+    ParameterError
+        Without a unit, for volts without a sensitivity, and for a unit of something else.
+    """
+    stored = MEANINGS[quantity].unit
+    if column.values.dtype.kind != "f":
+        raise ParameterError(f"{name} has words in the column '{column.name}', which should hold the {quantity}")
+    values = np.asarray(column.values, dtype=float)
+    said = known_unit(unit) if unit is not None else column.unit
+    if unit is not None and not said:
+        raise ParameterError(f"units: '{shorten(unit, 40)}' is not a known unit, for the {quantity}")
+    if stored in NUMBERS:
+        return values
+    if not said:
+        raise ParameterError(
+            f"{name} does not tell the unit of the {quantity} (column '{column.name}'); give it: "
+            f"units = {{'{quantity}': '{known_units.usual_unit(stored)}'}}"
+        )
+    if quantity in AMPLITUDES and _is_voltage(said):
+        if sensitivity is None:
+            raise ParameterError(
+                f"{name} has the {quantity} in {said} (column '{column.name}'); give the sensitivity of the detector, "
+                "such as sensitivity = '52 nm/V'"
+            )
+        return values * scale_to(said, "V") * _sensitivity(sensitivity)
+    try:
+        return values * scale_to(said, stored)
+    except UnitError as error:
+        raise UnitError(f"{name}: the unit of the {quantity} (column '{column.name}') {error}") from None
+
+
+def _is_voltage(unit: str) -> bool:
+    try:
+        known_units.parse(f"1 {unit}", "V")
+    except UnitError:
+        return False
+    return True
+
+
+def _sensitivity(given: float | str) -> float:
+    try:
+        value = known_units.parse(given, "m/V")
+    except UnitError as error:
+        raise UnitError(f"sensitivity {error}") from None
+    if value <= 0.0:
+        raise ParameterError(f"sensitivity = {shorten(given)} is not above 0")
+    return value
+
+
+def refuse_gaps(quantity: str, values: Floats, table: Table, name: str) -> None:
+    """Refuse a column that has a value which is no finite number.
+
+    Raises
+    ------
+    ResultError
+        With the first such row.
+    """
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise ResultError(
+            f"{name} has no finite number for the {quantity} in {table.place(int(bad[0]))}"
+            + (f", and in {len(bad) - 1} more" if len(bad) > 1 else "")
+            + "; remove such rows, or export the curve again"
+        )
+
+
+def amplitude_scale(column: Column, asked: str | None, maker: str, name: str) -> tuple[float, str]:
+    """Return by what amplitudes are multiplied to be zero to peak, and a sentence on it.
+
+    Raises
+    ------
+    ParameterError
+        Where a maker's files are known to hold either, and nothing says which.
+    """
+    told = amplitude_kind(column.name)
+    if asked is not None and told is not None and asked != told:
+        raise ParameterError(f"{name} calls its amplitude '{column.name}', but amplitude_is = '{asked}' was given")
+    kind = asked or told
+    if kind is None and maker in ("Bruker", "JPK"):
+        raise ParameterError(
+            f"{name} comes from software of {maker}, whose amplitudes are rms or zero to peak by version: "
+            "give amplitude_is = 'rms' or amplitude_is = 'peak'"
+        )
+    if kind == "rms":
+        return float(np.sqrt(2.0)), "amplitude: rms in the file, multiplied by the square root of 2"
+    return 1.0, f"amplitude: zero to peak, {'as given' if kind else 'as nothing in the file says otherwise'}"
+
+
+def split_curves(table: Table, columns: Mapping[str, str], name: str) -> list[Table]:
+    """Return the curves in a table, told apart by a column `curve`, or by the places `x` and `y` on a map."""
+    found = {key: column for key, column in place(table, columns, None, name).items() if key in ("curve", "x", "y")}
+    numbers = {key: column for key, column in found.items() if column.values.dtype.kind == "f"}
+    keys = ["curve"] if "curve" in numbers else [key for key in ("x", "y") if key in numbers]
+    if not keys:
+        return [table]
+    stacked = np.stack([np.asarray(numbers[key].values, dtype=float) for key in keys], axis=1)
+    if not np.isfinite(stacked).all():
+        raise ResultError(f"{name} has rows without a {' or '.join(keys)}, so that their curve is not known")
+    _, first, which = np.unique(stacked, axis=0, return_index=True, return_inverse=True)
+    if keys != ["curve"] and len(first) * FEWEST > len(stacked):
+        return [table]  # places that drift from point to point are no map
+    order = np.argsort(first)
+    parts = [np.flatnonzero(np.ravel(which) == number) for number in order]
+    return [table.part(rows, _position(numbers, int(rows[0]))) for rows in parts]
+
+
+def _position(numbers: Mapping[str, Column], row: int) -> tuple[float, float] | None:
+    """Return the place of a row on the map (m); None without both coordinates and their units."""
+    if not {"x", "y"} <= set(numbers) or not (numbers["x"].unit and numbers["y"].unit):
+        return None
+    x, y = (float(numbers[key].values[row]) * scale_to(str(numbers[key].unit), "m") for key in ("x", "y"))
+    return x, y

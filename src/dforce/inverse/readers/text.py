@@ -1,0 +1,257 @@
+"""Text: comma, semicolon, tab or blank between the cells, a point or a comma in the numbers, comments, any line ends.
+
+The columns' headings are the line above the numbers, or a comment there; those that JPK's software writes stand in comments
+of their own, and those of Bruker's NanoScope hold both directions side by side.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dforce.errors import ResultError, shorten
+from dforce.inverse.readers.pairs import has_pairs, paired
+from dforce.inverse.table import Column, Table, Words, segment_of
+from dforce.inverse.words import known_unit, split_heading
+
+POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?")
+COMMA = re.compile(r"[+-]?(?:\d+,?\d*|,\d+)(?:[eE][+-]?\d{1,3})?")
+OTHER_WORDS = ("true", "false")  # of a column of marks
+NOTHING = ("", "nan", "-nan", "inf", "+inf", "-inf", "infinity", "-infinity", "null", "none", "n/a", "na", "--")
+MARKS = ("#", "%")  # of comments
+NOTE = re.compile(r"([A-Za-z][\w .\-/]{0,80}?)\s*[:=]\s*(.+)")
+MOST_CELLS = 10_000_000
+
+
+class Line(NamedTuple):
+    """A line of the file: its number, its text, and whether it is a comment."""
+
+    number: int
+    text: str
+    comment: bool
+
+
+class Style(NamedTuple):
+    """How the cells of a line are told apart, and what a number looks like; no separator stands for blanks."""
+
+    separator: str
+    number: re.Pattern[str]
+
+    def cells(self, text: str) -> list[str]:
+        """Return the cells of a line."""
+        parts = text.split(self.separator) if self.separator else text.split()
+        return [part.strip().strip('"') for part in parts]
+
+    def value(self, cell: str) -> float | None:
+        """Return the number in a cell, NaN for one that stands for none, None for a word."""
+        if cell.lower() in NOTHING:
+            return float("nan") if "inf" not in cell.lower() else float("inf")
+        if not self.number.fullmatch(cell):
+            return None
+        return float(cell.replace(",", "."))
+
+
+STYLES = tuple(Style(separator, number) for separator in ("\t", ";", ",", "") for number in (POINT, COMMA))
+
+
+def read(content: bytes, name: str) -> list[Table]:
+    """Return the curve in a text file.
+
+    Raises
+    ------
+    ResultError
+        For what is no table of numbers, or was cut short.
+    """
+    text = decoded(content, name)
+    lines = list(_lines(text))
+    style, rows = _table(lines, name)
+    _refuse_cut(text, lines, rows, style, name)
+    headings = _headings(lines, rows[0], style, name)
+    table = _columns(headings, lines, rows, style, name)
+    return [paired(table) if has_pairs(table) else table]
+
+
+def decoded(content: bytes, name: str) -> str:
+    """Return the text of a file, whatever program wrote it."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encodings: tuple[str, ...] = ("utf-16",)
+    else:
+        encodings = ("utf-8-sig", "cp1252")
+    for encoding in encodings:
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text.replace("\r\n", "\n").replace("\r", "\n")
+    raise ResultError(f"{name} is neither text nor a kind of file that dForce knows")
+
+
+def _lines(text: str) -> Iterable[Line]:
+    for number, line in enumerate(text.split("\n"), start=1):
+        stripped = line.strip()
+        if stripped:
+            comment = stripped.startswith(MARKS)
+            yield Line(number, stripped.lstrip("#% ").strip() if comment else line.strip("\n"), comment)
+
+
+def _is_row(cells: Sequence[str], style: Style) -> bool:
+    """Say whether cells are a row of numbers; words of directions may stand among them, and blanks."""
+    values = [style.value(cell) for cell in cells]
+    numbers = sum(value is not None and bool(cell.strip()) for value, cell in zip(values, cells, strict=True))
+    words = [cell for value, cell in zip(values, cells, strict=True) if value is None]
+    return numbers >= 2 and all(segment_of(word) is not None or word.lower() in OTHER_WORDS for word in words)
+
+
+def _table(lines: Sequence[Line], name: str) -> tuple[Style, list[int]]:
+    """Return how cells are separated, and which lines are rows of the table: the way that makes most of them one."""
+    plain = [place for place, line in enumerate(lines) if not line.comment]
+    best: tuple[int, int, Style, list[int]] | None = None
+    sample = [place for place in plain if any(sign.isdigit() for sign in lines[place].text)]
+    for rank, style in enumerate(STYLES):
+        if style.separator == "," and style.number is COMMA:
+            continue
+        rows = [place for place in sample if _is_row(style.cells(lines[place].text), style)]
+        if rows and (best is None or (len(rows), -rank) > best[:2]):
+            best = len(rows), -rank, style, rows
+    if best is None:
+        raise ResultError(f"{name} holds no table of numbers")
+    style, rows = best[2], best[3]
+    if len(rows) * len(style.cells(lines[rows[0]].text)) > MOST_CELLS:
+        raise ResultError(f"{name} holds more than {MOST_CELLS} numbers, which is no curve")
+    width, known = _width(lines, rows, style), set(rows)
+    broken = [
+        place
+        for place in plain
+        if place >= rows[0] and (place not in known or len(style.cells(lines[place].text)) != width)
+    ]
+    if broken:
+        _refuse_broken(lines, broken[0], plain[-1], width, style, name)
+    return style, rows
+
+
+def _width(lines: Sequence[Line], rows: Sequence[int], style: Style) -> int:
+    widths = [len(style.cells(lines[place].text)) for place in rows]
+    return max(set(widths), key=widths.count)
+
+
+def _refuse_broken(lines: Sequence[Line], place: int, last: int, width: int, style: Style, name: str) -> None:
+    line, cells = lines[place], style.cells(lines[place].text)
+    if place == last and len(cells) <= width:
+        raise ResultError(
+            f"{name} ends in the middle of line {line.number}: it was cut short; "
+            "copy it again, or remove that line to read what is left"
+        )
+    words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
+    if len(cells) != width:
+        raise ResultError(f"{name} has {len(cells)} cells in line {line.number} and {width} in the others")
+    raise ResultError(
+        f"{name} has '{shorten(words[0] if words else line.text, 30)}' in line {line.number}, which is no number"
+    )
+
+
+def _refuse_cut(text: str, lines: Sequence[Line], rows: Sequence[int], style: Style, name: str) -> None:
+    """Refuse a last number that may have lost its last digits: the file ends with it, and it is the shortest of all."""
+    if text.endswith("\n") or len(rows) < 2 or lines[-1] is not lines[rows[-1]]:
+        return
+    ends = [style.cells(lines[place].text)[-1] for place in rows]
+    if len(ends[-1]) < min(map(len, ends[:-1])):
+        raise ResultError(
+            f"{name} ends without a line end at '{shorten(ends[-1], 30)}', which is shorter than every other number of its "
+            "column: it may have been cut short; end the line, or remove it"
+        )
+
+
+def _headings(lines: Sequence[Line], first: int, style: Style, name: str) -> list[str]:
+    """Return the headings of the columns: the nearest line above the numbers that has as many words."""
+    width = len(style.cells(lines[first].text))
+    above = list(reversed(lines[:first]))
+    named = _jpk_headings(above, width)
+    if named is not None:
+        return named
+    for place, line in enumerate(above):
+        for cells in (style.cells(line.text), line.text.split("\t"), line.text.split(",")):
+            cells = [cell.strip() for cell in cells]
+            if len(cells) == width and all(style.value(cell) is None for cell in cells if cell):
+                return _with_units(cells, above[place + 1 :], style)
+        if not line.comment:
+            found = [cell for cell in style.cells(line.text) if cell]
+            if len(found) > 1 and len(found) != width and len(found) * 2 == width and style.separator == ",":
+                raise ResultError(
+                    f"{name} has {len(found)} headings above {width} columns: commas stand both between the numbers and in "
+                    "them, which cannot be told apart; export it with semicolons or tabs"
+                )
+            break
+    return [f"column {number}" for number in range(1, width + 1)]
+
+
+def _with_units(cells: list[str], above: Sequence[Line], style: Style) -> list[str]:
+    """Return headings with their units, where the names stand in a line of their own above the line of units."""
+    if all(known_unit(cell.strip("[]()")) is not None for cell in cells) and above:
+        names = style.cells(above[0].text)
+        if len(names) == len(cells) and not above[0].comment:
+            return [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(names, cells, strict=True)]
+    return cells
+
+
+def _jpk_headings(above: Sequence[Line], width: int) -> list[str] | None:
+    """Return the headings that JPK's software writes in comments: names for a reader, their units beside them."""
+    found: dict[str, list[str]] = {}
+    for line in above:
+        key, colon, rest = line.text.partition(":")
+        if line.comment and colon and key in ("columns", "fancyNames", "units") and key not in found:
+            found[key] = re.findall(r'"([^"]*)"', rest) or rest.split()
+    names = found.get("fancyNames", found.get("columns", []))
+    if len(names) != width:
+        return None
+    units = found.get("units", [])
+    return [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)] if len(units) == width else names
+
+
+def _columns(headings: Sequence[str], lines: Sequence[Line], rows: Sequence[int], style: Style, name: str) -> Table:
+    """Return the table of a file."""
+    cells = [style.cells(lines[place].text) for place in rows]
+    notes, maker = _notes(line for line in lines if line.comment)
+    columns = []
+    for number, heading in enumerate(headings):
+        column = [row[number] for row in cells]
+        values = [style.value(cell) for cell in column]
+        title, unit = split_heading(heading)
+        if any(value is None for value in values):
+            columns.append(Column(title, None, np.array(column)))
+        else:
+            columns.append(Column(title, unit, np.array(values, dtype=float)))
+    numbers = np.array([lines[place].number for place in rows])
+    segments = _segments(lines, rows)
+    if not maker and any(column.name.lower().startswith(("calc_ramp", "height_sensor_")) for column in columns):
+        maker = "Bruker"
+    return Table(tuple(columns), "text", maker, notes, segments, numbers)
+
+
+def _notes(comments: Iterable[Line]) -> tuple[dict[str, str], str]:
+    """Return what the comments of a file tell, and the maker that they are known by."""
+    notes: dict[str, str] = {}
+    for line in comments:
+        match = NOTE.fullmatch(line.text)
+        if match:
+            notes.setdefault(match[1].strip(), match[2].strip())
+    jpk = "fancyNames" in notes or any(key.startswith("force-settings.") for key in notes)
+    return notes, "JPK" if jpk else ""
+
+
+def _segments(lines: Sequence[Line], rows: Sequence[int]) -> Words | None:
+    """Return the part of the curve that each row belongs to, as comments between the blocks tell it."""
+    said = {
+        place: segment_of(line.text.partition(":")[2])
+        for place, line in enumerate(lines)
+        if line.comment and line.text.partition(":")[0].strip().lower() in ("segment", "direction")
+    }
+    said = {place: word for place, word in said.items() if word is not None}
+    if not said or min(said) > rows[0]:
+        return None
+    starts = np.array(sorted(said))
+    latest = starts[np.searchsorted(starts, np.array(rows), side="right") - 1]
+    return np.array([said[place] for place in latest])

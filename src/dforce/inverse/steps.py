@@ -1,0 +1,298 @@
+"""The steps of the calibration; each changes the curve in place and says what it did."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from dforce import units
+from dforce.errors import ParameterError
+from dforce.inverse.free_part import FLAT, WIDE, Stretch, fewest, free_count, stretch
+from dforce.inverse.heights import WAYS, Rows
+from dforce.inverse.table import APPROACH, Floats
+from dforce.inverse.values import show as shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.case import Case
+
+UNITS = {"amplitude": "m", "phase": "deg", "amplitude_2": "m", "phase_2": "deg", "frequency_shift": "Hz"}
+TONES = (("amplitude", "phase", "", 0), ("amplitude_2", "phase_2", "_2", 1))
+RATIOS = ((math.sqrt(2.0), "rms where it should be zero to peak"), (0.5, "peak to peak where it should be zero to peak"),
+          (1.0 / math.sqrt(2.0), "zero to peak, and was multiplied as if it were rms"))  # fmt: skip
+NEAR = 0.03  # of a ratio
+LONG = 0.25  # of a direction: along a shorter stretch a straight line may as well be the tail of a force
+AT_RESONANCE = 90.0  # degrees
+
+
+class Given(NamedTuple):
+    """What a user says about the free part and the noise, in SI units and degrees."""
+
+    free_part: tuple[float, float] | None
+    free_amplitude: float | None
+    free_phase: float | None
+    errors: dict[str, float]
+    baseline: str
+
+
+@dataclass
+class Work:
+    """A curve that is being calibrated, and the sentences so far."""
+
+    data: xr.Dataset
+    history: list[str]
+    given: Given
+    free: dict[str, Rows] = field(default_factory=dict)
+    tilted: dict[str, bool] = field(default_factory=dict)
+    found: dict[str, dict[str, Stretch]] = field(default_factory=dict)
+
+    def values(self, name: str) -> Floats:
+        """Return the numbers of a variable."""
+        return np.asarray(self.data[name].values, dtype=float)
+
+    @property
+    def channels(self) -> list[str]:
+        """The quantities that were measured at each height."""
+        return [name for name in UNITS if name in self.data]
+
+    def rows(self, direction: str) -> Rows:
+        """Return the rows of a direction, from the far end to the near one."""
+        rows = np.flatnonzero(self.data["direction"].values == direction)
+        return rows if direction == APPROACH else rows[::-1]
+
+    @property
+    def directions(self) -> list[str]:
+        """The directions that the curve has, the approach first."""
+        there = set(self.data["direction"].values.tolist())
+        return [word for word in WAYS if word in there]
+
+
+def take_delay(work: Work, delay: float | None, speed: float | None) -> None:
+    """Give each point the height at which it was measured, a delay earlier."""
+    if delay is None:
+        return
+    height = work.values("height")
+    if speed is None and "time" not in work.data:
+        raise ParameterError("delay needs the speed of the heights (speed = '100 nm/s'), because the curve has no time")
+    for word in work.directions:
+        rows = work.rows(word)[:: 1 if word == APPROACH else -1]  # in the order of time
+        if speed is not None:
+            height[rows] -= WAYS[word] * speed * delay
+            continue
+        time, own = work.values("time")[rows], height[rows].copy()
+        if not (np.diff(time) > 0.0).all():
+            raise ParameterError("delay: the times of the curve do not rise from point to point; give speed instead")
+        start = (own[1] - own[0]) / (time[1] - time[0])
+        height[rows] = np.interp(time - delay, time, own) + np.minimum(time - delay - time[0], 0.0) * start
+    work.data["height"] = ("point", height)
+    by = f"{units.show(speed, 'm/s', 4)} times " if speed is not None else "the heights "
+    work.history.append(
+        f"delay: each point has the height of {units.show(delay, 's', 4)} before"
+        + (f" ({by}that)" if speed is not None else " (by its time)")
+    )
+
+
+def find_free_part(work: Work) -> None:
+    """Find the free part of each direction, and the noise in it."""
+    height = work.values("height")
+    for word in work.directions:
+        rows = work.rows(word)
+        if work.given.free_part is not None:
+            low, high = work.given.free_part
+            chosen = rows[(height[rows] >= low) & (height[rows] <= high)]
+            count, tilted = (len(chosen), False) if len(chosen) >= 3 else (0, False)
+        else:
+            count, tilted = free_count(height[rows], [work.values(name)[rows] for name in work.channels])
+            chosen = rows[:count]
+        if not count:
+            continue
+        work.free[word], work.tilted[word] = chosen, tilted
+        work.found[word] = {name: stretch(height[chosen], work.values(name)[chosen]) for name in work.channels}
+        ends = sorted((float(height[chosen[0]]), float(height[chosen[-1]])))
+        how = ", as given" if work.given.free_part is not None else ", along a drift" if tilted else ""
+        work.history.append(
+            f"free part: {count} points of the {word}, from {units.show(ends[0], 'm', 5)} to "
+            f"{units.show(ends[1], 'm', 5)}{how}"
+        )
+    _refuse_no_free_part(work)
+    mask = np.zeros(len(height), dtype=bool)
+    for rows in work.free.values():
+        mask[rows] = True
+    work.data["free"] = ("point", mask)
+
+
+def _refuse_no_free_part(work: Work) -> None:
+    if work.free:
+        return
+    if work.given.free_part is not None:
+        low, high = (units.show(end, "m", 5) for end in work.given.free_part)
+        raise ParameterError(f"free_part: there are fewer than 3 points from {low} to {high}")
+    needed = [name for name in work.channels if name not in work.given.errors]
+    missing = [
+        *(["free_amplitude"] if work.given.free_amplitude is None else []),
+        *(["free_phase"] if work.given.free_phase is None and "phase" in work.data else []),
+        *(f"errors of {name}" for name in needed),
+    ]
+    if missing:
+        raise ParameterError(
+            f"the curve has no free part: no {fewest(work.data.sizes['point'])} points at its far end are all alike; "
+            f"give {', '.join(missing)}, or the heights of a free part"
+        )
+    work.history.append("free part: none; free amplitude, free phase and errors as given")
+
+
+def level(work: Work) -> None:
+    """Subtract a drift of the free part, as a straight line, from the whole direction."""
+    height = work.values("height")
+    for word, found in work.found.items():
+        for name, part in found.items():
+            if not part.slope_error or abs(part.slope) <= FLAT * part.slope_error:
+                continue
+            rows = work.rows(word)
+            reach = float(height[work.free[word]].mean() - height[rows].min())
+            unit = UNITS[name]
+            text = (
+                f"the {name} of the {word} drifts along the free part, which makes "
+                f"{shown(part.slope * reach, part.slope_error * reach, unit)} from there to the nearest point"
+            )
+            if work.given.baseline == "none" and work.tilted[word]:
+                raise ParameterError(f"{text}; baseline = 'line' subtracts the drift where it is one")
+            if not work.tilted[word] or len(work.free[word]) < LONG * len(rows):
+                why = (
+                    "it cannot be told from forces that reach so far"
+                    if work.tilted[word]
+                    else "the free part was given"
+                )
+                work.history.append(f"doubt: {text}; nothing is subtracted, because {why}")
+                continue
+            values = work.values(name)
+            values[rows] -= part.slope * (height[rows] - height[work.free[word]].mean())
+            work.data[name] = ("point", values)
+            found[name] = stretch(height[work.free[word]], values[work.free[word]])
+            work.history.append(f"drift: {text}; the line is subtracted")
+
+
+def together(work: Work, name: str) -> tuple[float, float, float]:
+    """Return mean, its error and the noise of a channel over the free parts of both directions."""
+    parts = [(word, found[name]) for word, found in work.found.items()]
+    weights = np.array([1.0 / max(part.error, 1e-300) ** 2 for _, part in parts])
+    mean = float((weights * [part.mean for _, part in parts]).sum() / weights.sum())
+    error = float(1.0 / np.sqrt(weights.sum()))
+    noise = float(np.sqrt(np.average([part.noise**2 for _, part in parts], weights=[part.points for _, part in parts])))
+    if len(parts) == 2:
+        apart = parts[0][1].mean - parts[1][1].mean
+        if abs(apart) > WIDE * math.hypot(parts[0][1].error, parts[1][1].error):
+            error = math.hypot(error, 0.5 * apart)
+            work.history.append(
+                f"drift: the free {name} of approach and retract differ by {shown(apart, None, UNITS[name])}, "
+                "half of which is added to its error"
+            )
+    return mean, error, noise
+
+
+def take_amplitudes(work: Work, case: Case | None) -> None:
+    """Take free amplitudes and the noise of every channel from the free part, or as given."""
+    attrs = work.data.attrs
+    correlations = [(part.correlation, part.points) for found in work.found.values() for part in found.values()]
+    count = sum(number for _, number in correlations)
+    mean = sum(r * number for r, number in correlations) / count if count else 0.0
+    significant = count > 0 and mean > FLAT / math.sqrt(count)
+    attrs["neighbor_correlation"] = float(mean) if significant else 0.0
+    work.history.append(
+        f"neighbors: correlated by {mean:.2f}" if significant else "neighbors: no correlation above the noise"
+    )
+    for name in work.channels:
+        noise = work.given.errors.get(name)
+        if noise is None:
+            noise = together_noise(work, name)
+        attrs[f"{name}_error"] = noise
+        source = "as given" if name in work.given.errors else "from the free part"
+        work.history.append(f"noise: {shown(noise, None, UNITS[name])} of the {name}, {source}")
+    for amplitude, _, ending, tone in TONES:
+        if amplitude not in work.data:
+            continue
+        own = work.given.free_amplitude if not ending else None
+        if own is not None:
+            attrs[f"free_amplitude{ending}"] = own
+            work.history.append(f"free amplitude: {units.show(own, 'm', 5)}, as given")
+            if work.found:
+                _compare(work, together(work, amplitude)[0], own, "as given")
+        elif work.found:
+            mean, error, _ = together(work, amplitude)
+            attrs |= {f"free_amplitude{ending}": mean, f"free_amplitude{ending}_error": error}
+            work.history.append(f"free amplitude{' of tone 2' if ending else ''}: {shown(mean, error, 'm')}")
+            if case is not None and len(case.problem.tones) > tone:
+                _compare(work, mean, case.problem.tones[tone].A0, "of the case")
+
+
+def together_noise(work: Work, name: str) -> float:
+    """Return the noise of a channel over all free parts."""
+    parts = [found[name] for found in work.found.values()]
+    return float(np.sqrt(np.average([part.noise**2 for part in parts], weights=[part.points for part in parts])))
+
+
+def _compare(work: Work, found: float, wanted: float, whose: str) -> None:
+    """Say so where the free amplitude is not the one that was expected, and which mistake would make it so."""
+    ratio = wanted / found
+    for factor, mistake in RATIOS:
+        if abs(ratio / factor - 1.0) < NEAR:
+            work.history.append(
+                f"doubt: the free amplitude {whose} is {ratio:.3f} times the measured one, as if the file's were {mistake}"
+            )
+            return
+    if abs(ratio - 1.0) > NEAR:
+        work.history.append(f"doubt: the free amplitude {whose} is {ratio:.3f} times the measured one")
+
+
+def take_phases(work: Work, case: Case | None) -> None:
+    """Let phases count from the free part, which has the lag of the free motion."""
+    attrs = work.data.attrs
+    for _, name, ending, tone in TONES:
+        if name not in work.data:
+            continue
+        lag, why = _free_lag(work, case, tone)
+        if work.given.free_phase is not None and not ending:
+            free, error = work.given.free_phase, 0.0
+        elif work.found:
+            mean, error, _ = together(work, name)
+            change = max(
+                (abs(found[name].slope) + found[name].slope_error) * _length(work, word)
+                for word, found in work.found.items()
+            )
+            free, error = mean, math.hypot(error, change)
+        else:
+            continue
+        attrs[f"{name}_offset"] = free - lag
+        if error > 0.0:
+            attrs[f"{name}_offset_error"] = error
+        work.data[name] = work.data[name] - (free - lag)
+        text = shown(free - lag, error if error > 0.0 else None, "deg")
+        work.history.append(
+            f"{name}: the free part is set to {lag:.2f}° ({why}), by an offset of {text}, what may "
+            "change along the free part counted in the error"
+            if work.given.free_phase is None
+            else f"{name}: the free phase given is set to {lag:.2f}° ({why}), by an offset of {text}"
+        )
+
+
+def _length(work: Work, word: str) -> float:
+    return float(np.ptp(work.values("height")[work.free[word]]))
+
+
+def _free_lag(work: Work, case: Case | None, tone: int) -> tuple[float, str]:
+    """Return the lag of the free motion (degrees), and where it is known from."""
+    if case is not None and len(case.problem.tones) > tone:
+        problem = case.problem
+        turn = problem.readout.turns[tone] if problem.readout.turns else 0.0
+        lag = problem.tones[tone].phase - cmath.phase(problem.detected_free[tone]) + turn
+        return math.degrees(lag) % 360.0, "the free lag of the case"
+    known = work.data.attrs
+    if tone == 0 and {"f0", "Q", "drive_frequency"} <= set(known):
+        r = float(known["drive_frequency"]) / float(known["f0"])
+        return math.degrees(math.atan2(r / float(known["Q"]), 1.0 - r * r)), "by f0, Q and the drive frequency"
+    return AT_RESONANCE, "as if driven at resonance"

@@ -1,0 +1,353 @@
+r"""The thermal tune: f0, Q and the spring constant from the spectrum of the free lever's thermal motion.
+
+.. math:: S(f) = W + \langle z^2 \rangle \frac{2}{\pi f_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0, \qquad
+          k = \frac{k_\mathrm{B} T}{\langle z^2 \rangle}
+
+one-sided (m²/Hz). A lever of light that was calibrated by a force curve reads mode 1 as :math:`s_1 z`, with the slope at the
+end :math:`s_1`: then :math:`k = s_1^2 k_\mathrm{B} T / \langle z^2 \rangle`, and the spring constant of a steady force is
+:math:`12 k / \kappa_1^4`: H.-J. Butt and M. Jaschke, Nanotechnology 6, 1 (1995).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce import beam, units
+from dforce.errors import ParameterError, ResultError, UnitError, checked, shorten
+from dforce.inverse.readers import content_of, tables_in
+from dforce.inverse.table import Column, Floats, Table
+from dforce.inverse.values import measured, show
+from dforce.inverse.words import bare, known_unit, scale_to
+
+BOLTZMANN = 1.380649e-23  # J/K; exact in the SI since 2019
+ROOM = 298.15  # K
+FEWEST = 12  # points of a spectrum about its peak
+WIDTHS, FEW = 5.0, 20  # f0/Q on both sides of the peak that are fitted, and the fewest points there
+WIDEST = (0.5, 1.5)  # of f0: farther off is no longer this mode alone
+ROUNDS, CLOSE = 200, 1e-10
+ABOVE = 4.0  # times the level around it that a peak reaches
+DENSITIES = {"m^2/Hz": 1.0, "m/Hz^0.5": 2.0}  # powers that make a power density of them
+VOLTS = {"V^2/Hz": 1.0, "V/Hz^0.5": 2.0}
+NAMES = (
+    "psd",
+    "powerspectraldensity",
+    "amplitudespectraldensity",
+    "asd",
+    "density",
+    "spectraldensity",
+    "power",
+    "spectrum",
+)
+LEVERS = ("static", "mode")
+MISFIT = 3.0  # errors of a correlation of neighbors that is none
+
+
+@dataclass(frozen=True)
+class ThermalTune:
+    """What a spectrum of the thermal motion tells, with standard errors.
+
+    Attributes
+    ----------
+    f0, k, Q
+        Resonance frequency (Hz), spring constant of mode 1 (N/m), quality factor.
+    f0_error, k_error, Q_error
+        Their standard errors: of the fit, and for k of temperature and sensitivity as far as they were given.
+    k_static
+        Spring constant for a steady force (N/m), of a uniform beam.
+    mean_square
+        Thermal mean square of the deflection, as the detector reads it (m²).
+    background
+        White background (m²/Hz).
+    averages
+        Spectra that were averaged, by the scatter about the fit.
+    band
+        Lowest and highest frequency of the fit (Hz).
+    history
+        A sentence for each step.
+    """
+
+    f0: float
+    f0_error: float
+    k: float
+    k_error: float
+    Q: float
+    Q_error: float
+    k_static: float
+    mean_square: float
+    background: float
+    averages: float
+    band: tuple[float, float]
+    history: tuple[str, ...]
+
+    def as_table(self) -> dict[str, tuple[float, float]]:
+        """Return value and error of f0, k and Q by name."""
+        return {name: (getattr(self, name), getattr(self, f"{name}_error")) for name in ("f0", "k", "Q")}
+
+    def density(self, frequency: Floats) -> Floats:
+        """Return the fitted power density (m²/Hz) at frequencies (Hz)."""
+        logs = np.log([self.f0, self.Q, self.mean_square, max(self.background, 1e-300)])
+        return _model(logs, np.asarray(frequency, dtype=float))[0]
+
+
+@checked
+def thermal_tune(
+    path: str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    unit: str | None = None,
+    sensitivity: Any = None,
+    calibrated: str = "static",
+    temperature: Any = None,
+    band: Sequence[Any] | None = None,
+) -> ThermalTune:
+    """Return f0, Q and k of a lever from a file with the spectrum of its thermal motion.
+
+    Parameters
+    ----------
+    path
+        A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
+        or in volts).
+    columns
+        Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
+    unit
+        Unit of the density, where its column names none: ``"pm/sqrt(Hz)"``.
+    sensitivity
+        By which volts are multiplied (m/V, or text such as ``"52(1) nm/V"``, whose error goes into that of k).
+    calibrated
+        How the sensitivity was found: ``"static"``, by a force curve on a hard sample (an optical lever then reads mode 1
+        differently), or ``"mode"``, for this mode itself.
+    temperature
+        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); left out: 298.15 K.
+    band
+        Lowest and highest frequency of the fit; left out: 5 widths of the peak on both sides.
+
+    Raises
+    ------
+    ResultError
+        For a file that cannot be read, or a spectrum without a peak.
+    ParameterError
+        Where something must be given that the file does not tell.
+    """
+    if calibrated not in LEVERS:
+        raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
+    content, name = content_of(path)
+    table = tables_in(content, name)[0]
+    length = None if sensitivity is None else measured(sensitivity, "m/V", "sensitivity")
+    warm = measured(ROOM if temperature is None else temperature, "K", "temperature")
+    if warm.value <= 0.0 or (length is not None and length.value <= 0.0):
+        raise ParameterError("temperature and sensitivity must be above 0")
+    frequency, power, how = _spectrum(table, columns or {}, unit, None if length is None else length.value, name)
+    tune = _fitted(frequency, power, _band(band), name)
+    history = [f"read: {table.source}, {len(frequency)} points", how, *tune.history]
+    factor = beam.lever_factor(1) ** 2 if calibrated == "static" else 1.0
+    k = factor * BOLTZMANN * warm.value / tune.mean_square
+    relative = [tune.k_error / tune.k, (warm.error or 0.0) / warm.value]
+    if length is not None and length.error is not None and "V" in how:
+        relative.append(2.0 * length.error / length.value)
+    k_error = k * math.sqrt(sum(part**2 for part in relative))
+    k_static = k * 12.0 / beam.wavenumber(1) ** 4
+    way = (
+        f"sensitivity of a steady force: the end's slope in mode 1 makes {factor:.4f} of it"
+        if calibrated == "static"
+        else "sensitivity of the mode itself"
+    )
+    history.append(
+        f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} for a steady force, by equipartition at "
+        f"{warm.value:.5g} K ({way})"
+    )
+    return ThermalTune(
+        tune.f0, tune.f0_error, k, k_error, tune.Q, tune.Q_error, k_static, tune.mean_square, tune.background,
+        tune.averages, tune.band, tuple(history),
+    )  # fmt: skip
+
+
+def _band(given: Sequence[Any] | None) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    if len(given) != 2:
+        raise ParameterError(f"band = {shorten(given)} is not the lowest and the highest frequency")
+    try:
+        low, high = sorted(units.parse(end, "Hz") for end in given)
+    except UnitError as error:
+        raise UnitError(f"band {error}") from None
+    return low, high
+
+
+def _spectrum(
+    table: Table, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
+) -> tuple[Floats, Floats, str]:
+    """Return frequencies (Hz), power densities (m²/Hz), and a sentence on the unit."""
+    unknown = [key for key in columns if key not in ("frequency", "density")]
+    if unknown:
+        raise ParameterError(f"columns: '{shorten(unknown[0])}' is neither frequency nor density")
+    frequency = _column(table, columns.get("frequency"), ("frequency", "freq", "f"), "frequency", name)
+    density = _column(table, columns.get("density"), NAMES, "density", name)
+    said = known_unit(unit) if unit is not None else density.unit
+    if not said:
+        raise ParameterError(
+            f"{name} does not tell the unit of the density (column '{density.name}'); give it: unit = 'm^2/Hz', "
+            "'pm/sqrt(Hz)' or 'V/sqrt(Hz)'"
+        )
+    power, volts, scale = _scale(said, density.name, name)
+    if volts and sensitivity is None:
+        raise ParameterError(f"{name} has the density in {said}; give the sensitivity, such as sensitivity = '52 nm/V'")
+    scale *= float(sensitivity or 1.0) ** (2.0 / power) if volts else 1.0
+    f = np.asarray(frequency.values, dtype=float) * scale_to(frequency.unit or "Hz", "Hz")
+    s = (np.asarray(density.values, dtype=float) * scale) ** power
+    keep = np.isfinite(f) & np.isfinite(s) & (s > 0.0) & (f > 0.0)
+    order = np.argsort(f[keep], kind="stable")
+    return f[keep][order], s[keep][order], f"density: column '{density.name}' in {said}"
+
+
+def _column(table: Table, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
+    numbers = [column for column in table.columns if column.values.dtype.kind == "f"]
+    if wanted is not None:
+        found = [column for column in numbers if column.name == wanted]
+    else:
+        found = [column for column in numbers if bare(column.name) in known]
+    if len(found) != 1:
+        there = ", ".join(f"'{shorten(column.name, 30)}'" for column in numbers[:20])
+        asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found) or 'no'} columns known to hold it"
+        raise ParameterError(
+            f"{name} has {asked} for the {what}; say which with columns = {{'{what}': ...}}; its columns: {there}"
+        )
+    return found[0]
+
+
+def _scale(unit: str, column: str, name: str) -> tuple[float, bool, float]:
+    """Return the power that makes a power density, whether it is in volts, and the scale to SI units."""
+    for table, volts in ((DENSITIES, False), (VOLTS, True)):
+        for stored, power in table.items():
+            try:
+                return power, volts, scale_to(unit, stored)
+            except UnitError:
+                continue
+    raise ParameterError(
+        f"{name}: the unit {unit} of the column '{column}' is no density, such as m^2/Hz or pm/sqrt(Hz)"
+    )
+
+
+def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, name: str) -> ThermalTune:
+    """Return the fit of a spectrum, with k of 1 at a mean square of 1; its errors are of the fit alone."""
+    if band is not None:
+        inside = (frequency >= band[0]) & (frequency <= band[1])
+        frequency, power = frequency[inside], power[inside]
+    if len(frequency) < FEWEST:
+        raise ResultError(f"{name} has {len(frequency)} points of a spectrum, and a fit needs {FEWEST} or more")
+    start = _start(frequency, power, name)
+    if band is None:
+        half = max(WIDTHS * start[0] / start[1], FEW * float(np.median(np.diff(frequency))))
+        low, high = (max(start[0] - half, WIDEST[0] * start[0]), min(start[0] + half, WIDEST[1] * start[0]))
+        inside = (frequency >= low) & (frequency <= high)
+        frequency, power = frequency[inside], power[inside]
+        if len(frequency) < FEWEST:
+            raise ResultError(f"{name} has {len(frequency)} points about its peak, and a fit needs {FEWEST} or more")
+    logs, covariance, averages = _minimized(frequency, power, np.log(start), name)
+    f0, Q, mean_square, background = np.exp(logs)
+    factor, doubts = _misfit(frequency, power, logs)
+    errors = factor * np.sqrt(np.diag(covariance))
+    if not frequency[0] < f0 < frequency[-1] or errors[1] > 0.5:
+        raise ResultError(f"{name} has no peak that tells f0 and Q; give the band of frequencies around it")
+    ends = (float(frequency[0]), float(frequency[-1]))
+    history = (
+        f"fit: {len(frequency)} points from {units.show(ends[0], 'Hz', 5)} to {units.show(ends[1], 'Hz', 5)}, as of "
+        f"{averages:.3g} averaged spectra",
+        *doubts,
+        f"f0: {show(f0, f0 * errors[0], 'Hz')}",
+        f"Q: {show(Q, Q * errors[1], '1')}",
+    )
+    return ThermalTune(
+        float(f0), float(f0 * errors[0]), 1.0, float(errors[2]), float(Q), float(Q * errors[1]), 1.0, float(mean_square),
+        float(background), averages, ends, history,
+    )  # fmt: skip
+
+
+def _misfit(frequency: Floats, power: Floats, logs: Floats) -> tuple[float, tuple[str, ...]]:
+    """Return by what errors grow where neighbors are off the fit together, and the sentence that says so.
+
+    Then the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another one.
+    """
+    rest = power / _model(logs, frequency)[0] - 1.0
+    together = float((rest[1:] * rest[:-1]).sum() / (rest**2).sum())
+    if together < MISFIT / math.sqrt(len(rest)):
+        return 1.0, ()
+    together = min(together, 0.95)
+    factor = math.sqrt((1.0 + together) / (1.0 - together))
+    return factor, (
+        f"doubt: neighbors are off the fit together (correlated by {together:.2f}), so this is not the peak of one steady "
+        f"resonance; all errors are {factor:.1f} times larger for it",
+    )
+
+
+def _start(frequency: Floats, power: Floats, name: str) -> tuple[float, float, float, float]:
+    """Return f0, Q, mean square and background to start from, by the highest smoothed point and the width at half of it."""
+    window = np.ones(3) / 3.0
+    smooth = np.convolve(power, window, mode="same") if len(power) > 30 else power
+    # above the low frequencies, where drift and hum are
+    low = int(np.searchsorted(frequency, 0.02 * frequency[-1]))
+    peak = low + int(np.argmax(smooth[low:]))
+    level = float(np.median(power))
+    if smooth[peak] < ABOVE * level:
+        raise ResultError(f"{name} has no peak that stands out of its background")
+    above = smooth > 0.5 * (smooth[peak] + level)
+    left, right = peak, peak
+    while left > 0 and above[left - 1]:
+        left -= 1
+    while right < len(above) - 1 and above[right + 1]:
+        right += 1
+    step = float(np.median(np.diff(frequency)))
+    width = max(float(frequency[right] - frequency[left]), step)
+    f0 = float(frequency[peak])
+    Q = max(f0 / width, 0.6)
+    return f0, Q, float(smooth[peak]) * math.pi * f0 / (2.0 * Q), max(0.3 * level, 1e-6 * float(smooth[peak]))
+
+
+def _model(logs: Floats, frequency: Floats) -> tuple[Floats, Floats]:
+    """Return the density, and its derivatives by the logarithms of f0, Q, mean square and background."""
+    f0, Q, mean_square, background = np.exp(logs)
+    r2 = (frequency / f0) ** 2
+    below = (1.0 - r2) ** 2 + r2 / Q**2
+    peak = mean_square * 2.0 / (math.pi * f0 * Q) / below
+    by_f0 = peak * (-1.0 + (-4.0 * (1.0 - r2) * r2 + 2.0 * r2 / Q**2) / below)
+    by_Q = peak * (-1.0 + 2.0 * r2 / Q**2 / below)
+    return peak + background, np.stack([by_f0, by_Q, peak, np.full_like(peak, background)], axis=1)
+
+
+def _minimized(frequency: Floats, power: Floats, logs: Floats, name: str) -> tuple[Floats, Floats, float]:
+    """Return the logarithms of largest likelihood, their covariance, and the number of averaged spectra.
+
+    Each point of an averaged spectrum scatters in proportion to what it should be (a gamma distribution), so that the
+    likelihood is that of P. Whittle: the minimum of the sum of ln S + P/S, found by Fisher's scoring.
+    """
+    value = math.inf
+    for _ in range(ROUNDS):
+        density, slopes = _model(logs, frequency)
+        relative = slopes / density[:, None]
+        information = relative.T @ relative + 1e-12 * np.eye(4)
+        step = np.linalg.solve(information, relative.T @ (power / density - 1.0))
+        size = 1.0
+        value = float(np.sum(np.log(density) + power / density))
+        while size > 1e-6:
+            trial = logs + np.clip(size * step, -1.0, 1.0)
+            there = _model(trial, frequency)[0]
+            if float(np.sum(np.log(there) + power / there)) <= value:
+                break
+            size *= 0.5
+        logs = logs + np.clip(size * step, -1.0, 1.0)
+        logs[3] = max(logs[3], math.log(1e-12 * float(power.max())))
+        if float(np.abs(size * step[:3]).max()) < CLOSE:
+            break
+    if not np.isfinite(logs).all() or not math.isfinite(value):
+        raise ResultError(f"{name} has a peak that no resonance describes; give the band of frequencies around it")
+    density, slopes = _model(logs, frequency)
+    relative = slopes / density[:, None]
+    scatter = float(np.mean((power / density - 1.0) ** 2)) * len(power) / max(len(power) - 4, 1)
+    averages = 1.0 / max(scatter, 1e-12)
+    covariance = np.linalg.pinv(relative.T @ relative) * scatter
+    return logs, np.asarray(covariance, dtype=float), averages

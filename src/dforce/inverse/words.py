@@ -1,0 +1,118 @@
+"""The words of instruments: which column holds which quantity, and in which unit."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from dforce import units
+from dforce.errors import UnitError
+
+
+class Meaning(NamedTuple):
+    """A quantity of a measured curve: the unit that it is stored in (as dForce's units know it), and names for it."""
+
+    unit: str
+    names: tuple[str, ...]
+
+
+# names are compared without capitals, spaces and signs
+MEANINGS = {
+    "height_sensor": Meaning("m", (
+        "zsnsr", "zsensor", "zaxissensor", "heightsensor", "sensorheight", "heightmeasured", "measuredheight", "height(sensor)",
+        "heightmeasuredsmoothed", "capacitivesensorheight", "smoothedcapacitivesensorheight", "straingaugeheight",
+        "smoothedstraingaugeheight", "sensor", "zmeasured",
+    )),
+    "height_piezo": Meaning("m", (
+        "raw", "piezo", "zpiezo", "heightpiezo", "piezoheight", "calcramp", "ramp", "zaxis", "heightcommanded", "zcommand",
+    )),
+    "height": Meaning("m", ("height", "z", "zc", "zposition", "heightabovesample")),
+    "amplitude": Meaning("m", ("amplitude", "amp", "amplitude1", "amp1", "amplitudetone1", "lockinamplitude", "a", "a1")),
+    "phase": Meaning("degree", ("phase", "phaselag", "phase1", "phasetone1", "phi", "phi1", "lockinphase", "phaseangle")),
+    "amplitude_2": Meaning("m", ("amplitude2", "amp2", "amplitudetone2", "a2")),
+    "phase_2": Meaning("degree", ("phase2", "phasetone2", "phi2")),
+    "deflection": Meaning("m", ("deflection", "defl", "verticaldeflection", "vdeflection", "meandeflection")),
+    "frequency": Meaning("Hz", ("frequency", "drivefrequency", "freq")),
+    "frequency_shift": Meaning("Hz", ("frequencyshift", "df", "deltaf", "freqshift")),
+    "excitation": Meaning("", ("excitation", "drive", "driveamplitude", "dissipation", "drivevoltage")),
+    "time": Meaning("s", ("time", "t", "segmenttime", "seriestime", "times")),
+    "branch": Meaning("1", ("branch",)),
+    "direction": Meaning("", ("direction", "segment")),
+    "curve": Meaning("1", ("curve", "curvenumber", "curveindex")),
+    "x": Meaning("m", ("x", "xposition", "posx")),
+    "y": Meaning("m", ("y", "yposition", "posy")),
+}  # fmt: skip
+OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
+# units that may end a name behind an underscore; any other word there belongs to the name
+ENDINGS = (
+    "m", "mm", "um", "µm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "deg", "degree", "degrees", "rad", "mrad", "Hz", "kHz",
+    "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
+)  # fmt: skip
+SPELLED = {"°": "deg", "º": "deg", "degrees": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
+BRACKETS = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*$", re.DOTALL)
+
+
+def bare(name: str) -> str:
+    """Return a name without what tells no two of them apart: capitals, spaces and signs."""
+    return "".join(sign for sign in name.casefold() if sign.isalnum())
+
+
+def known_unit(text: str) -> str | None:
+    """Return a unit as dForce's units spell it, None for what is no unit; the empty text for "no unit"."""
+    text = text.strip().replace("μ", "u").replace("µ", "u")
+    text = SPELLED.get(text, text)
+    text = re.sub(r"(?:sqrt|√)\s*\(?\s*Hz\s*\)?", "Hz^0.5", text).replace("²", "^2")
+    if not text:
+        return ""
+    try:
+        units.unit_scale(text)
+    except UnitError:
+        return None
+    return text
+
+
+def split_heading(heading: str) -> tuple[str, str | None]:
+    """Return the name and the unit of a column's heading, such as ``Phase [deg]``, ``Amp (nm)`` or ``height_nm``.
+
+    The unit is None where the heading tells none.
+    """
+    heading = heading.strip().strip('"').strip()
+    match = BRACKETS.match(heading)
+    if match and match[1] and match[2].strip():
+        unit = known_unit(match[2])
+        if unit is not None:
+            return match[1].strip(), unit
+    name, line, last = heading.rpartition("_")
+    if line and name and last in ENDINGS:
+        return name, known_unit(last)
+    return heading, None
+
+
+def quantity_of(name: str, maker: str = "") -> str | None:
+    """Return the quantity that a column of this name holds; None where the name does not tell."""
+    word = re.sub(r"(rms|zerotopeak|peak)$", "", bare(name))
+    if maker == "JPK" and word == "height":
+        return "height_piezo"  # "Height" of JPK is what the piezo was told, "Height (measured)" its sensor
+    return OF_A_NAME.get(word)
+
+
+def amplitude_kind(name: str) -> str | None:
+    """Return "rms" or "peak" where the name of an amplitude says which it is."""
+    word = bare(name)
+    if word.endswith("rms"):
+        return "rms"
+    return "peak" if word.endswith("peak") and not word.endswith("peaktopeak") else None
+
+
+def scale_to(unit: str, stored: str) -> float:
+    """Return by what numbers in `unit` are multiplied to be in `stored`; "degree" may be one.
+
+    Raises
+    ------
+    UnitError
+        When the two measure different things.
+    """
+    if stored == "degree":
+        return 1.0 if unit in ("deg", "degree") else math.degrees(units.parse(f"1 {unit}", "rad"))
+    return units.parse(f"1 {unit}", stored)
