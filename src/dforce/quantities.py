@@ -202,8 +202,8 @@ FITS = _table(
                ("parameter",)),
     Observable("error", "", "SI", "", "error", "standard deviation of a value by the covariance; NaN where the data do not see "
                "the parameter, infinite where only a product with others is known", ("parameter",)),
-    Observable("error_low", "", "SI", "", "error below", "how far below the value one standard deviation reaches: by the profile "
-               "where one was asked for", ("parameter",)),
+    Observable("error_low", "", "SI", "", "error below", "how far below the value one standard deviation reaches: by the "
+               "profile where one was asked for", ("parameter",)),
     Observable("error_high", "", "SI", "", "error above", "how far above the value one standard deviation reaches",
                ("parameter",)),
     Observable("error_given", "", "SI", "", "error passed on", "error that those of the values given, such as k, leave in it",

@@ -49,7 +49,20 @@ EDGE = ("cli", "gui")
 WINDOW = ("cli.gui", "gui.server")
 
 # `import dforce` must be quick, so these wait until something needs them.
-HEAVY = ("igor2", "numba", "pint", "scipy", "xarray", "matplotlib", "typer", "h5netcdf", "h5py", "pandas", "nicegui", "plotly")
+HEAVY = (
+    "igor2",
+    "numba",
+    "pint",
+    "scipy",
+    "xarray",
+    "matplotlib",
+    "typer",
+    "h5netcdf",
+    "h5py",
+    "pandas",
+    "nicegui",
+    "plotly",
+)
 
 
 def files() -> dict[str, Path]:

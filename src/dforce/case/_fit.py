@@ -22,9 +22,12 @@ class Data(Parameters):
         default="", max_length=1000, description="file of the curve, beside the case file: .csv, .txt, .h5, ..."
     )
     columns: Part[dict[str, str]] = part(
-        {}, description="names of the file's columns by what they hold, such as { height = \"ZSnsr\", amplitude = \"Amp\" }"
+        {},
+        description='names of the file\'s columns by what they hold, such as { height = "ZSnsr", amplitude = "Amp" }',
     )
-    units: Part[dict[str, str]] = part({}, description="units of columns that do not say theirs, such as { height = \"nm\" }")
+    units: Part[dict[str, str]] = part(
+        {}, description='units of columns that do not say theirs, such as { height = "nm" }'
+    )
     phase_convention: str = pydantic.Field(
         default="", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
     )
@@ -32,7 +35,14 @@ class Data(Parameters):
         {}, description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }; left out: all'
     )
 
-    @pydantic.field_validator("columns", "units", "use", mode="before")
+    read: Part[dict[str, Any]] = part(
+        {}, description='how else the file is read, as by df.read_measured, such as { sensitivity = "52 nm/V" }'
+    )
+    calibrate: Part[dict[str, Any]] = part(
+        {}, description='how the curve is calibrated, as by df.calibrate, such as { free_amplitude = "30 nm" }'
+    )
+
+    @pydantic.field_validator("columns", "units", "use", "read", "calibrate", mode="before")
     @classmethod
     def _tables(cls, given: Any) -> Any:
         if not isinstance(given, Mapping):
@@ -60,14 +70,16 @@ class Fit(Parameters):
         description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2",
     )  # fmt: skip
     priors: Part[dict[str, Any]] = part(
-        {}, description='values and errors known beforehand, which frees the parameter, such as { "cantilever.Q" = "180(4)" }'
+        {},
+        description='values and errors known beforehand, which frees the parameter, such as { "cantilever.Q" = "180(4)" }',
     )
     bounds: Part[dict[str, Any]] = part(
         {}, description='bounds, such as { "sample.youngs_modulus" = ["10 MPa", "100 GPa"] }'
     )
     start: Part[dict[str, Any]] = part({}, description="where the fit starts; left out: at the values of the case")
     given: Part[dict[str, Any]] = part(
-        {}, description='values and errors that stay fixed, whose errors are passed on, such as { "cantilever.k" = "2.7(2) N/m" }'
+        {},
+        description='values that stay fixed and their errors, which are passed on, such as { "cantilever.k" = "2.7(2) N/m" }',
     )
     errors: Part[dict[str, Any]] = part(
         {}, description='standard deviations of amplitude and phase; left out, or "from free part": as the data say'

@@ -17,6 +17,7 @@ from dforce.cli import (
     check,
     curve,
     examples,
+    fit,
     gui,
     models,
     read,
@@ -64,7 +65,7 @@ def options(
 options.__doc__ = HELP
 COMMANDS = (
     run.run, sweep.sweep, check.check, curve.curve, models.models, examples.examples, schema.schema, benchmark.benchmark,
-    gui.gui, validate.validate, cache.cache, cantilevers.cantilevers, read.read,
+    fit.fit, gui.gui, validate.validate, cache.cache, cantilevers.cantilevers, read.read,
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

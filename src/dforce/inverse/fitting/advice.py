@@ -12,7 +12,7 @@ from dforce.inverse.fitting.unknowns import limits
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
-    from dforce.inverse.fitting.fit import Fitted
+    from dforce.inverse.fitting.run import Fitted
 
 MOST_CHI2 = 3.0  # times sqrt(2 / n): how far reduced chi2 may be from 1
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
@@ -53,7 +53,9 @@ def _chi2(found: Fitted) -> Advice | None:
         else "the noise is smaller than the data say. The errors are too large by its root"
     )
     limit = 1.0 + math.copysign(MOST_CHI2 * width, reduced - 1.0)
-    return Advice("reduced_chi2", reduced, limit, f"chi2 is {reduced:.3g} for each degree of freedom: {why}.", STATISTICS, ())
+    return Advice(
+        "reduced_chi2", reduced, limit, f"chi2 is {reduced:.3g} for each degree of freedom: {why}.", STATISTICS, ()
+    )
 
 
 def _minima(found: Fitted) -> Advice | None:

@@ -15,7 +15,8 @@ DEAD = 1e-10  # of the largest eigenvalue of the scaled information: a direction
 UNSEEN = 1.0  # error of a logarithm beyond which a parameter is not seen, even with all others known
 FAINT = 1e-6  # the same for others: of the largest column
 CORRELATED = 0.1  # of neighbors: below, the noise counts as white
-QUARTER = 0.25  # to which the powers in a product are rounded
+QUARTER, NEAR_QUARTER = 0.25, 0.02  # powers in a product are rounded to quarters, where they are near
+PIVOTS = ("radius", ".k", ".Q")  # what strengths are multiplied by in a product: H R, E sqrt(R), ...
 SMALL_POWER = 0.1  # powers below are none
 
 
@@ -55,7 +56,10 @@ def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float =
     size = len(unknowns)
     norms = np.sqrt((jacobian**2).sum(axis=0))
     seen = np.array(
-        [norm > 1.0 / UNSEEN if one.is_log else norm > FAINT * norms.max() for one, norm in zip(unknowns, norms, strict=True)],
+        [
+            norm > 1.0 / UNSEEN if one.is_log else norm > FAINT * norms.max()
+            for one, norm in zip(unknowns, norms, strict=True)
+        ],
         dtype=bool,
     )
     covariance = np.full((size, size), np.nan)
@@ -67,7 +71,9 @@ def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float =
         kept = directions[~flat] / singular[~flat, None]
         inner = kept.T @ kept / np.outer(norms[seen], norms[seen])
         unknown = directions[flat] / norms[seen]  # in units of what is varied
-        touched = (np.abs(directions[flat]) > SMALL_POWER).any(axis=0) if flat.any() else np.zeros(int(seen.sum()), bool)
+        touched = np.zeros(int(seen.sum()), bool)
+        for row in unknown:
+            touched |= np.abs(row) > SMALL_POWER * np.abs(row).max()
         inner[touched] = np.nan
         inner[:, touched] = np.nan
         inner[touched, touched] = np.inf
@@ -79,20 +85,6 @@ def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float =
     return Certainty(seen, covariance, dead)
 
 
-def powers(direction: Array) -> Array:
-    """Return a direction as powers, relative to the largest, rounded to quarters where they are near them."""
-    relative = direction / direction[np.argmax(np.abs(direction))]
-    rounded = np.round(relative / QUARTER) * QUARTER
-    relative = np.where(np.abs(relative - rounded) < 0.02, rounded, relative)
-    return np.asarray(np.where(np.abs(relative) < 0.01, 0.0, relative))
-
-
-def product(direction: Array, names: Sequence[str]) -> str:
-    """Return the change that leaves a curve as it is, such as ``E ~ s^1, R ~ s^-2``."""
-    parts = [f"{name}^{power:g}" for name, power in zip(names, powers(direction), strict=True) if power]
-    return " ".join(parts)
-
-
 def known_products(dead: Array, unknowns: Sequence[Unknown]) -> list[str]:
     """Return the products of powers that the data do tell, where dead directions leave only these.
 
@@ -100,12 +92,15 @@ def known_products(dead: Array, unknowns: Sequence[Unknown]) -> list[str]:
     """
     if not len(dead):
         return []
-    among = np.flatnonzero((np.abs(dead) > SMALL_POWER * np.abs(dead).max(axis=1, keepdims=True)).any(axis=0))
-    first, *rest = among.tolist()
+    among = np.flatnonzero((np.abs(dead) > SMALL_POWER * np.abs(dead).max(axis=1, keepdims=True)).any(axis=0)).tolist()
+    geometry = [i for i in among if unknowns[i].name.endswith(PIVOTS)]
+    first = (geometry or among)[0]
+    rest = [i for i in among if i != first]
     out = []
     for other in rest:  # each with the first one: E sqrt(R), H R, ...
         ratio = -dead[0, other] / dead[0, first]
-        power = float(np.round(ratio / QUARTER) * QUARTER) if abs(ratio - round(ratio / QUARTER) * QUARTER) < 0.02 else ratio
+        near = round(ratio / QUARTER) * QUARTER
+        power = near if abs(ratio - near) < NEAR_QUARTER else ratio
         out.append(f"{unknowns[other].name} * {unknowns[first].name}^{power:g}")
     return out
 

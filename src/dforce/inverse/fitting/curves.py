@@ -223,7 +223,9 @@ class Curves:
         at = np.tile(solved.at[case, known], len(beside))
         at[-2 * count : -count] += shift
         at[-count:] -= shift
-        states = States(*(np.tile(part[case, known], (len(beside), 1)) for part in (solved.x, solved.memory, solved.branch)))
+        states = States(
+            *(np.tile(part[case, known], (len(beside), 1)) for part in (solved.x, solved.memory, solved.branch))
+        )
         monodromy = np.tile(solved.monodromy[case, known], (len(beside), 1, 1))
         rows = block.remeasure(which, states, at, monodromy)
         read = self.read(block, which, rows).reshape(pairs, 2, count, self.columns)

@@ -15,7 +15,7 @@ from dforce.inverse.fitting.unknowns import limits
 from dforce.kernel import Array
 
 OUTSIDE = 1e3  # standard deviations at each point, where there is no problem at all
-EXACT, ROUGH = 1e-9, 1e-3  # relative changes of chi2 and steps at which a minimum is found
+EXACT, ROUGH = 1e-11, 1e-3  # relative changes of chi2 and steps at which a minimum is found
 MOST = 60  # evaluations for one minimum
 
 

@@ -17,6 +17,8 @@ from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
 from dforce.kernel import Array
 from dforce.problem import Problem
 
+ANEW = 100.0  # times the steps
+
 
 @dataclass(frozen=True)
 class Told:
@@ -123,15 +125,17 @@ class Model:
         """Return the derivatives of what the model says by what is varied, (points, 2 tones, unknowns)."""
         values = self.values(varied)
         beside, steps = [], []
+        # curves that are followed anew need longer steps
+        factor = 1.0 if self.curves.is_smooth else ANEW
         of_case = [i for i, one in enumerate(self.unknowns) if one.kind == CASE]
         for i in of_case:
             for side in (1.0, -1.0):
                 shifted = varied.copy()
-                shifted[i] += side * self.unknowns[i].step
+                shifted[i] += side * factor * self.unknowns[i].step
                 beside.append(self.problem(self.values(shifted)))
-            steps.append(self.unknowns[i].step)
+            steps.append(factor * self.unknowns[i].step)
         heights = [one for one in self.unknowns if one.kind == HEIGHT]
-        shift = heights[0].step * heights[0].scale if heights else 0.0
+        shift = factor * heights[0].step * heights[0].scale if heights else 0.0
         here = self.problem(values)
         found = self.curves.slopes([*beside, here, here], shift, told.solved, self._turns(values))
         scales = np.concatenate([self._scales(values), np.ones(self.tones)])
@@ -140,7 +144,7 @@ class Model:
             out[:, :, i] = found[row] / steps[row] * scales
         for i, one in enumerate(self.unknowns):
             if one.kind == HEIGHT:
-                out[:, :, i] = found[-1] / one.step * scales
+                out[:, :, i] = found[-1] / (factor * one.step) * scales
             elif one.kind == PHASE:
                 out[:, self.tones + one.tone, i] = one.scale
             elif one.kind == SCALE:

@@ -6,6 +6,7 @@ behind a jump from its nearest point outward. Where a jump happens is no data: i
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
+NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FEWEST = 8  # points
 RIGHT_ANGLE = 90.0
 
@@ -63,7 +65,7 @@ class Measured:
     @property
     def tones(self) -> int:
         """How many tones were measured."""
-        return self.amplitude.shape[1]
+        return int(self.amplitude.shape[1])
 
     @property
     def count(self) -> int:
@@ -166,7 +168,7 @@ def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
         low, high = sorted(reading.height)
         chosen &= (height >= low) & (height <= high)
     if reading.direction:
-        if "direction" not in data.coords:
+        if "direction" not in data.variables:
             raise ParameterError("the data do not say which points are approach and which are retract")
         chosen &= np.asarray(data["direction"].values).astype(str) == reading.direction
     return chosen
@@ -190,17 +192,17 @@ def _on_branch(found: Measured, branch: Any, used: Any, name: str) -> Any:
 
 def _branches(data: xr.Dataset, found: Measured, margin: int) -> tuple[Any, Any]:
     """Return the branch of each point, and which points are beside a jump."""
-    if "branch" in data:
+    if "branch" in data.variables:
         branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
         return branch, _beside_known_jump(found.height, branch, margin)
     branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
-    ways = np.asarray(data["direction"].values).astype(str) if "direction" in data.coords else None
+    ways = np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None
     for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
         chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(found.height))
         order = chosen[np.argsort(-found.height[chosen], kind="stable")]  # from far to near
         cuts = _jumps(found, order)
         edges = [0, *cuts, len(order)]
-        for number, (start, stop) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        for number, (start, stop) in enumerate(itertools.pairwise(edges)):
             stretch = order[start:stop]
             nearest = found.phase[stretch[-3:], 0]
             if number > 0 and np.median(nearest) < RIGHT_ANGLE:
@@ -231,8 +233,10 @@ def _jumps(found: Measured, order: Any) -> list[int]:
     over = np.zeros(max(len(order) - 1, 0), bool)
     for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
         step = np.abs(np.diff(values[order]))
-        if len(step):
-            over |= (step > STEP_SIGMAS * math.sqrt(2.0) * sigma) & (step > STEP_MEDIANS * np.median(step))
+        for place, size in enumerate(step):
+            beside = np.delete(step[max(0, place - NEIGHBORS) : place + NEIGHBORS + 1], min(place, NEIGHBORS))
+            usual = max(np.median(step), np.median(beside) if len(beside) else 0.0)  # a steep onset is no jump
+            over[place] |= size > max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * usual)
     return [int(cut) + 1 for cut in np.flatnonzero(over)]
 
 

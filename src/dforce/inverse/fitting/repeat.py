@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from dforce.case import Case
 from dforce.errors import ParameterError, checked
 from dforce.experiments._experiment import Progress
-from dforce.inverse.fitting.fit import fit
 from dforce.inverse.fitting.report import check_fit
 from dforce.inverse.fitting.result import data_of
+from dforce.inverse.fitting.run import fit
 
 if TYPE_CHECKING:
     import xarray as xr

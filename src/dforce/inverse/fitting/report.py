@@ -23,13 +23,15 @@ LITTLE = 0.01  # of an error: what is passed on from given values is not told wh
 
 @checked
 def fit_report(result: xr.Dataset) -> str:
-    """Return what a fit found as text: data, statistics, parameters, correlations, and what to know.
+    """Return what a fit found as text: data, statistics, parameters, correlations, and what to know; of many fits a table.
 
     Raises
     ------
     ParameterError
         When the result is no fit.
     """
+    if result.attrs.get("kind") == "fits":
+        return _table(result)
     check_fit(result)
     lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
     lines += [_data_line(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
@@ -38,6 +40,24 @@ def fit_report(result: xr.Dataset) -> str:
         lines += ["", f"correlations above {TELLING:g}", *pairs]
     notes = [piece.text for piece in advice_in(result)]
     return "\n".join([*lines, *([""] if notes else []), *(f"advice: {note}" for note in notes)])
+
+
+def _table(result: xr.Dataset) -> str:
+    """Return a row for each of many fits."""
+    names = result["parameter"].values.tolist()
+    rows = [("", *(name.split(".")[-1] for name in names), "chi2", "lost", "")]
+    for curve in result["curve"].values.tolist():
+        one = result.sel(curve=curve)
+        cells = []
+        for name in names:
+            part = one.sel(parameter=name)
+            value, error, unit = shown(float(part["value"]), float(part["error"]), str(part["unit"].values))
+            cells.append(f"{value} +- {error} {unit}".rstrip() if np.isfinite(part["value"]) else "")
+        fitted = np.isfinite(one["chi2"])
+        chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}" if fitted else ""
+        lost = f"{float(one['lost_points']):.0f}" if fitted else ""
+        rows.append((curve, *cells, chi2, lost, str(one["message"].values)))
+    return aligned(rows)
 
 
 def check_fit(result: xr.Dataset) -> None:
@@ -65,7 +85,7 @@ def _statistics(result: xr.Dataset) -> list[str]:
         ("chi2", f"{attrs['chi2']:.2f} for {attrs['degrees_of_freedom']} degrees of freedom"),
         ("AIC, BIC", f"{attrs['aic']:.2f}, {attrs['bic']:.2f}"),
         ("lost points", str(attrs["lost_points"])),
-        ("residuals", f"runs test p = {runs_test(result):.2g}"),
+        ("residuals", f"runs test p = {attrs['runs_test']:.2g}"),
     ]
     return ["  " + line for line in aligned(rows).splitlines()]
 
@@ -87,7 +107,9 @@ def _parameters(result: xr.Dataset) -> list[str]:
         given = float(one["error_given"])
         if given > LITTLE * float(one["error"]):
             told += f" +- {shown(float(one['value']), given, str(one['unit'].values))[1]} {unit}".rstrip() + " (given)"
-        prior = f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
+        prior = (
+            f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
+        )
         start = shown(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
     return ["  " + line for line in aligned(rows).splitlines()]
@@ -100,28 +122,6 @@ def _correlations(result: xr.Dataset) -> list[str]:
         for i in range(len(names)) for j in range(i) if abs(values[i, j]) >= TELLING
     ]  # fmt: skip
     return [text for _, text in sorted(pairs, reverse=True)]
-
-
-def runs_test(result: xr.Dataset) -> float:
-    """Return the probability of so few runs of one sign in the residuals, if they were noise (Wald and Wolfowitz)."""
-    used = result["used"].values & ~result["lost"].values
-    order = np.lexsort((result["height"].values[used], result["branch"].values[used]))
-    signs: list[Any] = []
-    for name in ("amplitude_residual", "phase_residual"):
-        signs += [column[used][order] > 0.0 for column in result[name].values.T]
-    runs = sum(1 + int((sign[1:] != sign[:-1]).sum()) for sign in signs)
-    mean, variance = 0.0, 0.0
-    for sign in signs:
-        above, count = int(sign.sum()), len(sign)
-        below = count - above
-        expected = 1.0 + 2.0 * above * below / count
-        mean += expected
-        variance += (expected - 1.0) * (expected - 2.0) / max(count - 1, 1)
-    if variance <= 0.0:
-        return 0.0
-    return 0.5 * math.erfc((mean - runs) / math.sqrt(2.0 * variance)) if runs <= mean else 1.0 - 0.5 * math.erfc(
-        (runs - mean) / math.sqrt(2.0 * variance)
-    )
 
 
 @checked

@@ -13,15 +13,15 @@ from dforce.case import Case
 from dforce.errors import ParameterError
 from dforce.experiments import Approach
 from dforce.inverse.fitting.advice import advice_on
-from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.certainty import known_products
-from dforce.inverse.fitting.fit import Fitted
+from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.minimize import Objective
+from dforce.inverse.fitting.run import Fitted
+from dforce.inverse.fitting.runs_test import runs_test
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
-from dforce.inverse.fitting.typed import DEGREE
 from dforce.kernel import Array
 from dforce.results import provenance
-from dforce.validity import attributes
+from dforce.validity import advice_in, attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,10 +35,10 @@ DATA = "data_"  # before attributes of the measured curve
 
 def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     """Return a fit as a Dataset."""
-    import xarray as xr
-
     best, unknowns = found.best, found.unknowns
     values = found.model.values(best.varied)
+    import xarray as xr
+
     variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found)
     variables["search_chi2"] = ("search", np.array([start.chi2 for start in found.starts]))
     variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
@@ -48,7 +48,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         "symbol": ("parameter", [one.symbol for one in unknowns]), "tone": np.arange(1, found.data.tones + 1),
         "branch": ("point", found.data.branch),
     }  # fmt: skip
-    if "direction" in data.coords:
+    if "direction" in data.variables:
         coords["direction"] = ("point", np.asarray(data["direction"].values).astype(str))
     if found.profiles:
         coords["profiled"] = list(found.profiles)
@@ -59,7 +59,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
             words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
             variable.attrs.update({key: word for key, word in words.items() if word})
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in data.attrs.items()}
-    out.attrs |= attributes(advice_on(found))
+    out.attrs |= attributes(advice_on(found)) | {"runs_test": runs_test(out)}
     if found.interrupted:
         out.attrs["interrupted"] = 1
     return out
@@ -73,9 +73,10 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
     for i, one in enumerate(unknowns):
         profile = found.profiles.get(one.name)
         if profile is not None:
-            sides = values[i] - one.value(found.best.varied[i] - profile.low), one.value(
-                found.best.varied[i] + profile.high
-            ) - values[i]
+            sides = (
+                values[i] - one.value(found.best.varied[i] - profile.low),
+                one.value(found.best.varied[i] + profile.high) - values[i],
+            )
             if any(not abs(side - slope[i] * errors[i]) < ASYMMETRIC * slope[i] * errors[i] for side in sides):
                 low[i], high[i] = sides
     edges = limits(unknowns)
@@ -194,19 +195,19 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
     columns: dict[str, Any] = {
         name: np.full((count, size), np.nan) for name in ("value", "error", "error_low", "error_high", "error_given")
     }
-    seen = np.zeros((count, size), bool)
+    seen, advised = np.zeros((count, size), bool), np.zeros(count, bool)
     facts: dict[str, Any] = {name: np.full(count, np.nan) for name in ("chi2", "degrees_of_freedom", "lost_points")}
     for row, one in enumerate(done.values()):
         if not isinstance(one, str):
             for name, column in columns.items():
                 column[row] = one[name].values
-            seen[row] = one["seen"].values
+            seen[row], advised[row] = one["seen"].values, bool(advice_in(one))
             for name, column in facts.items():
                 column[row] = one.attrs[name]
     message = [one if isinstance(one, str) else "" for one in done.values()]
     return xr.Dataset(
         {name: (("curve", "parameter"), column) for name, column in columns.items()}
-        | {"seen": (("curve", "parameter"), seen), "message": ("curve", message)}
+        | {"seen": (("curve", "parameter"), seen), "message": ("curve", message), "advised": ("curve", advised)}
         | {name: ("curve", column) for name, column in facts.items()},
         {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)},
         provenance(some.attrs["start_case"], case.title) | {"kind": "fits"},

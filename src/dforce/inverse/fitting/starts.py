@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from dforce.inverse.fitting.curves import Curves, Stretch, difference, wrapped
-from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
 from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import Model, allowed
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
 from dforce.kernel import Array
 
@@ -163,8 +163,12 @@ def _interpolated(rough: Model, values: Array, lost: Any, data: Measured, points
 def refined(model: Model, starts: list[Start], told: Callable[[float], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
     if len(starts) > 1:
-        rough = Model(model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch)
-        found = _different([Objective(rough, start.varied, told=told).minimize(ROUGH, MOST_ROUGH) for start in starts], rough)
+        rough = Model(
+            model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch
+        )
+        found = _different(
+            [Objective(rough, start.varied, told=told).minimize(ROUGH, MOST_ROUGH) for start in starts], rough
+        )
         starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
     return _different([Objective(model, start.varied, told=told).minimize() for start in starts], model)
 

@@ -59,13 +59,15 @@ def value_and_error(name: str, given: Any, unit: str) -> tuple[float, float]:
 
 def shown(value: float, error: float, unit: str) -> tuple[str, str, str]:
     """Return value, error and unit as a report prints them, with two digits of the error."""
-    if unit == DEGREE:
-        scale, name = 1.0, "deg"
+    if unit == DEGREE or not math.isfinite(value):
+        scale, name = 1.0, "deg" if unit == DEGREE else unit
     else:
         scale, name = units.reader_unit(abs(value) if value else error, unit)
     value, error = value / scale, error / scale
     name = "" if name == "1" else name
     known = math.isfinite(error) and error > 0.0
+    if not math.isfinite(value):
+        return "none", "none", name
     power = math.floor(math.log10(abs(value))) if value else 0
     ending = ""
     if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:

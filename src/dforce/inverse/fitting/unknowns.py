@@ -21,7 +21,15 @@ from dforce.parameters import Quantity
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
-OFTEN = ("Pa", "Pa s", "J", "J/m^2", "N/m", "Hz", "m")  # units of what is varied by its logarithm where it starts above 0
+OFTEN = (
+    "Pa",
+    "Pa s",
+    "J",
+    "J/m^2",
+    "N/m",
+    "Hz",
+    "m",
+)  # units of what is varied by its logarithm where it starts above 0
 MOST = 1e6  # times the start: what is varied by its logarithm stays within that where no bound is given
 NUISANCE = ("zc_offset", "A0", "phase_offset", "amplitude_scale")
 
@@ -140,7 +148,9 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
         doc = "measured phase minus that of the case"
         return Unknown(name, PHASE, "", tone, DEGREE, r"\phi_\mathrm{off}", doc, 0.0, *every, 1.0)
     if word == "amplitude_scale":
-        return Unknown(name, SCALE, "", tone, "1", "s_A", "measured amplitude over that of the case", 1.0, 0.0, math.inf, 0.0)
+        return Unknown(
+            name, SCALE, "", tone, "1", "s_A", "measured amplitude over that of the case", 1.0, 0.0, math.inf, 0.0
+        )
     path = name if word != "A0" else _amplitude_path(case, tone)
     quantity = case.quantity(path)
     value = value_at(case, path)
@@ -199,7 +209,9 @@ def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any],
             raise ParameterError(f"bounds.{name} = {shorten(given)} is not a pair, such as ['10 MPa', '100 GPa']")
         low, high = (number_of(f"bounds.{name}", value, one.unit) for value in given)
         if not (one.low <= low < high <= one.high):
-            raise ParameterError(f"bounds.{name} = {low:g} to {high:g} is not a range within {one.low:g} to {one.high:g}")
+            raise ParameterError(
+                f"bounds.{name} = {low:g} to {high:g} is not a range within {one.low:g} to {one.high:g}"
+            )
         one = replace(one, low=low, high=high)
     if one.is_log and not one.start > 0.0:
         raise ParameterError(f"start.{name} = {one.start:g} is not above 0")
@@ -243,8 +255,10 @@ def start_vector(unknowns: Sequence[Unknown]) -> Array:
 
 def limits(unknowns: Sequence[Unknown]) -> tuple[Array, Array]:
     """Return the bounds of what is varied."""
-    low, high = (np.array([one.varied(edge) for one, edge in zip(unknowns, edges, strict=True)]) for edges in (
-        [one.low for one in unknowns], [one.high for one in unknowns]))
+    low, high = (
+        np.array([one.varied(edge) for one, edge in zip(unknowns, edges, strict=True)])
+        for edges in ([one.low for one in unknowns], [one.high for one in unknowns])
+    )
     for i, one in enumerate(unknowns):
         if one.is_log:
             start = one.varied(one.start)

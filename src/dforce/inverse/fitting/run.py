@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,13 @@ from dforce.case import Case
 from dforce.case._fit import Fit
 from dforce.errors import DForceError, ParameterError, checked, shorten
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
-from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
+from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
-from dforce.inverse.fitting.unknowns import PHASE, Unknown, make_unknowns
-from dforce.inverse.fitting.typed import DEGREE
+from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 from dforce.kernel import Array
 from dforce.runs import watched
 from dforce.stopping import late_stop_waits
@@ -81,8 +82,9 @@ class Fitted:
 
 @checked
 def fit(
-    case: Case, data: xr.Dataset, free: Sequence[str] | None = None, progress: Progress | bool | None = None, **settings: Any
-) -> xr.Dataset:
+    case: Case, data: xr.Dataset | str | os.PathLike[str] | None = None, free: Sequence[str] | None = None,
+    progress: Progress | bool | None = None, **settings: Any,
+) -> xr.Dataset:  # fmt: skip
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
     Minimized is :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
@@ -95,8 +97,10 @@ def fit(
     case
         Instrument, sample and forces, where the fit starts; its table `[fit]` gives the defaults of all settings.
     data
-        A measured curve over `point`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
-        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
+        A file, which is read and calibrated as the table `[data]` says; left out, the one that it names; or a curve over
+        `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
+        of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
+        -1 behind a jump),
         `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
@@ -121,12 +125,13 @@ def fit(
         than the data can tell, and data that lack something.
     """
     asked = settings_of(case, free, settings)
+    data = measured_curve(case, data)
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
         found = fitted(case, data, asked, tell)
         tell(USUAL_RUNS, USUAL_RUNS, "")
-    from dforce.inverse.fitting.result import to_dataset
-
     found.interrupted |= stop.asked
+    from dforce.inverse.fitting.result import to_dataset  # which takes what is defined here
+
     return to_dataset(found, data)
 
 
@@ -150,7 +155,7 @@ def fit_many(
     case, free, settings
         As of :func:`fit`.
     curves
-        Measured curves by their names; in the place of a curve, a function without arguments that reads it.
+        Measured curves, or their files, by their names.
     progress
         Called with the number of curves that are done.
 
@@ -169,8 +174,7 @@ def fit_many(
         for number, (name, curve) in enumerate(curves.items()):
             tell(number, len(curves), name)
             try:
-                data = curve() if callable(curve) else curve
-                done[name] = fit(case, data, **asked.model_dump())
+                done[name] = fit(case, curve, **asked.model_dump())
             except DForceError as error:
                 done[name] = str(error)
         tell(len(curves), len(curves), "")
@@ -269,7 +273,9 @@ class _Search:
 
     def _lowest(self) -> Minimum:
         """Return the lowest place that was met on all points."""
-        start = self.starts[0].varied if self.starts else first_guess(self.data, self.unknowns, set(self.settings.start))
+        start = (
+            self.starts[0].varied if self.starts else first_guess(self.data, self.unknowns, set(self.settings.start))
+        )
         objective = Objective(self.model, start)
         objective.residuals(start)
         met = self.met
@@ -302,8 +308,10 @@ class _Search:
     def _enough_samples(self) -> float:
         """Take more samples per period while they would change the curve; return by how much they still do, in sigma."""
         change = np.nan
-        while self.minima[0].told is not None:
+        while True:
             best, finer = self.minima[0], 2 * self.model.finer
+            if best.told is None:
+                return change
             fine = Model(self.case, self.unknowns, self.data, finer, watch=self.watch)
             there = fine.tell(best.varied)
             both = ~(there.lost | best.told.lost)
@@ -313,7 +321,6 @@ class _Search:
                 return change
             self.model = fine
             self.minima = [Objective(fine, best.varied, told=self.on_run).minimize(), *self.minima[1:]]
-        return change
 
     def _profiles(self) -> dict[str, Profile]:
         certain, _ = self._certainty()
@@ -326,14 +333,16 @@ class _Search:
     def _certainty(self) -> tuple[Certainty, Array]:
         best, count = self.minima[0], len(self.unknowns)
         if best.told is None:
-            return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(count)
+            return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(
+                count
+            )
         by = jacobian(self.model, best.varied, best.told)
         certain = certainty(by, self.unknowns, self.data.correlation)
         return certain, self._passed_on(by, certain, best)
 
     def _passed_on(self, by: Array, certain: Certainty, best: Minimum) -> Array:
         """Return the errors that those of fixed parameters leave."""
-        if not self.settings.given:
+        if not self.settings.given or best.told is None:
             return np.zeros(len(self.unknowns))
         fixed = make_unknowns(self.case, self.data.tones, list(self.settings.given), (), self.settings.given, {}, {})
         both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)

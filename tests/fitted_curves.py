@@ -1,5 +1,5 @@
 """The measured curves that dForce ships, and the cases that they were made with."""
-import re
+
 from importlib.resources import files
 
 import numpy as np

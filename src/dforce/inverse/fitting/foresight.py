@@ -13,12 +13,12 @@ from dforce import units
 from dforce.case import Case
 from dforce.errors import ParameterError, checked
 from dforce.experiments import Approach
-from dforce.inverse.fitting.curves import Curves
 from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
-from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.curves import Curves
 from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
 from dforce.inverse.fitting.typed import DEGREE, number_of
+from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.kernel import Array
 from dforce.results import provenance
 from dforce.solvers.block import Block, States
@@ -105,7 +105,11 @@ def with_second_tone(case: Case) -> Case | None:
     first = case.problem.modes[0]
     modes = [{"f0": first.f0, "k": first.k, "Q": first.Q}]
     modes.append({name: factor * modes[0][name] for name, factor in SECOND.items()})
-    drive = {name: getattr(case.drive, name) for name in ("excitation", "fluid_follows", "piezo") if getattr(case.drive, name)}
+    drive = {
+        name: getattr(case.drive, name)
+        for name in ("excitation", "fluid_follows", "piezo")
+        if getattr(case.drive, name)
+    }
     A0 = case.problem.tones[0].A0
     return case.replace(
         cantilever={"modes": modes}, drive={**drive, "tones": [{"A0": A0}, {"A0": SECOND_A0 * A0}]}, fit=None, data=None
@@ -162,7 +166,9 @@ def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any
         if told.lost[mine].any() and used[mine].any():  # its end is a jump
             used[mine[used[mine]][-MARGIN:]] = False
     if not used.any():
-        raise ParameterError("the case has no steady motion of one period at these distances, so there is no curve to fit")
+        raise ParameterError(
+            "the case has no steady motion of one period at these distances, so there is no curve to fit"
+        )
     slopes = model.slopes(varied, told) / data.sigma[:, None]
     first = np.flatnonzero(used & (kinds == FROM_FREE))
     fold = heights[first].min() if len(first) else math.inf
@@ -201,7 +207,9 @@ def _all_unknowns(case: Case, free: Sequence[str]) -> list[Unknown]:
     quality = [path for path in _quality_paths(case) if path not in free]
     free = [_of_modes(case, path) for path in free]
     wanted = [name for name in nuisance if name not in free]
-    return make_unknowns(case, tones, [*free, *(path for path in quality if path not in free)], wanted, {}, {}, {}, True)
+    return make_unknowns(
+        case, tones, [*free, *(path for path in quality if path not in free)], wanted, {}, {}, {}, True
+    )
 
 
 def _of_modes(case: Case, path: str) -> str:
