@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ WIDE = 3.0  # errors by which a point of the free part may be off its median
 FLAT = 2.0  # errors by which a slope may differ from zero
 STRAY = 100  # of so many points one may be farther off than that
 SIZES = 300  # stretches that are tried
+MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
 
 
 class Stretch(NamedTuple):
@@ -70,7 +71,7 @@ def fewest(points: int) -> int:
     return max(LEAST_POINTS, int(np.ceil(LEAST_SHARE * points)))
 
 
-def free_count(height: Floats, channels: Sequence[Floats]) -> tuple[int, bool]:
+def free_count(height: Floats, channels: Iterable[Floats], allowed: Iterable[float]) -> tuple[int, bool]:
     """Return how many points, from the far end on, are free, and whether a channel drifts along them.
 
     The longest stretch in which no channel has a slope, or a point off its median by more than the noise explains; where
@@ -82,27 +83,33 @@ def free_count(height: Floats, channels: Sequence[Floats]) -> tuple[int, bool]:
         From the far end to the near one (m).
     channels
         Amplitude, phase, ... at these heights.
+    allowed
+        By how much each of them may change along a stretch.
     """
-    least = fewest(len(height))
+    least, every = fewest(len(height)), list(zip(channels, allowed, strict=True))
     if len(height) < least:
         return 0, False
     sizes = np.unique(np.linspace(least, len(height), min(SIZES, len(height) - least + 1)).astype(int))[::-1]
     for test in (_is_flat, _is_straight):
         for size in sizes:
-            if all(test(height[:size], channel[:size]) for channel in channels):
-                return int(size), test is _is_straight
+            if all(test(height[:size], channel[:size], most) for channel, most in every):
+                return max(least, int((1.0 - MARGIN) * size)), test is _is_straight
     return 0, False
 
 
-def _is_flat(height: Floats, values: Floats) -> bool:
+def _is_flat(height: Floats, values: Floats, most: float) -> bool:
     found = stretch(height, values)
+    if abs(found.slope) * float(np.ptp(height)) > most:
+        return False
     return abs(found.slope) <= FLAT * found.slope_error and _few_strays(values - np.median(values), found.noise)
 
 
-def _is_straight(height: Floats, values: Floats) -> bool:
+def _is_straight(height: Floats, values: Floats, most: float) -> bool:
     """Say whether a stretch is a straight line within its noise: no curvature, no point far off it."""
     found = stretch(height, values)
     rest = _line(height, values)[2]
+    if abs(found.slope) * float(np.ptp(height)) > most:
+        return False
     x = height - height.mean()
     basis = np.stack([np.ones_like(x), x / max(float(np.abs(x).max()), 1e-300)], axis=1)
     square = (x / max(float(np.abs(x).max()), 1e-300)) ** 2

@@ -26,6 +26,7 @@ TONES = (("amplitude", "phase", "", 0), ("amplitude_2", "phase_2", "_2", 1))
 RATIOS = ((math.sqrt(2.0), "rms where it should be zero to peak"), (0.5, "peak to peak where it should be zero to peak"),
           (1.0 / math.sqrt(2.0), "zero to peak, and was multiplied as if it were rms"))  # fmt: skip
 NEAR = 0.03  # of a ratio
+DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: what changes by more along a stretch is no drift
 LONG = 0.25  # of a direction: along a shorter stretch a straight line may as well be the tail of a force
 AT_RESONANCE = 90.0  # degrees
 
@@ -107,7 +108,8 @@ def find_free_part(work: Work) -> None:
             chosen = rows[(height[rows] >= low) & (height[rows] <= high)]
             count, tilted = (len(chosen), False) if len(chosen) >= 3 else (0, False)
         else:
-            count, tilted = free_count(height[rows], [work.values(name)[rows] for name in work.channels])
+            channels = {name: work.values(name)[rows] for name in work.channels}
+            count, tilted = free_count(height[rows], channels.values(), [_allowed(*one) for one in channels.items()])
             chosen = rows[:count]
         if not count:
             continue
@@ -124,6 +126,13 @@ def find_free_part(work: Work) -> None:
     for rows in work.free.values():
         mask[rows] = True
     work.data["free"] = ("point", mask)
+
+
+def _allowed(name: str, values: Floats) -> float:
+    """Return by how much a channel may drift along a free part."""
+    if name in ("amplitude", "amplitude_2"):
+        return DRIFT * float(np.median(values[: fewest(len(values))]))
+    return TURNED if name in ("phase", "phase_2") else math.inf
 
 
 def _refuse_no_free_part(work: Work) -> None:
@@ -180,9 +189,10 @@ def level(work: Work) -> None:
 def together(work: Work, name: str) -> tuple[float, float, float]:
     """Return mean, its error and the noise of a channel over the free parts of both directions."""
     parts = [(word, found[name]) for word, found in work.found.items()]
-    weights = np.array([1.0 / max(part.error, 1e-300) ** 2 for _, part in parts])
+    silent = any(part.error == 0.0 for _, part in parts)
+    weights = np.array([part.points if silent else part.error**-2.0 for _, part in parts], dtype=float)
     mean = float((weights * [part.mean for _, part in parts]).sum() / weights.sum())
-    error = float(1.0 / np.sqrt(weights.sum()))
+    error = 0.0 if silent else float(1.0 / np.sqrt(weights.sum()))
     noise = float(np.sqrt(np.average([part.noise**2 for _, part in parts], weights=[part.points for _, part in parts])))
     if len(parts) == 2:
         apart = parts[0][1].mean - parts[1][1].mean
@@ -210,6 +220,11 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
         noise = work.given.errors.get(name)
         if noise is None:
             noise = together_noise(work, name)
+            if noise == 0.0:
+                raise ParameterError(
+                    f"the {name} is the same at every point of the free part, so that its noise is not known; "
+                    f"give errors = {{'{name}': ...}}"
+                )
         attrs[f"{name}_error"] = noise
         source = "as given" if name in work.given.errors else "from the free part"
         work.history.append(f"noise: {shown(noise, None, UNITS[name])} of the {name}, {source}")
@@ -251,7 +266,6 @@ def _compare(work: Work, found: float, wanted: float, whose: str) -> None:
 
 def take_phases(work: Work, case: Case | None) -> None:
     """Let phases count from the free part, which has the lag of the free motion."""
-    attrs = work.data.attrs
     for _, name, ending, tone in TONES:
         if name not in work.data:
             continue
@@ -267,10 +281,10 @@ def take_phases(work: Work, case: Case | None) -> None:
             free, error = mean, math.hypot(error, change)
         else:
             continue
-        attrs[f"{name}_offset"] = free - lag
-        if error > 0.0:
-            attrs[f"{name}_offset_error"] = error
         work.data[name] = work.data[name] - (free - lag)
+        work.data.attrs[f"{name}_offset"] = free - lag
+        if error > 0.0:
+            work.data.attrs[f"{name}_offset_error"] = error
         text = shown(free - lag, error if error > 0.0 else None, "deg")
         work.history.append(
             f"{name}: the free part is set to {lag:.2f}° ({why}), by an offset of {text}, what may "

@@ -30,7 +30,7 @@ ROOM = 298.15  # K
 FEWEST = 12  # points of a spectrum about its peak
 WIDTHS, FEW = 5.0, 20  # f0/Q on both sides of the peak that are fitted, and the fewest points there
 WIDEST = (0.5, 1.5)  # of f0: farther off is no longer this mode alone
-ROUNDS, CLOSE = 200, 1e-10
+ROUNDS, HALVINGS, CLOSE = 200, 30, 1e-10
 ABOVE = 4.0  # times the level around it that a peak reaches
 DENSITIES = {"m^2/Hz": 1.0, "m/Hz^0.5": 2.0}  # powers that make a power density of them
 VOLTS = {"V^2/Hz": 1.0, "V/Hz^0.5": 2.0}
@@ -44,6 +44,7 @@ NAMES = (
     "power",
     "spectrum",
 )
+SMOOTH = 10.0  # spectra that a smoothed point stands for, to find the peak by
 LEVERS = ("static", "mode")
 MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
@@ -91,8 +92,8 @@ class ThermalTune:
 
     def density(self, frequency: Floats) -> Floats:
         """Return the fitted power density (m²/Hz) at frequencies (Hz)."""
-        logs = np.log([self.f0, self.Q, self.mean_square, max(self.background, 1e-300)])
-        return _model(logs, np.asarray(frequency, dtype=float))[0]
+        found = np.array([*np.log([self.f0, self.Q, self.mean_square]), self.background])
+        return _model(found, np.asarray(frequency, dtype=float))[0]
 
 
 @checked
@@ -240,17 +241,14 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
         frequency, power = frequency[inside], power[inside]
     if len(frequency) < FEWEST:
         raise ResultError(f"{name} has {len(frequency)} points of a spectrum, and a fit needs {FEWEST} or more")
-    start = _start(frequency, power, name)
-    if band is None:
-        half = max(WIDTHS * start[0] / start[1], FEW * float(np.median(np.diff(frequency))))
-        low, high = (max(start[0] - half, WIDEST[0] * start[0]), min(start[0] + half, WIDEST[1] * start[0]))
-        inside = (frequency >= low) & (frequency <= high)
-        frequency, power = frequency[inside], power[inside]
-        if len(frequency) < FEWEST:
-            raise ResultError(f"{name} has {len(frequency)} points about its peak, and a fit needs {FEWEST} or more")
-    logs, covariance, averages = _minimized(frequency, power, np.log(start), name)
-    f0, Q, mean_square, background = np.exp(logs)
-    factor, doubts = _misfit(frequency, power, logs)
+    every = frequency, power
+    start = np.array(_start(frequency, power, name))
+    found, covariance, averages = _minimized(frequency, power, start, name)
+    for widths in (3.0 * WIDTHS, WIDTHS) if band is None else ():
+        frequency, power = _about(every, found, widths, name)
+        found, covariance, averages = _minimized(frequency, power, np.array([*np.exp(found[:3]), start[3]]), name)
+    f0, Q, mean_square, background = *np.exp(found[:3]), found[3]
+    factor, doubts = _misfit(frequency, power, found)
     errors = factor * np.sqrt(np.diag(covariance))
     if not frequency[0] < f0 < frequency[-1] or errors[1] > 0.5:
         raise ResultError(f"{name} has no peak that tells f0 and Q; give the band of frequencies around it")
@@ -268,12 +266,23 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
     )  # fmt: skip
 
 
-def _misfit(frequency: Floats, power: Floats, logs: Floats) -> tuple[float, tuple[str, ...]]:
+def _about(every: tuple[Floats, Floats], found: Floats, widths: float, name: str) -> tuple[Floats, Floats]:
+    """Return the points within so many widths of a peak, and not so far that another mode counts."""
+    frequency, power = every
+    f0, Q = float(np.exp(found[0])), float(np.exp(found[1]))
+    half = max(widths * f0 / Q, FEW * float(np.median(np.diff(frequency))))
+    inside = np.abs(frequency - f0) <= min(half, (1.0 - WIDEST[0]) * f0)
+    if int(inside.sum()) < FEWEST:
+        raise ResultError(f"{name} has {int(inside.sum())} points about its peak, and a fit needs {FEWEST} or more")
+    return frequency[inside], power[inside]
+
+
+def _misfit(frequency: Floats, power: Floats, found: Floats) -> tuple[float, tuple[str, ...]]:
     """Return by what errors grow where neighbors are off the fit together, and the sentence that says so.
 
     Then the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another one.
     """
-    rest = power / _model(logs, frequency)[0] - 1.0
+    rest = power / _model(found, frequency)[0] - 1.0
     together = float((rest[1:] * rest[:-1]).sum() / (rest**2).sum())
     if together < MISFIT / math.sqrt(len(rest)):
         return 1.0, ()
@@ -286,68 +295,66 @@ def _misfit(frequency: Floats, power: Floats, logs: Floats) -> tuple[float, tupl
 
 
 def _start(frequency: Floats, power: Floats, name: str) -> tuple[float, float, float, float]:
-    """Return f0, Q, mean square and background to start from, by the highest smoothed point and the width at half of it."""
-    window = np.ones(3) / 3.0
-    smooth = np.convolve(power, window, mode="same") if len(power) > 30 else power
+    """Return f0, Q, mean square and background to start from: by the highest smoothed point, and the area about it."""
+    scatter = 0.5 * float(np.diff(np.log(power)).var())  # of neighbors: that of single spectra is 1.6
+    count = int(np.clip(round(SMOOTH * scatter), 1, max(len(power) // 20, 1)))
+    smooth = np.convolve(power, np.ones(count) / count, mode="same")
     # above the low frequencies, where drift and hum are
     low = int(np.searchsorted(frequency, 0.02 * frequency[-1]))
     peak = low + int(np.argmax(smooth[low:]))
     level = float(np.median(power))
     if smooth[peak] < ABOVE * level:
         raise ResultError(f"{name} has no peak that stands out of its background")
-    above = smooth > 0.5 * (smooth[peak] + level)
-    left, right = peak, peak
-    while left > 0 and above[left - 1]:
-        left -= 1
-    while right < len(above) - 1 and above[right + 1]:
-        right += 1
-    step = float(np.median(np.diff(frequency)))
-    width = max(float(frequency[right] - frequency[left]), step)
-    f0 = float(frequency[peak])
-    Q = max(f0 / width, 0.6)
-    return f0, Q, float(smooth[peak]) * math.pi * f0 / (2.0 * Q), max(0.3 * level, 1e-6 * float(smooth[peak]))
+    f0, step = float(frequency[peak]), float(np.median(np.diff(frequency)))
+    near = (frequency > WIDEST[0] * f0) & (frequency < WIDEST[1] * f0)
+    area = float(np.clip(smooth[near] - level, 0.0, None).sum()) * step
+    height = float(smooth[peak]) - level
+    return f0, max(0.5 * math.pi * f0 * height / area, 0.6), area, level
 
 
-def _model(logs: Floats, frequency: Floats) -> tuple[Floats, Floats]:
-    """Return the density, and its derivatives by the logarithms of f0, Q, mean square and background."""
-    f0, Q, mean_square, background = np.exp(logs)
+def _model(found: Floats, frequency: Floats) -> tuple[Floats, Floats]:
+    """Return the density, and its derivatives by the logarithms of f0, Q and mean square, and by the background."""
+    f0, Q, mean_square = np.exp(found[:3])
     r2 = (frequency / f0) ** 2
     below = (1.0 - r2) ** 2 + r2 / Q**2
     peak = mean_square * 2.0 / (math.pi * f0 * Q) / below
     by_f0 = peak * (-1.0 + (-4.0 * (1.0 - r2) * r2 + 2.0 * r2 / Q**2) / below)
     by_Q = peak * (-1.0 + 2.0 * r2 / Q**2 / below)
-    return peak + background, np.stack([by_f0, by_Q, peak, np.full_like(peak, background)], axis=1)
+    return peak + found[3], np.stack([by_f0, by_Q, peak, np.ones_like(peak)], axis=1)
 
 
-def _minimized(frequency: Floats, power: Floats, logs: Floats, name: str) -> tuple[Floats, Floats, float]:
-    """Return the logarithms of largest likelihood, their covariance, and the number of averaged spectra.
+def _minimized(frequency: Floats, power: Floats, start: Floats, name: str) -> tuple[Floats, Floats, float]:
+    """Return what makes the spectrum most likely, its covariance, and the number of averaged spectra.
 
     Each point of an averaged spectrum scatters in proportion to what it should be (a gamma distribution), so that the
-    likelihood is that of P. Whittle: the minimum of the sum of ln S + P/S, found by Fisher's scoring.
+    likelihood is that of P. Whittle: the minimum of the sum of ln S + P/S, found by Fisher's scoring. The background is
+    not negative.
     """
-    value = math.inf
+    found, scale = np.array([*np.log(start[:3]), start[3]]), np.array([1.0, 1.0, 1.0, start[3]])
     for _ in range(ROUNDS):
-        density, slopes = _model(logs, frequency)
-        relative = slopes / density[:, None]
-        information = relative.T @ relative + 1e-12 * np.eye(4)
-        step = np.linalg.solve(information, relative.T @ (power / density - 1.0))
-        size = 1.0
-        value = float(np.sum(np.log(density) + power / density))
-        while size > 1e-6:
-            trial = logs + np.clip(size * step, -1.0, 1.0)
-            there = _model(trial, frequency)[0]
-            if float(np.sum(np.log(there) + power / there)) <= value:
+        density, slopes = _model(found, frequency)
+        relative = slopes * scale / density[:, None]
+        here = float(np.sum(np.log(density) + power / density))
+        if not math.isfinite(here):
+            raise ResultError(f"{name} has a peak that no resonance describes; give the band of frequencies around it")
+        free = np.array(
+            [True, True, True, found[3] > 0.0 or float((relative[:, 3] * (power / density - 1.0)).sum()) > 0.0]
+        )
+        inner = relative[:, free]
+        step = np.zeros(4)
+        step[free] = np.linalg.lstsq(inner, power / density - 1.0, rcond=None)[0]
+        step[:3] = np.clip(step[:3], -1.0, 1.0)
+        before = found
+        for halving in range(HALVINGS):
+            found = before + 0.5**halving * step * scale
+            found[3] = max(found[3], 0.0)
+            there = _model(found, frequency)[0]
+            if float(np.sum(np.log(there) + power / there)) <= here:
                 break
-            size *= 0.5
-        logs = logs + np.clip(size * step, -1.0, 1.0)
-        logs[3] = max(logs[3], math.log(1e-12 * float(power.max())))
-        if float(np.abs(size * step[:3]).max()) < CLOSE:
+        if float(np.abs(found - before)[:3].max()) < CLOSE:
             break
-    if not np.isfinite(logs).all() or not math.isfinite(value):
-        raise ResultError(f"{name} has a peak that no resonance describes; give the band of frequencies around it")
-    density, slopes = _model(logs, frequency)
-    relative = slopes / density[:, None]
+    density, slopes = _model(found, frequency)
+    relative = slopes * scale / density[:, None]
     scatter = float(np.mean((power / density - 1.0) ** 2)) * len(power) / max(len(power) - 4, 1)
-    averages = 1.0 / max(scatter, 1e-12)
     covariance = np.linalg.pinv(relative.T @ relative) * scatter
-    return logs, np.asarray(covariance, dtype=float), averages
+    return found, np.asarray(covariance, dtype=float), 1.0 / max(scatter, 1e-12)

@@ -50,7 +50,7 @@ ENDINGS = (
     "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
 )  # fmt: skip
 SPELLED = {"°": "deg", "º": "deg", "degrees": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
-BRACKETS = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*$", re.DOTALL)
+BRACKETS = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$", re.DOTALL)
 
 
 def bare(name: str) -> str:
@@ -79,8 +79,9 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     """
     heading = heading.strip().strip('"').strip()
     match = BRACKETS.match(heading)
-    if match and match[1] and match[2].strip():
-        unit = known_unit(match[2])
+    inside = (match[2] or match[3] or "").strip() if match else ""
+    if match and match[1] and inside:
+        unit = known_unit(inside)
         if unit is not None:
             return match[1].strip(), unit
     name, line, last = heading.rpartition("_")

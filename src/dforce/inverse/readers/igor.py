@@ -7,6 +7,7 @@ the channels stand nowhere: they are those that the software gives to these name
 from __future__ import annotations
 
 import io
+import logging
 import struct
 from typing import Any
 
@@ -45,6 +46,7 @@ def read(content: bytes, name: str) -> list[Table]:
         raise ResultError(
             f"{name} is a binary wave of Igor, which igor2 reads: python -m pip install 'dforce[readers]'"
         ) from None
+    logging.getLogger("igor2").addHandler(logging.NullHandler())  # it prints what it cannot read
     try:
         wave = binarywave.load(io.BytesIO(content))["wave"]
         values, labels, note = np.asarray(wave["wData"]), wave["labels"], wave["note"]
@@ -78,7 +80,8 @@ def _segments(notes: dict[str, str], rows: int) -> Words | None:
         return None
     segments = np.full(rows, PAUSE, dtype="<U8")
     for start, end, way in zip(ends, ends[1:], ways[1:], strict=False):
-        segments[int(start) : int(end) + 1] = DIRECTIONS.get(way, PAUSE)
+        first = int(start) + (start > ends[0])  # where a part ends belongs to it
+        segments[first : int(end) + 1] = DIRECTIONS.get(way, PAUSE)
     return segments
 
 

@@ -1,0 +1,89 @@
+"""`dforce read`: from a file of a measured curve to a table, a file and a picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import measured_curve
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce.cli import app
+
+
+def dforce(*words: str) -> Any:
+    return CliRunner().invoke(app, ["read", *words])
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("curve.csv").write_text(measured_curve.text())
+    Path("thermal.csv").write_text(measured_curve.spectrum_text())
+    return tmp_path
+
+
+def test_a_curve_is_read_calibrated_written_and_drawn():
+    done = dforce("curve.csv", "--phase", "lag", "-o", "out.nc", "--plot", "out.png")
+    assert done.exit_code == 0, done.stderr
+    assert "free amplitude" in done.stdout and "check without a model" in done.stdout
+    assert "written: out.nc, out.png" in done.stdout
+    assert df.read_measured("out.nc").attrs["free_amplitude"] == pytest.approx(measured_curve.A0, rel=1e-3)
+    assert Path("out.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_without_the_sign_of_the_phase_the_curve_is_read_and_the_question_asked():
+    done = dforce("curve.csv", "-o", "out.csv")
+    assert done.exit_code == 1
+    assert "not calibrated: the sign of the phases is not known" in done.stderr
+    assert "points" in done.stdout and Path("out.csv").exists()
+
+
+def test_a_program_reads_the_answer():
+    done = dforce("curve.csv", "--phase", "lag", "--json", "--thermal", "thermal.csv", "--calibrated", "mode")
+    answer = json.loads(done.stdout)
+    assert answer["points"] == 120 and answer["calibrated"] is True
+    assert answer["attributes"]["k"] == pytest.approx(2.0, rel=0.2)
+    assert answer["columns"]["dissipated_energy"] == "J"
+    assert any(line.startswith("free part") for line in answer["history"])
+
+
+def test_columns_units_and_the_rest_are_taken():
+    Path("odd.csv").write_text(measured_curve.text(heading="U,V,W"))
+    words = ("--columns", "height=U", "--columns", "amplitude=V", "--columns", "phase=W")
+    units = ("--units", "height=nm", "--units", "amplitude=V", "--units", "phase=deg")
+    done = dforce(
+        "odd.csv", *words, *units, "--sensitivity", "2 nm/V", "--amplitude-is", "rms", "--phase", "lag", "-o", "o.nc"
+    )
+    assert done.exit_code == 0, done.stderr
+    data = df.read_measured("o.nc")
+    expected = 2.0 * np.sqrt(2.0) * measured_curve.numbers()[1]
+    np.testing.assert_allclose(data.amplitude, expected, rtol=1e-4)
+
+
+def test_a_case_gives_k_and_the_free_lag():
+    done = dforce("curve.csv", "--phase", "lag", "--case", "figure-3-air")
+    assert done.exit_code == 0, done.stderr
+    assert "spring constant k" in done.stdout and "the free lag of the case" in " ".join(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("nothing.csv",), "there is no file 'nothing.csv'"),
+        (("curve.csv", "--columns", "height"), "--columns 'height' is not of the form NAME=VALUE"),
+        (("curve.csv", "--columns", "hight=U"), "there is no quantity 'hight'; did you mean 'height'?"),
+        (("curve.csv", "--phase", "sideways"), "phase_convention = 'sideways' is none of lag, lag-90, 90-lag, lead"),
+        (("curve.csv", "--curve", "two"), "--curve is 'two', not a whole number"),
+        (("curve.csv", "--temperature", "25 degC"), "give --thermal as well"),
+        (("curve.csv", "-o", "out.xlsx"), "a file ending in .nc, .csv can be written"),
+    ],
+)
+def test_a_mistake_is_one_sentence(words, sentence):
+    done = dforce(*words)
+    assert done.exit_code == 2
+    assert sentence in done.stderr and done.stderr.count("\n") == 1

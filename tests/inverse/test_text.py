@@ -1,0 +1,274 @@
+"""Text files of measured curves: what programs write, and what becomes of files that are damaged."""
+
+from __future__ import annotations
+
+import measured_curve
+import numpy as np
+import pytest
+
+import dforce as df
+
+HEIGHT, AMPLITUDE, LAG = measured_curve.numbers()
+SHARED = ("stiff", "air", "liquid")
+
+
+def read(tmp_path, content, name="curve.csv", **how):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return df.read_measured(path, **how)
+
+
+def is_the_curve(data):
+    """Say whether a curve is the one written, within the digits of the file."""
+    np.testing.assert_allclose(data.height, HEIGHT, atol=1e-13)
+    np.testing.assert_allclose(data.amplitude, AMPLITUDE, atol=1e-14)
+    np.testing.assert_allclose(data.phase, LAG, atol=1e-4)
+    return True
+
+
+@pytest.mark.parametrize(
+    ("content", "name"),
+    [
+        (measured_curve.text(), "plain.csv"),
+        (measured_curve.text(newline="\r\n"), "crlf.csv"),
+        (measured_curve.text(newline="\r"), "cr.csv"),
+        (measured_curve.text(";", ","), "decimal-commas.csv"),
+        (measured_curve.text("\t", ","), "decimal-commas.tsv"),
+        (measured_curve.text("\t"), "tabs.tsv"),
+        (measured_curve.text("  "), "blanks.txt"),
+        (measured_curve.text(" , "), "blanks-and-commas.csv"),
+        ("\ufeff" + measured_curve.text(), "bom.csv"),
+        (measured_curve.text().encode("utf-16"), "utf-16.csv"),
+        (measured_curve.text(heading="Z sensor (nm),Amp [nm],Phase (°)").encode("cp1252"), "cp1252.csv"),
+        (measured_curve.text(heading="Phase [deg],Height [nm],Amplitude [nm]").replace("Phase [deg],Height [nm],Amplitude [nm]",
+         "Height [nm],Amplitude [nm],Phase [deg]"), "brackets.csv"),
+        ("# a comment\n% another\n\n" + measured_curve.text(), "comments.csv"),
+        (measured_curve.text().replace("height_nm,amplitude_nm,phase_deg", "# height_nm,amplitude_nm,phase_deg"), "hash.csv"),
+        (measured_curve.text().replace("height_nm,amplitude_nm,phase_deg", "Height,Amplitude,Phase\nnm,nm,deg"), "units.csv"),
+        (measured_curve.text().replace("\n", ",\n"), "trailing.csv"),
+        (measured_curve.text() + "\n\n", "blank-lines.csv"),
+    ],
+    ids=lambda value: value if isinstance(value, str) and len(value) < 30 else "",
+)  # fmt: skip
+def test_a_table_is_read_whatever_program_wrote_it(tmp_path, content, name):
+    assert is_the_curve(read(tmp_path, content, name))
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_the_shipped_curves_are_read(name):
+    from importlib import resources
+
+    path = resources.files("dforce") / "library" / "measured" / f"{name}.csv"
+    data = df.read_measured(str(path), phase_convention="lag")
+    table = np.loadtxt(str(path), delimiter=",", skiprows=2)
+    np.testing.assert_allclose(data.height, 1e-9 * table[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(data.amplitude, 1e-9 * table[:, 1], rtol=1e-12)
+    np.testing.assert_array_equal(data.phase, table[:, 2])
+    np.testing.assert_array_equal(data.branch, table[:, 3])
+    assert set(data.direction.values) == {"approach"}
+
+
+def test_what_was_done_stands_in_the_result(tmp_path):
+    data = read(tmp_path, measured_curve.text(heading="Height (nm),Amplitude (nm),Phase (deg)"))
+    said = data.attrs["history"]
+    assert "height: column 'Height' in nm" in said
+    assert any("zero to peak, as nothing in the file says otherwise" in line for line in said)
+    assert data.attrs["phase_convention"] == "unknown"
+    assert len(data.attrs["sha256"]) == 64 and data.attrs["source"] == "curve.csv"
+    assert data.height.attrs["units"] == "m" and data.phase.attrs["units"] == "degree"
+
+
+@pytest.mark.parametrize(
+    ("convention", "turned"),
+    [("lag", lambda lag: lag), ("lead", lambda lag: -lag), ("90-lag", lambda lag: 90 - lag), ("lag-90", lambda lag: lag - 90)],
+)  # fmt: skip
+def test_each_convention_of_the_phase_gives_the_same_lags(tmp_path, convention, turned):
+    content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
+        f"{1e9 * h:.4f},{1e9 * a:.5f},{turned(phi):.4f}\n" for h, a, phi in zip(HEIGHT, AMPLITUDE, LAG, strict=True)
+    )
+    assert is_the_curve(read(tmp_path, content, phase_convention=convention))
+    later = df.calibrate(read(tmp_path, content), phase_convention=convention)
+    at_once = df.calibrate(read(tmp_path, content, phase_convention=convention))
+    np.testing.assert_allclose(later.phase, at_once.phase, atol=1e-9)
+
+
+def test_a_phase_that_wraps_is_joined(tmp_path):
+    lag = (LAG + 95.0 + 180.0) % 360.0 - 180.0  # of an instrument with an offset, which counts from -180 to 180 degrees
+    assert np.abs(np.diff(lag)).max() > 300.0
+    content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
+        f"{1e9 * h:.4f},{1e9 * a:.5f},{phi:.4f}\n" for h, a, phi in zip(HEIGHT, AMPLITUDE, lag, strict=True)
+    )
+    data = df.calibrate(read(tmp_path, content, phase_convention="lag"))
+    whole = df.calibrate(read(tmp_path, measured_curve.text(), phase_convention="lag"))
+    np.testing.assert_allclose(data.phase, whole.phase, atol=1e-3)
+
+
+def test_columns_and_units_may_be_said(tmp_path):
+    content = measured_curve.text(heading="U,V,W")
+    data = read(
+        tmp_path, content, columns={"height": "U", "amplitude": "V", "phase": "W"},
+        units={"height": "nm", "amplitude": "nm", "phase": "deg"},
+    )  # fmt: skip
+    assert is_the_curve(data)
+
+
+def test_volts_need_a_sensitivity_and_rms_a_factor(tmp_path):
+    content = measured_curve.text(heading="height_nm,amplitude_V,phase_deg")
+    with pytest.raises(df.ParameterError, match=r"amplitude in V.*give the sensitivity"):
+        read(tmp_path, content)
+    data = read(tmp_path, content, sensitivity="50 nm/V")
+    np.testing.assert_allclose(data.amplitude, 50e-9 * 1e9 * AMPLITUDE, atol=1e-12)
+    rms = read(tmp_path, measured_curve.text(), amplitude_is="rms")
+    np.testing.assert_allclose(rms.amplitude, np.sqrt(2.0) * AMPLITUDE, atol=1e-13)
+    named = read(tmp_path, measured_curve.text(heading="height_nm,amplitude rms (nm),phase_deg"))
+    np.testing.assert_allclose(named.amplitude, rms.amplitude)
+
+
+def test_both_directions_are_told_apart_by_the_heights(tmp_path):
+    down = measured_curve.text().splitlines()
+    content = "\n".join([*down, *reversed(down[1:]), ""])
+    data = read(tmp_path, content)
+    assert (data.direction[:120] == "approach").all() and (data.direction[121:] == "retract").all()
+    assert data.height[0] == data.height.max() and float(data.height[-1]) == float(data.height.max())
+
+
+def test_a_column_of_directions_counts_and_their_order_is_the_walk(tmp_path):
+    lines = measured_curve.text().splitlines()
+    rows = [f"{row},{word}" for word in ("approach", "retract") for row in lines[1:]]  # both listed from far to near
+    data = read(tmp_path, "\n".join([f"{lines[0]},direction", *rows, ""]))
+    retract = data.where(data.direction == "retract", drop=True)
+    assert (np.diff(retract.height) > 0.0).all()
+    assert any("listed backward" in line for line in data.attrs["history"])
+
+
+def test_side_by_side_directions_of_nanoscope_are_read(tmp_path):
+    """The headings are those of exports of force curves; channels of a lock-in stand beside them by the same rule."""
+    rows = [
+        f"{1e9 * h:.4f}\t{1e9 * back:.4f}\t{1e9 * a:.5f}\t{1e9 * b:.5f}\t{p:.4f}\t{q:.4f}"
+        for h, back, a, b, p, q in zip(HEIGHT, HEIGHT[::-1], AMPLITUDE, AMPLITUDE[::-1], LAG, LAG[::-1], strict=True)
+    ]
+    rows[-1] = "\t".join(cell if place % 2 == 0 else "" for place, cell in enumerate(rows[-1].split("\t")))
+    heading = "Height_Sensor_nm_Ex\tHeight_Sensor_nm_Rt\tAmplitude_nm_Ex\tAmplitude_nm_Rt\tPhase_Deg_Ex\tPhase_Deg_Rt"
+    content = "\r\n".join([heading.replace("Deg", "deg"), *rows, ""])
+    with pytest.raises(df.ParameterError, match=r"Bruker.*rms or zero to peak"):
+        read(tmp_path, content, "curve.txt")
+    data = read(tmp_path, content, "curve.txt", amplitude_is="peak")
+    assert is_the_curve(data.where(data.direction == "approach", drop=True))
+    assert (data.direction == "retract").sum() == 119  # its last cells are empty
+    assert data.attrs["height_kind"] == "sensor"
+
+
+def test_text_of_jpk_names_its_columns_in_comments(tmp_path):
+    def block(word, order):
+        rows = zip(HEIGHT[order], AMPLITUDE[order], LAG[order], strict=True)
+        lines = [f"{h + 1e-7:.6e} {h:.8e} {a:.8e} {p:.4f}" for h, a, p in rows]
+        return [
+            f"# segment: {word}", "# columns: height measuredHeight lockInAmplitude lockInPhase",
+            '# fancyNames: "Height" "Height (measured)" "Lock-In Amplitude" "Lock-In Phase"', "# units: m m m deg", *lines, "",
+        ]  # fmt: skip
+
+    whole, back = slice(None), slice(None, None, -1)
+    content = "\n".join(["# springConstant: 2.7", "#", *block("extend", whole), *block("retract", back), ""])
+    with pytest.raises(df.ParameterError, match=r"JPK.*rms or zero to peak"):
+        read(tmp_path, content, "curve.txt")
+    data = read(tmp_path, content, "curve.txt", amplitude_is="peak")
+    assert is_the_curve(data.where(data.direction == "approach", drop=True))
+    assert (data.direction == "retract").sum() == 120
+    assert data.attrs["k"] == 2.7 and data.attrs["height_kind"] == "sensor"
+    piezo = read(tmp_path, content, "curve.txt", amplitude_is="peak", height="piezo")
+    np.testing.assert_allclose(piezo.height[:120], HEIGHT + 1e-7, atol=1e-13)
+
+
+def test_curves_of_a_map_are_told_apart_by_their_places(tmp_path):
+    lines = measured_curve.text().splitlines()
+    rows = [f"{row},{x},{y}" for x, y in ((0, 0), (0, 5), (5, 0)) for row in lines[1:]]
+    path = tmp_path / "map.csv"
+    path.write_text("\n".join([f"{lines[0]},x_um,y_um", *rows, ""]))
+    curves = df.read_curves(path)
+    places = [(curve.attrs["x"], curve.attrs["y"]) for curve in curves]
+    np.testing.assert_allclose(places, [(0, 0), (0, 5e-6), (5e-6, 0)], rtol=1e-12)
+    assert [curve.attrs["curve"] for curve in curves] == [1, 2, 3]
+    assert all(is_the_curve(curve) for curve in curves)
+    with pytest.raises(df.ParameterError, match="holds 3 curves: choose one with curve = 1 to 3"):
+        df.read_measured(path)
+    assert df.read_measured(path, curve=2).attrs["y"] == places[1][1]
+    with pytest.raises(df.ParameterError, match="has no curve 4; it holds 3"):
+        df.read_measured(path, curve=4)
+
+
+def changed(line, cell, value):
+    """Return the table with another cell; lines count from 1, the headings' line included."""
+    lines = measured_curve.text().splitlines()
+    cells = lines[line - 1].split(",")
+    cells[cell] = value
+    lines[line - 1] = ",".join(cells)
+    return "\n".join([*lines, ""])
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("", "is empty"),
+        ("only words\nand more\n", "holds no table of numbers"),
+        (changed(50, 1, "nan"), "no finite number for the amplitude in line 50"),
+        (changed(50, 1, ""), "no finite number for the amplitude in line 50"),
+        (changed(50, 2, "inf"), "no finite number for the phase in line 50"),
+        (changed(50, 1, "ten"), "has 'ten' in line 50, which is no number"),
+        (changed(50, 1, "-3"), "an amplitude below zero in line 50"),
+        (changed(50, 0, "39"), "heights that go back and forth"),
+        (changed(50, 1, "1,5"), "has 4 cells in line 50 and 3 in the others"),
+        (measured_curve.text()[:-12], "it was cut short|may have been cut short"),
+        ("\n".join(measured_curve.text().splitlines()[:7]), "has 6 points, and a curve needs 8 or more"),
+        (measured_curve.text(heading="height,amplitude_nm,phase_deg"), "does not tell the unit of the height"),
+        (measured_curve.text(heading="height_nm,amplitude_nm,phase"), "does not tell the unit of the phase"),
+        (measured_curve.text(heading="height_nm,amplitude_Hz,phase_deg"), "which is a frequency, not a length"),
+        (measured_curve.text(heading="height_nm,force_nN,phase_deg"), "no column that is known to hold the amplitude"),
+        (measured_curve.text(heading="height_nm,amplitude_nm,amp_nm"), "several columns for the amplitude"),
+        (measured_curve.text(",", ",", heading="height_nm,amplitude_nm,phase_deg"), "cannot be told apart"),
+        (measured_curve.text("\t", ".").replace("20.0", "1,020.0"), "which is no number|in the others"),
+        (b"\x00\x01\x02\x03" * 100, "neither text nor a kind of file"),
+        (b"PK\x03\x04" + b"x" * 100, "an archive, as JPK writes them; export the curve as text"),
+        (b"\\*File list\r\n\\Version: 0x09", "Bruker's NanoScope; export the curve as text"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_read_is_one_sentence(tmp_path, content, sentence):
+    with pytest.raises(df.DForceError, match=sentence) as error:
+        read(tmp_path, content)
+    assert "\n" not in str(error.value)
+
+
+def test_heights_that_grow_toward_the_sample_are_asked_for(tmp_path):
+    content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
+        f"{-1e9 * h:.4f},{1e9 * a:.5f},{phi:.4f}\n" for h, a, phi in zip(HEIGHT, AMPLITUDE, LAG, strict=True)
+    )
+    with pytest.raises(df.ParameterError, match="give height_grows = 'toward'"):
+        read(tmp_path, content)
+    assert is_the_curve(read(tmp_path, content, height_grows="toward"))
+
+
+def test_the_noise_of_a_sensor_is_no_step_back(tmp_path):
+    draw = np.random.default_rng(3)
+    noisy = HEIGHT + 0.2e-9 * draw.normal(size=len(HEIGHT))  # a step is 0.29 nm
+    assert (np.diff(noisy) > 0.0).any()
+    content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
+        f"{1e9 * h:.4f},{1e9 * a:.5f},{phi:.4f}\n" for h, a, phi in zip(noisy, AMPLITUDE, LAG, strict=True)
+    )
+    assert set(read(tmp_path, content).direction.values) == {"approach"}
+
+
+def test_a_phase_that_never_changes_was_not_measured(tmp_path):
+    content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
+        f"{1e9 * h:.4f},{1e9 * a:.5f},90\n" for h, a in zip(HEIGHT, AMPLITUDE, strict=True)
+    )
+    with pytest.raises(df.ResultError, match="same phase at every point"):
+        read(tmp_path, content)
+
+
+def test_a_curve_of_frequency_modulation_comes_by_the_same_door(tmp_path):
+    lines = ["z (nm),df (Hz),amplitude (nm),excitation (V)"]
+    lines += [f"{1e9 * h:.4f},{-50 * np.exp(-1e9 * h / 5):.5f},5.0,0.25" for h in HEIGHT]
+    data = read(tmp_path, "\n".join([*lines, ""]))
+    assert {"height", "frequency_shift", "excitation"} <= set(data.variables)
+    assert data.frequency_shift.attrs["units"] == "Hz" and data.excitation.attrs["units"] == "V"
+    with pytest.raises(df.ParameterError, match="has no phase"):
+        df.calibrate(data)

@@ -1,0 +1,132 @@
+"""The thermal tune, on spectra of a lever that is known."""
+
+from __future__ import annotations
+
+import measured_curve
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce import beam
+from dforce.inverse.thermal import BOLTZMANN
+
+K, Q, F0 = 2.0, 100.0, 70e3
+DRAWS = 30
+
+
+def written(tmp_path, text=None, **how):
+    path = tmp_path / "thermal.csv"
+    path.write_text(text or measured_curve.spectrum_text(**how))
+    return path
+
+
+def table(frequency, density, heading="frequency (Hz),PSD (m^2/Hz)"):
+    rows = [f"{f:.6f},{s:.9e}" for f, s in zip(frequency, density, strict=True)]
+    return "\n".join([heading, *rows, ""])
+
+
+def test_without_noise_the_truth_comes_back(tmp_path):
+    frequency = np.linspace(50e3, 90e3, 4001)
+    tune = df.thermal_tune(written(tmp_path, table(frequency, measured_curve.density(frequency))), calibrated="mode")
+    assert tune.f0 == pytest.approx(F0, rel=1e-7)
+    assert tune.Q == pytest.approx(100.0, rel=1e-5)
+    assert tune.k == pytest.approx(K, rel=1e-5)
+    assert tune.background == pytest.approx(1e-28, rel=1e-3)
+    # sqrt(S) at the peak, 75 kHz, 2.8 N/m, Q 200, is 1.57980855077e-12 m/sqrt(Hz) at 298.15 K
+    peak = measured_curve.density(np.array([75e3]), k=2.8, Q=200.0, f0=75e3, background=0.0)
+    assert np.sqrt(peak[0]) == pytest.approx(1.57980855077e-12, rel=1e-10)
+
+
+def test_the_density_integrates_to_equipartition():
+    frequency = np.linspace(10.0, 3e6, 3_000_001)
+    area = np.trapezoid(measured_curve.density(frequency, background=0.0), frequency)
+    assert area == pytest.approx(BOLTZMANN * 298.15 / K, rel=2e-4)  # the rest lies above 43 f0 and below 10 Hz
+
+
+@pytest.mark.parametrize("averages", [1, 20])
+def test_errors_are_right_over_many_spectra(tmp_path, averages):
+    pulls = []
+    for seed in range(DRAWS):
+        tune = df.thermal_tune(written(tmp_path, seed=seed, averages=averages), calibrated="mode")
+        pulls.append([(tune.f0 - F0) / tune.f0_error, (tune.Q - Q) / tune.Q_error, (tune.k - K) / tune.k_error])
+        assert 0.6 < tune.averages / averages < 1.7  # by the scatter of 380 points
+    # 30 draws know a spread to 13 %, and a mean to 0.18
+    assert (np.std(pulls, axis=0) < 1.4).all() and (np.std(pulls, axis=0) > 0.65).all()
+    assert (np.abs(np.mean(pulls, axis=0)) < 0.6).all()
+
+
+def test_a_lever_of_light_calibrated_by_a_force_curve_reads_mode_1_differently(tmp_path):
+    """k_static = 0.8174347867 k_B T / <z*^2>, and k of mode 1 is 1.03019694736 times that: Butt and Jaschke 1995."""
+    path = written(tmp_path)
+    mode, static = df.thermal_tune(path, calibrated="mode"), df.thermal_tune(path)
+    share = BOLTZMANN * 298.15 / static.mean_square
+    assert static.k_static == pytest.approx(0.8174347867 * share, rel=1e-9)
+    assert static.k == pytest.approx(1.03019694736 * static.k_static, rel=1e-9)
+    assert static.k / mode.k == pytest.approx(beam.lever_factor(1) ** 2, rel=1e-12)
+
+
+def test_units_and_the_error_of_the_sensitivity_count(tmp_path):
+    frequency, power = measured_curve.spectrum()
+    plain = df.thermal_tune(written(tmp_path, table(frequency, power)))
+    roots = written(tmp_path, table(frequency / 1e3, 1e12 * np.sqrt(power), "Frequency (kHz),ASD (pm/√Hz)"))
+    assert df.thermal_tune(roots).k == pytest.approx(plain.k, rel=1e-6)
+    volts = written(
+        tmp_path, table(frequency, np.sqrt(power) / 50e-9, "Frequency (Hz),Amplitude spectral density (V/sqrt(Hz))")
+    )
+    with pytest.raises(df.ParameterError, match="give the sensitivity"):
+        df.thermal_tune(volts)
+    tune = df.thermal_tune(volts, sensitivity="50(1) nm/V")
+    assert tune.k == pytest.approx(plain.k, rel=1e-6)
+    assert tune.k_error / tune.k == pytest.approx(np.hypot(plain.k_error / plain.k, 0.04), rel=1e-3)
+    warm = df.thermal_tune(written(tmp_path, table(frequency, power)), temperature="40 degC")
+    assert warm.k / plain.k == pytest.approx(313.15 / 298.15)
+
+
+def test_a_peak_that_drifted_is_doubted_and_its_errors_grow(tmp_path):
+    frequency = np.linspace(50e3, 90e3, 4001)
+    two = 0.5 * (measured_curve.density(frequency, f0=69.5e3) + measured_curve.density(frequency, f0=70.5e3))
+    noise = np.random.default_rng(1).gamma(100, 0.01, size=len(frequency))
+    tune = df.thermal_tune(written(tmp_path, table(frequency, two * noise)))
+    assert any("not the peak of one steady resonance" in line for line in tune.history)
+    assert not any("doubt" in line for line in df.thermal_tune(written(tmp_path)).history)
+
+
+def test_a_tune_goes_into_a_calibration(tmp_path):
+    tune = df.thermal_tune(written(tmp_path), calibrated="mode")
+    attrs = df.calibrate(measured_curve.dataset(), thermal=tune).attrs
+    assert (attrs["k"], attrs["k_error"]) == (tune.k, tune.k_error)
+    assert (attrs["Q"], attrs["f0_error"]) == (tune.Q, tune.f0_error)
+
+
+def test_a_spectrum_of_nanosurf_is_read(tmp_path):
+    import files
+
+    power = measured_curve.spectrum()[1]
+    content = files.nanosurf(
+        [((50e3, 40e3), {"Amplitude Spectral Density": np.sqrt(power)[None]})], {"Amplitude Spectral Density": "m/sqrt(Hz)"},
+        heights=("Frequency", "Hz"), frames=("Spectrum FFT",),
+    )  # fmt: skip
+    path = tmp_path / "thermal.nid"
+    path.write_bytes(content)
+    assert df.thermal_tune(path).k == pytest.approx(df.thermal_tune(written(tmp_path)).k, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "how", "sentence"),
+    [
+        (table(np.linspace(1e3, 2e3, 400), np.ones(400)), {}, "has no peak that stands out"),
+        (table(np.linspace(1e3, 2e3, 9), np.ones(9)), {}, "has 9 points of a spectrum, and a fit needs 12"),
+        (table(*measured_curve.spectrum(), "frequency (Hz),PSD (m/s)"), {}, "is no density"),
+        (table(*measured_curve.spectrum(), "frequency (Hz),PSD"), {}, "does not tell the unit of the density"),
+        (table(*measured_curve.spectrum(), "U,V"), {}, "no columns known to hold it for the frequency"),
+        (None, {"columns": {"frequenzy": "x"}}, "neither frequency nor density"),
+        (None, {"columns": {"density": "x"}}, "no column 'x' for the density"),
+        (None, {"calibrated": "dynamic"}, "none of static, mode"),
+        (None, {"temperature": "-5 K"}, "must be above 0"),
+        (None, {"band": ("1 kHz",)}, "not the lowest and the highest frequency"),
+        (None, {"band": ("1 kHz", "2 kHz")}, "has 0 points of a spectrum"),
+    ],
+)
+def test_what_is_no_thermal_tune_is_one_sentence(tmp_path, text, how, sentence):
+    with pytest.raises(df.DForceError, match=sentence):
+        df.thermal_tune(written(tmp_path, text), **how)
