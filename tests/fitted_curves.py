@@ -49,3 +49,36 @@ def dataset(height, amplitude, phase, branch, sigma) -> xr.Dataset:
         {name: ("point", np.asarray(values)) for name, values in columns.items()},
         attrs={"amplitude_error": sigma[0], "phase_error": sigma[1]},
     )
+
+
+def result() -> xr.Dataset:
+    """Return a fit made up by hand, for pictures and reports."""
+    names, height = [E, "zc_offset"], np.linspace(10e-9, 2e-9, 12)
+    point, both = "point", ("point", "tone")
+    column = np.linspace(10e-9, 3e-9, 12)[:, None]
+    values = {
+        "value": [1e9, 1e-10], "error": [1e8, 1e-11], "error_low": [9e7, 1e-11], "error_high": [1.1e8, 1e-11],
+        "error_given": [0.0, 0.0], "start": [2e9, 0.0], "prior": [np.nan, np.nan], "prior_error": [np.nan, np.nan],
+    }  # fmt: skip
+    out = xr.Dataset(
+        {name: ("parameter", np.array(column)) for name, column in values.items()}
+        | {"at_bound": ("parameter", np.zeros(2, bool)), "seen": ("parameter", np.ones(2, bool))}
+        | {"correlation": (("parameter", "parameter_2"), np.array([[1.0, 0.9], [0.9, 1.0]]))}
+        | {name: (point, height) for name in ("height", "zc")}
+        | {name: (both, column) for name in ("amplitude", "amplitude_fit")}
+        | {name: (both, 1e10 * column) for name in ("phase", "phase_fit")}
+        | {name: (both, np.zeros((12, 1))) for name in ("amplitude_residual", "phase_residual")}
+        | {"used": (point, height > 3e-9), "lost": (point, height > 9.5e-9)},
+        {
+            "parameter": names, "parameter_2": names, "unit": ("parameter", ["Pa", "m"]), "tone": [1],
+            "branch": (point, np.where(height > 6e-9, 1, -1)),
+        },
+        {
+            "kind": "fit", "title": "made up", "chi2": 20.0, "degrees_of_freedom": 18, "aic": 24.0, "bic": 26.0,
+            "lost_points": 1, "runs_test": 0.5, "points": 10, "amplitude_error": [1e-11], "phase_error": [0.3],
+            "parameters": 2,
+        },
+    )  # fmt: skip
+    out["amplitude"].attrs["units"] = out["zc"].attrs["units"] = "m"
+    out["phase"].attrs["units"] = "degree"
+    return out

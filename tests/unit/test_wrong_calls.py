@@ -7,6 +7,7 @@ import inspect
 import types
 from pathlib import Path
 
+import fitted_curves
 import matplotlib.pyplot as plt
 import measured_curve
 import numpy as np
@@ -37,6 +38,7 @@ CALLS = {
     "check_force": {"model": df.forces.Hertz},
     "check_target": {"path": "x.nc"},
     "calibrate": {"data": measured_curve.dataset()},
+    "compare_fits": {"fits": {"one": fitted_curves.result(), "other": fitted_curves.result()}},
     "cost_of_accuracy": {},
     "count_status": {"dataset": CURVE},
     "drawable": {"dataset": CURVE},
@@ -45,11 +47,17 @@ CALLS = {
     "example": {"name": "figure-3-air"},
     "examples": {},
     "first_sentence": {"docstring": "One."},
+    "fit": {"case": CASE, "data": fitted_curves.data_of("air").isel(point=slice(8)), "free": [fitted_curves.H]},
+    "fit_again": {"result": fitted_curves.result()},
+    "fit_many": {"case": CASE, "curves": {}, "free": [fitted_curves.H]},
+    "fit_report": {"result": fitted_curves.result()},
     "force_along": {"case": CASE, "time": [0.0, 1.0, 2.0], "distance": [3e-9, 2e-9, 1e-9]},
     "force_curve": {"case": CASE, "distance": [3e-9, 2e-9]},
     "frequency_sweep": {"case": CASE, "frequency": ["48 kHz", "49 kHz"], "zc": "8 nm"},
     "goes_along": {"dataset": CURVE},
     "html_symbol": {"latex": "E"},
+    "identify": {"case": CASE, "zc": ("12 nm", "11 nm"), "free": [fitted_curves.H], "helps": False},
+    "identify_report": {"result": xr.Dataset()},
     "lines_of": {"dataset": CURVE, "x": "zc", "y": "phase"},
     "listening": {"listener": print},
     "load_case": {"path": "case.toml"},
@@ -92,6 +100,8 @@ CALLS = {
     "plot.cost_of_accuracy": {"result": {"rows": []}},
     "plot.curve": {"dataset": CURVE, "names": "phase"},
     "plot.draw": {"results": CURVE},
+    "plot.fit": {"result": fitted_curves.result()},
+    "plot.fit_errors": {"result": fitted_curves.result()},
     "plot.force_curve": {"dataset": synthetic.force_curve()},
     "plot.force_distance": {"dataset": TRACES},
     "plot.measured": {"dataset": measured_curve.dataset()},
