@@ -37,7 +37,10 @@ if TYPE_CHECKING:
     from dforce.forces import Force
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
     from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
-    from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
+    from dforce.inverse.fitting.foresight import identify, identify_report
+    from dforce.inverse.fitting.repeat import fit_again
+    from dforce.inverse.fitting.report import compare_fits, fit_report
+    from dforce.inverse.fitting.run import fit, fit_many
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers

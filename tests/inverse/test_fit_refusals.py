@@ -102,3 +102,10 @@ def test_a_fit_refuses_tones_without_a_common_period() -> None:
 def test_identify_refuses_one_distance() -> None:
     with pytest.raises(df.ParameterError, match="a curve has many"):
         df.identify(fc.case_of("air"), zc=["5 nm", "5 nm"], free=[E])
+
+
+def test_identify_refuses_errors_of_what_a_curve_does_not_have() -> None:
+    with pytest.raises(df.ParameterError, match="known: amplitude"):
+        df.identify(fc.case_of("air"), free=[E], errors={"phases": 0.3}, helps=False)
+    with pytest.raises(df.ParameterError, match="above 0"):
+        df.identify(fc.case_of("air"), free=[E], errors={"phase": 0.0}, helps=False)

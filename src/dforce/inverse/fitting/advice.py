@@ -14,7 +14,7 @@ from dforce.validity import Advice
 if TYPE_CHECKING:
     from dforce.inverse.fitting.run import Fitted
 
-MOST_CHI2 = 3.0  # times sqrt(2 / n): how far reduced chi2 may be from 1
+MOST_CHI2 = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
 TOGETHER = 0.98  # correlation beyond which two parameters are known only together
 NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
@@ -43,7 +43,8 @@ def _lost(found: Fitted) -> Advice | None:
 
 def _chi2(found: Fitted) -> Advice | None:
     freedom = found.data.count - len(found.unknowns)
-    reduced, width = found.best.chi2 / freedom, math.sqrt(2.0 / freedom)
+    # of n degrees of freedom it scatters by sqrt(2 / n), and by as much for the noise found in m points
+    reduced, width = found.best.chi2 / freedom, math.sqrt(2.0 / freedom + 2.0 / found.data.noise_points)
     if abs(reduced - 1.0) < MOST_CHI2 * width:
         return None
     why = (

@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce import units
 from dforce.case import Case
-from dforce.errors import ParameterError, checked
+from dforce.errors import ParameterError, checked, shorten
 from dforce.experiments import Approach
 from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
 from dforce.inverse.fitting.curves import Curves
@@ -89,7 +89,7 @@ def identify(
     curves = {name: rows for name, rows in _rows(_branches(case, zc, names, errors or {}), "").items()}
     if helps:
         for words, factor in OTHERS.items():
-            curves |= _rows(_branches(*_with_amplitude(case, zc, factor), names, _scaled(errors or {}, factor)), words)
+            curves |= _rows(_branches(*_with_amplitude(case, zc, factor), names, errors or {}), words)
         other = with_second_tone(case)
         if other is not None:
             given = {"amplitude_2": SECOND_ERROR, **(errors or {})}
@@ -125,11 +125,6 @@ def _with_amplitude(case: Case, zc: Any, factor: float) -> tuple[Case, Any]:
     name = "A0" if owner.A0 is not None else "base_amplitude"
     value = float(getattr(owner, name))
     return case.replace(f"{path}.{name}", factor * value), grid
-
-
-def _scaled(errors: Mapping[str, Any], factor: float) -> dict[str, Any]:
-    """Return errors for another free amplitude: what was given stays."""
-    return dict(errors) if "amplitude" in errors else {**errors, "amplitude_share": AMPLITUDE_ERROR}
 
 
 def _distances(case: Case, zc: Any) -> Array:
@@ -176,12 +171,25 @@ def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any
 
 
 def _noise(case: Case, errors: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Return the noise of amplitudes (m) and phases (degrees), (tones,) each.
+
+    Raises
+    ------
+    ParameterError
+        For errors of what a curve does not have, or not above 0.
+    """
     amplitude, phase = [], []
+    known = [f"{name}{ending}" for name in ("amplitude", "phase") for ending in ("", "_2")]
+    for name in errors:
+        if name not in known:
+            raise ParameterError(f"errors has '{shorten(str(name))}'; known: {', '.join(known)}")
     for j, tone in enumerate(case.problem.tones):
         ending = "" if j == 0 else f"_{j + 1}"
         usual = AMPLITUDE_ERROR * tone.A0
         amplitude.append(number_of(f"errors.amplitude{ending}", errors.get(f"amplitude{ending}", usual), "m"))
         phase.append(number_of(f"errors.phase{ending}", errors.get(f"phase{ending}", PHASE_ERROR), DEGREE))
+    if not min(*amplitude, *phase) > 0.0:
+        raise ParameterError("the errors of amplitude and phase must be above 0")
     return np.array(amplitude), np.array(phase)
 
 

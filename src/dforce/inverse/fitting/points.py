@@ -50,6 +50,8 @@ class Measured:
         Of the noise of neighbors.
     attrs
         What else the data say of themselves.
+    noise_points
+        From how many points the standard deviations were found, so that they are as uncertain; infinite where they are known.
     """
 
     height: Array
@@ -61,6 +63,7 @@ class Measured:
     phase_error: Array
     correlation: float
     attrs: Mapping[str, Any]
+    noise_points: float = math.inf
 
     @property
     def tones(self) -> int:
@@ -125,7 +128,7 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
         height, np.stack(amplitude, axis=1), np.stack(phase, axis=1), np.ones(len(height), np.int64),
         np.ones(len(height), bool), np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
         np.array([_error(data, reading, f"phase{name}", "deg") for name in names]),
-        float(data.attrs.get("neighbor_correlation", 0.0)), dict(data.attrs),
+        float(data.attrs.get("neighbor_correlation", 0.0)), dict(data.attrs), _noise_points(data, reading),
     )  # fmt: skip
     branch, beside = _branches(data, found, reading.margin)
     used = ~beside & _chosen(data, height, reading)
@@ -159,6 +162,13 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     if not (math.isfinite(value) and value > 0.0):
         raise ParameterError(f"the error of '{name}' is {value:g} {unit}; it must be above 0")
     return value
+
+
+def _noise_points(data: xr.Dataset, reading: Reading) -> float:
+    """Return from how many points the noise is known; infinite where it was given."""
+    if reading.errors or "free" not in data.variables:
+        return math.inf
+    return max(float(np.asarray(data["free"].values, dtype=bool).sum()), 2.0)
 
 
 def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
