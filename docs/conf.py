@@ -62,7 +62,7 @@ html_theme_options = {
 html_sidebars = {
     page: []
     for page in (
-        "index", "install", "first-curve", "how-to", "window", "glossary", "observables", "experiments", "solvers",
+        "index", "install", "first-curve", "how-to", "window", "glossary", "observables", "experiments", "measured", "solvers",
         "validation", "performance", "cite",
     )
 }  # fmt: skip

@@ -13,8 +13,9 @@ from dforce.inverse import checks, steps
 from dforce.inverse.curve import CONVENTIONS, UNKNOWN, described
 from dforce.inverse.energies import energy
 from dforce.inverse.steps import Given, Work
-from dforce.inverse.values import measured
+from dforce.inverse.values import ends, measured
 from dforce.inverse.values import show as shown
+from dforce.results import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,13 +89,14 @@ def calibrate(
     """
     _check(data, baseline, delay, speed)
     given = Given(
-        _range(free_part),
+        None if free_part is None else ends(free_part, "m", "free_part", "height"),
         _quantity("free_amplitude", free_amplitude, "m"),
         _degrees("free_phase", free_phase),
         _errors(data, errors),
         baseline,
     )
     work = Work(data.copy(deep=True), [str(line) for line in np.atleast_1d(data.attrs.get("history", []))], given)
+    work.data.attrs = provenance("", "") | work.data.attrs
     _take_lever(work, case, thermal)
     steps.take_delay(work, _quantity("delay", delay, "s"), _quantity("speed", speed, "m/s"))
     _take_sign(work, phase_convention)
@@ -148,18 +150,6 @@ def _degrees(name: str, given: float | str | None) -> float | None:
         return float(np.degrees(units.parse(given, "rad")))
     except UnitError as error:
         raise UnitError(f"{name} {error}") from None
-
-
-def _range(given: Sequence[Any] | None) -> tuple[float, float] | None:
-    if given is None:
-        return None
-    if len(given) != 2:
-        raise ParameterError(f"free_part = {shorten(given)} is not the lowest and the highest height")
-    try:
-        low, high = sorted(units.parse(height, "m") for height in given)
-    except UnitError as error:
-        raise UnitError(f"free_part {error}") from None
-    return low, high
 
 
 def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, float]:

@@ -22,7 +22,7 @@ from dforce import beam, units
 from dforce.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.inverse.readers import content_of, tables_in
 from dforce.inverse.table import Column, Floats, Table
-from dforce.inverse.values import measured, show
+from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import bare, known_unit, scale_to
 
 BOLTZMANN = 1.380649e-23  # J/K; exact in the SI since 2019
@@ -144,7 +144,7 @@ def thermal_tune(
     if warm.value <= 0.0 or (length is not None and length.value <= 0.0):
         raise ParameterError("temperature and sensitivity must be above 0")
     frequency, power, how = _spectrum(table, columns or {}, unit, None if length is None else length.value, name)
-    tune = _fitted(frequency, power, _band(band), name)
+    tune = _fitted(frequency, power, None if band is None else ends(band, "Hz", "band", "frequency"), name)
     history = [f"read: {table.source}, {len(frequency)} points", how, *tune.history]
     factor = beam.lever_factor(1) ** 2 if calibrated == "static" else 1.0
     k = factor * BOLTZMANN * warm.value / tune.mean_square
@@ -166,18 +166,6 @@ def thermal_tune(
         tune.f0, tune.f0_error, k, k_error, tune.Q, tune.Q_error, k_static, tune.mean_square, tune.background,
         tune.averages, tune.band, tuple(history),
     )  # fmt: skip
-
-
-def _band(given: Sequence[Any] | None) -> tuple[float, float] | None:
-    if given is None:
-        return None
-    if len(given) != 2:
-        raise ParameterError(f"band = {shorten(given)} is not the lowest and the highest frequency")
-    try:
-        low, high = sorted(units.parse(end, "Hz") for end in given)
-    except UnitError as error:
-        raise UnitError(f"band {error}") from None
-    return low, high
 
 
 def _spectrum(

@@ -49,6 +49,23 @@ def _checked(found: Measured, name: str) -> Measured:
     return found
 
 
+def ends(given: object, unit: str, name: str, what: str) -> tuple[float, float]:
+    """Return the two ends of a range in SI units, the lower first.
+
+    Raises
+    ------
+    ParameterError
+        For anything but a pair of quantities.
+    """
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise ParameterError(f"{name} = {shorten(given)} is not the lowest and the highest {what}")
+    try:
+        low, high = sorted(units.parse(end, unit) for end in given)
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+    return low, high
+
+
 def show(value: float, error: float | None, unit: str) -> str:
     """Return a value with its error for a sentence: ``29.98 ± 0.02 nm``."""
     if unit == "deg":
