@@ -55,6 +55,8 @@ def test_two_tones_tell_the_modulus_and_Q() -> None:
     )
     assert fit.sizes["tone"] == 2
     assert {"A0_2", "phase_offset_2"} <= set(fit["parameter"].values.tolist())
+    again = df.fit_again(fit)
+    np.testing.assert_array_equal(again["value"], fit["value"])
     assert fit.attrs["chi2"] < 1e-3
     assert float(fit["value"].sel(parameter=E)) == pytest.approx(50e6, rel=1e-3)
     assert float(fit["value"].sel(parameter="cantilever.modes.1.Q")) == pytest.approx(3.0, rel=1e-3)

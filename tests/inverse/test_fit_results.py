@@ -113,6 +113,22 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.isfinite(fit["value"]).all()
     assert fit.attrs["chi2"] < first[1]
     assert float(fit["value"].sel(parameter=H)) != first[0]
+    # of many curves those are kept that were done
+    calls = 0
+
+    def later(self: Objective, free: np.ndarray) -> np.ndarray:
+        nonlocal calls
+        calls += 1
+        if calls == most:
+            raise KeyboardInterrupt
+        return plain(self, free)
+
+    most = 10_000
+    monkeypatch.setattr(Objective, "residuals", later)
+    df.fit_many(case, {"first": fc.data_of("air")}, free=[H], search=False)
+    most, calls = calls + 3, 0
+    many = df.fit_many(case, {"first": fc.data_of("air"), "second": fc.data_of("air")}, free=[H], search=False)
+    assert many["curve"].values.tolist() == ["first"]
 
 
 def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:

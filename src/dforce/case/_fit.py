@@ -67,7 +67,8 @@ class Fit(Parameters):
     )
     nuisance: Part[tuple[str, ...]] = part(
         ("zc_offset", "A0", "phase_offset"), max_length=MOST_FREE,
-        description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2",
+        description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2, which is "
+        "fitted alike where this is left as it is",
     )  # fmt: skip
     priors: Part[dict[str, Any]] = part(
         {},

@@ -41,7 +41,7 @@ class Minimum:
     @property
     def lost(self) -> int:
         """How many points have no state there."""
-        return len(self.told.lost) if self.told is None and self.told else int(self.told.lost.sum()) if self.told else 0
+        return 0 if self.told is None else int(self.told.lost.sum())
 
 
 class Objective:

@@ -174,9 +174,13 @@ def fit_many(
         for number, (name, curve) in enumerate(curves.items()):
             tell(number, len(curves), name)
             try:
-                done[name] = fit(case, curve, **asked.model_dump())
+                one = fit(case, curve, **asked.model_dump())
             except DForceError as error:
                 done[name] = str(error)
+                continue
+            if one.attrs.get("interrupted"):  # by a stop that is meant for all
+                break
+            done[name] = one
         tell(len(curves), len(curves), "")
     return together(done, case)
 
@@ -204,8 +208,8 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
 
 
 def _of_tones(settings: Fit, read: Measured) -> tuple[str, ...]:
-    """Return the nuisance parameters, of each tone where they were left open."""
-    if read.tones == 1 or "nuisance" in settings.model_fields_set:
+    """Return the nuisance parameters, of each tone where they are the usual ones."""
+    if read.tones == 1 or settings.nuisance != Fit().nuisance:
         return settings.nuisance
     return (*settings.nuisance, "A0_2", "phase_offset_2")
 
