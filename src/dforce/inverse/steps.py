@@ -162,6 +162,8 @@ def level(work: Work) -> None:
         for name, part in found.items():
             if not part.slope_error or abs(part.slope) <= FLAT * part.slope_error:
                 continue
+            if not work.tilted[word] and work.given.free_part is None:
+                continue  # flat, within the noise, over the longer stretch that it was found in
             rows = work.rows(word)
             reach = float(height[work.free[word]].mean() - height[rows].min())
             unit = UNITS[name]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import logging
+import math
 import struct
 from typing import Any
 
@@ -21,15 +22,30 @@ UNITS = {
     "freq": "Hz",
 }  # fmt: skip
 NAMES = {"phas2": "Phase2"}  # labels that are cut
-VERSIONS = (2, 5)
+VERSION, HEADERS = 5, 384  # of files with columns; bytes of the headers of the file and of the wave
+SPARE = 64  # bytes by which files of some versions are shorter
 DIRECTIONS = {1.0: APPROACH, -1.0: RETRACT, 0.0: PAUSE}
 
 
 def is_igor(content: bytes) -> bool:
     """Say whether a file begins as a binary wave, whichever way its bytes go."""
-    if len(content) < 64:
+    return len(content) > HEADERS and _order(content) is not None
+
+
+def _order(content: bytes) -> str | None:
+    return next((order for order in "<>" if struct.unpack(f"{order}h", content[:2])[0] == VERSION), None)
+
+
+def _fits(content: bytes) -> bool:
+    """Say whether the lengths in the headers are those of the file: igor2 would try for minutes to read wrong ones."""
+    order = _order(content)
+    sizes = struct.unpack_from(f"{order}12i", content, 8)  # formula, note, units and labels, each with its length
+    (points,) = struct.unpack_from(f"{order}i", content, 76)
+    shape = [length for length in struct.unpack_from(f"{order}4i", content, 132) if length]
+    parts = sizes[:11]
+    if min(*parts, points, *shape, 1) < 0 or math.prod(shape) != points:
         return False
-    return struct.unpack("<h", content[:2])[0] in VERSIONS or struct.unpack(">h", content[:2])[0] in VERSIONS
+    return bool(HEADERS + points + sum(parts) <= len(content) + SPARE)
 
 
 def read(content: bytes, name: str) -> list[Table]:
@@ -46,6 +62,8 @@ def read(content: bytes, name: str) -> list[Table]:
         raise ResultError(
             f"{name} is a binary wave of Igor, which igor2 reads: python -m pip install 'dforce[readers]'"
         ) from None
+    if not _fits(content):
+        raise ResultError(f"{name} is damaged or was cut short")
     logging.getLogger("igor2").addHandler(logging.NullHandler())  # it prints what it cannot read
     try:
         wave = binarywave.load(io.BytesIO(content))["wave"]
