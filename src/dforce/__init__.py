@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from dforce.forces import Force, load_plugin
     from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
     from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
+    from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
@@ -85,6 +86,15 @@ _HOMES = {
         "read_curves",
         "read_measured",
         "thermal_tune",
+    ),
+    "inverse.fitting": (
+        "compare_fits",
+        "fit",
+        "fit_again",
+        "fit_many",
+        "fit_report",
+        "identify",
+        "identify_report",
     ),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
@@ -158,15 +168,22 @@ __all__ = [
     "cantilevers",
     "check_force",
     "clear_kernel_cache",
+    "compare_fits",
     "dwell",
     "energy",
     "example",
     "examples",
     "experiments",
+    "fit",
+    "fit_again",
+    "fit_many",
+    "fit_report",
     "force_along",
     "force_curve",
     "forces",
     "frequency_sweep",
+    "identify",
+    "identify_report",
     "kernel_cache",
     "load_case",
     "load_plan",

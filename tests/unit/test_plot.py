@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import xml.etree.ElementTree
 
+import fitted_curves
 import matplotlib
 import matplotlib.pyplot as plt
 import measured_curve
@@ -287,6 +288,8 @@ PICTURES = {
     "cost_of_accuracy": lambda figure: plot.cost_of_accuracy(costs(), figure=figure),
     "curve": lambda figure: plot.curve(synthetic.approach(), ["amplitude", "peak_force", "contact_time"], figure),
     "draw": lambda figure: plot.draw(synthetic.dwell(), Picture("time", ("force", "indentation"), True), figure),
+    "fit": lambda figure: plot.fit(fitted_curves.result(), figure),
+    "fit_errors": lambda figure: plot.fit_errors(fitted_curves.result(), figure),
     "force_curve": lambda figure: plot.force_curve(synthetic.force_curve(), figure),
     "force_distance": lambda figure: plot.force_distance(synthetic.dwell(), figure),
     "map": lambda figure: plot.map(synthetic.grid(), "A0", "youngs_modulus", "peak_force", figure=figure),

@@ -8,6 +8,7 @@ import inspect
 import types
 from pathlib import Path
 
+import fitted_curves
 import matplotlib.pyplot as plt
 import measured_curve
 import numpy as np
@@ -44,9 +45,16 @@ CALLS = {
     "checks.benchmark.accuracy:cost_of_accuracy": {},
     "findings.summary:count_status": {"dataset": CURVE},
     "results.curves:drawable": {"dataset": CURVE},
+    "compare_fits": {"fits": {"one": fitted_curves.result(), "other": fitted_curves.result()}},
     "dwell": WAYS,
     "example": {"name": "figure-3-air"},
     "examples": {},
+    "fit": {"case": CASE, "data": fitted_curves.data_of("air").isel(point=slice(8)), "free": [fitted_curves.H]},
+    "fit_again": {"result": fitted_curves.result()},
+    "fit_many": {"case": CASE, "curves": {}, "free": [fitted_curves.H]},
+    "fit_report": {"result": fitted_curves.result()},
+    "identify": {"case": CASE, "zc": ("12 nm", "11 nm"), "free": [fitted_curves.H], "helps": False},
+    "identify_report": {"result": xr.Dataset()},
     "core.notation:first_sentence": {"docstring": "One."},
     "force_along": {"case": CASE, "time": [0.0, 1.0, 2.0], "distance": [3e-9, 2e-9, 1e-9]},
     "force_curve": {"case": CASE, "distance": [3e-9, 2e-9]},
@@ -101,6 +109,8 @@ CALLS = {
     "plot.cost_of_accuracy": {"result": {"rows": []}},
     "plot.curve": {"dataset": CURVE, "names": "phase"},
     "plot.draw": {"results": CURVE},
+    "plot.fit": {"result": fitted_curves.result()},
+    "plot.fit_errors": {"result": fitted_curves.result()},
     "plot.force_curve": {"dataset": synthetic.force_curve()},
     "plot.force_distance": {"dataset": TRACES},
     "plot.map": {"dataset": synthetic.grid(), "x": "A0", "y": "youngs_modulus", "quantity": "peak_force"},

@@ -2,6 +2,7 @@
 
 from dforce.case._case import About, Case
 from dforce.case._files import case_of, example, load_case, save_case
+from dforce.case._fit import Data, Fit
 from dforce.case._schema import case_schema
 from dforce.case._sweep import MOST_VALUES, Range, Sweep
 
@@ -9,6 +10,8 @@ __all__ = [
     "MOST_VALUES",
     "About",
     "Case",
+    "Data",
+    "Fit",
     "Range",
     "Sweep",
     "case_of",

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 
 import pydantic
 
+from dforce.case._fit import Data, Fit
 from dforce.case._python import script_of
 from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
@@ -69,6 +70,8 @@ class Case(Parameters):
     experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
     solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
     sweep: Part[Sweep | None] = part(None, description="which parameters `dforce sweep` varies, for many cases at once")
+    data: Part[Data | None] = part(None, description="a measured curve, which `dforce fit` reads")
+    fit: Part[Fit | None] = part(None, description="which parameters `dforce fit` tells from a measured curve")
 
     @classmethod
     def root(cls) -> str:
@@ -121,8 +124,9 @@ class Case(Parameters):
 
     @functools.cached_property
     def folder(self) -> Path | None:
-        """The folder in which its plug-ins and the rows of its sweep are; None without both."""
-        return folder() if self.plugins or (self.sweep is not None and self.sweep.rows) else None
+        """The folder in which its plug-ins, the rows of its sweep and its measured curve are; None without all of them."""
+        rows, curve = self.sweep is not None and self.sweep.rows, self.data is not None and self.data.file
+        return folder() if self.plugins or rows or curve else None
 
     @checked
     def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:

@@ -17,6 +17,7 @@ from dforce.cli import (
     check,
     curve,
     examples,
+    fit,
     gui,
     models,
     plan,
@@ -66,7 +67,7 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, sweep.sweep, plan.plan, check.check, curve.curve, read.read, reconstruct.reconstruct, models.models,
+    run.run, sweep.sweep, plan.plan, check.check, curve.curve, read.read, fit.fit, reconstruct.reconstruct, models.models,
     examples.examples, schema.schema, benchmark.benchmark, gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
 )  # fmt: skip
 for _command in COMMANDS:

@@ -14,6 +14,7 @@ from dforce.plot.basins import basins
 from dforce.plot.branches import branches, resonance
 from dforce.plot.costs import cost_of_accuracy
 from dforce.plot.distances import amplitude_phase, curve
+from dforce.plot.fits import fit, fit_errors
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.maps import map
 from dforce.plot.measured import measured
@@ -33,6 +34,8 @@ __all__ = [
     "cost_of_accuracy",
     "curve",
     "draw",
+    "fit",
+    "fit_errors",
     "force_curve",
     "force_distance",
     "map",

@@ -12,6 +12,7 @@ from dforce.plot._style import head, new_figure
 from dforce.plot.basins import basins
 from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
+from dforce.plot.fits import fit
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
 from dforce.results.curves import swept
@@ -28,7 +29,8 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
 
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
     gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
-    of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves. A sweep gives
+    of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves; a fit gives data,
+    model and residuals. A sweep gives
     some of its cases, laid over each other.
 
     Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, the
@@ -42,6 +44,8 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     """
     if states is not None:
         check_under(states, dataset)
+    if dataset.attrs.get("kind") == "fit":
+        return fit(dataset, figure)
     if swept(dataset):
         from dforce.plot.sweeps import (
             sweep_overview,

@@ -1,0 +1,120 @@
+"""The tables `[data]` and `[fit]` of a case: a measured curve, and what is to be told from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
+
+import pydantic
+
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.parameters import Parameters, Part, part
+
+MOST_FREE = 20  # parameters of a fit
+
+
+class Data(Parameters):
+    """A measured curve: its file, and how that is to be read."""
+
+    title_of: ClassVar[str] = "data"
+
+    file: str = pydantic.Field(
+        default="", max_length=1000, description="file of the curve, beside the case file: .csv, .txt, .h5, ..."
+    )
+    columns: Part[dict[str, str]] = part(
+        {},
+        description='names of the file\'s columns by what they hold, such as { height = "ZSnsr", amplitude = "Amp" }',
+    )
+    units: Part[dict[str, str]] = part(
+        {}, description='units of columns that do not say theirs, such as { height = "nm" }'
+    )
+    phase_convention: str = pydantic.Field(
+        default="", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
+    )
+    use: Part[dict[str, Any]] = part(
+        {}, description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }; left out: all'
+    )
+
+    read: Part[dict[str, Any]] = part(
+        {}, description='how else the file is read, as by df.read_measured, such as { sensitivity = "52 nm/V" }'
+    )
+    calibrate: Part[dict[str, Any]] = part(
+        {}, description='how the curve is calibrated, as by df.calibrate, such as { free_amplitude = "30 nm" }'
+    )
+
+    @pydantic.field_validator("columns", "units", "use", "read", "calibrate", mode="before")
+    @classmethod
+    def _tables(cls, given: Any) -> Any:
+        if not isinstance(given, Mapping):
+            raise ParameterError(f"= {shorten(given)} is not a table")
+        return {str(key): list(value) if isinstance(value, tuple) else value for key, value in given.items()}
+
+    @pydantic.model_validator(mode="after")
+    def _known_uses(self) -> Self:
+        for key in self.use:
+            if key not in ("height", "direction"):
+                raise ParameterError(f"use has '{shorten(key)}'; known: height, direction")
+        return self
+
+
+class Fit(Parameters):
+    """Which parameters of a case are told from a measured curve, and what is known beforehand."""
+
+    title_of: ClassVar[str] = "fit"
+
+    free: Part[tuple[str, ...]] = part(
+        (), max_length=MOST_FREE, description="paths of the parameters to fit, such as sample.youngs_modulus"
+    )
+    nuisance: Part[tuple[str, ...]] = part(
+        ("zc_offset", "A0", "phase_offset"), max_length=MOST_FREE,
+        description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2, which is "
+        "fitted alike where this is left as it is",
+    )  # fmt: skip
+    priors: Part[dict[str, Any]] = part(
+        {},
+        description='values and errors known beforehand, which frees the parameter, such as { "cantilever.Q" = "180(4)" }',
+    )
+    bounds: Part[dict[str, Any]] = part(
+        {}, description='bounds, such as { "sample.youngs_modulus" = ["10 MPa", "100 GPa"] }'
+    )
+    start: Part[dict[str, Any]] = part({}, description="where the fit starts; left out: at the values of the case")
+    given: Part[dict[str, Any]] = part(
+        {},
+        description='values that stay fixed and their errors, which are passed on, such as { "cantilever.k" = "2.7(2) N/m" }',
+    )
+    errors: Part[dict[str, Any]] = part(
+        {}, description='standard deviations of amplitude and phase; left out, or "from free part": as the data say'
+    )
+    branch: Literal["measured", "attractive", "repulsive"] = pydantic.Field(
+        default="measured", description="measured: each point on its own branch; else one branch alone"
+    )
+    margin: int = pydantic.Field(default=2, ge=0, le=1000, description="points beside each jump that are left out")
+    search: bool = pydantic.Field(
+        default=True, description="whether several starts around the given one are tried; false: that one alone"
+    )
+    profile: Part[tuple[str, ...]] = part(
+        (), max_length=MOST_FREE, description="parameters whose errors are found by going there: asymmetric, and slower"
+    )
+
+    @pydantic.field_validator("free", "nuisance", "profile", mode="before")
+    @classmethod
+    def _names(cls, given: Any) -> Any:
+        if isinstance(given, str) or not hasattr(given, "__iter__"):
+            raise ParameterError(f"= {shorten(given)} is not a list of names")
+        return tuple(str(name) for name in given)
+
+    @pydantic.field_validator("priors", "bounds", "start", "given", "errors", mode="before")
+    @classmethod
+    def _tables(cls, given: Any) -> Any:
+        if not isinstance(given, Mapping):
+            raise ParameterError(f"= {shorten(given)} is not a table of values by name")
+        return {str(key): _plain(value) for key, value in given.items()}
+
+
+def _plain(value: Any) -> Any:
+    """Return numbers, texts and pairs as a file holds them."""
+    if isinstance(value, str):
+        return value
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value

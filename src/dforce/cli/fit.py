@@ -1,0 +1,174 @@
+"""`dforce fit`: parameters of a case from measured curves, and what curves can tell at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._names import CaseName, Source, open_source
+from dforce.cli._report import advice_as_json, quoted
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
+from dforce.core.files import check_target
+from dforce.core.progress import ProgressBar
+from dforce.core.stopping import late_stop_waits
+from dforce.experiments import Approach
+from dforce.validity import advice_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KNOWN = ("sample", "prior", "all")
+
+
+def fit(
+    case: CaseName,
+    settings: Settings,
+    data: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[DATA]...", show_default=False, help="Files of measured curves; left out: that of [data]."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FIT.nc|FIT.csv", show_default=False, help="Where the fit goes."),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot",
+            metavar="FIG.png|.pdf|.svg",
+            show_default=False,
+            help="Draw data, model and residuals of one curve.",
+        ),
+    ] = None,
+    identify: Annotated[
+        bool, typer.Option("--identify", help="Say what such a curve could tell, without a measurement.")
+    ] = False,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    traceback: Traceback = False,
+) -> int:
+    """Tell parameters of a case, with errors, from measured curves of amplitude and phase.
+
+    The table [fit] of the case says which; CASE may be a fit, which is done again. Ctrl-C keeps the best so far.
+    Exit code 1: fitted, with advice. Several files: one fit each; a bad one does not stop the others.
+    """  # fmt: skip
+    source = open_source(case, settings)
+    again = source.result is not None and source.result.attrs.get("kind") == "fit"
+    if source.case.fit is None and not again:
+        raise df.ParameterError(
+            f'{quoted(case)} does not say what to fit; write [fit] into it, such as free = ["sample.youngs_modulus"]'
+        )
+    if output is not None:
+        check_target(output)
+    if plot is not None:
+        check_target(plot, df.plot.FORMATS)
+    if identify:
+        return _identify(source, output, json, quiet)
+    files = list(data or [])
+    if len(files) > 1:
+        if plot is not None:
+            raise df.ParameterError("--plot draws the fit of one curve; give one file")
+        return _many(source, files, output, json, quiet)
+    with late_stop_waits():
+        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+            if again and not files and source.result is not None:
+                result = df.fit_again(source.result, progress=bar)
+            else:
+                result = df.fit(source.case, files[0] if files else None, progress=bar)
+        if output is not None:
+            df.write(result, output)
+    if plot is not None:
+        df.plot.save(df.plot.fit(result, df.plot.Sheet()), plot)
+    written = [str(path) for path in (output, plot) if path is not None]
+    stopped = bool(result.attrs.get("interrupted"))
+    code = STOPPED if stopped else SOME_POINTS_FAILED if advice_in(result) else DONE
+    if json:
+        print_json({**_answer(result), "files": written, "exit_code": code})
+    elif not quiet:
+        typer.echo(df.fit_report(result))
+        if written:
+            typer.echo(f"written: {', '.join(written)}")
+    if stopped:
+        say("dforce: stopped; this is the best that was met")
+    return code
+
+
+def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> int:
+    """Print what curves of a case can tell."""
+    experiment = source.case.experiment
+    zc = experiment.distances() if isinstance(experiment, Approach) else None
+    errors = {} if source.case.fit is None else source.case.fit.errors
+    result = df.identify(
+        source.case, zc, errors={name: value for name, value in errors.items() if value != "from free part"}
+    )
+    if output is not None:
+        df.write(result, output)
+    if json:
+        print_json(
+            {
+                "curves": result["curve"].values.tolist(), "known": result["known"].values.tolist(),
+                "parameters": result["parameter"].values.tolist(), "units": result["unit"].values.tolist(),
+                "error": result["error"].values.tolist(), "verdict": result["verdict"].values.tolist(),
+                "products": result.attrs["products"].splitlines(),
+            }
+        )  # fmt: skip
+        return DONE
+    words = {
+        "sample": "the instrument exactly known",
+        "prior": "A0 to 0.5 %, Q to 2 %, the phase offset to 0.5 degrees",
+    }
+    for known in KNOWN if not quiet else ():
+        typer.echo(f"{words.get(known, 'A0, Q and the phase offset free, too')}:")
+        typer.echo(df.identify_report(result, known) + "\n")
+    if output is not None and not quiet:
+        typer.echo(f"written: {output}")
+    return DONE
+
+
+def _many(source: Source, files: list[str], output: Path | None, json: bool, quiet: bool) -> int:
+    """Fit many curves, and print a table."""
+    with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+        result = df.fit_many(source.case, {name: name for name in files}, progress=bar)
+    if output is not None:
+        df.write(result, output)
+    messages = [text for text in result["message"].values.tolist() if text]
+    whole = result.sizes["curve"] == len(files)
+    code = STOPPED if not whole else SOME_POINTS_FAILED if messages or bool(result["advised"].any()) else DONE
+    if json:
+        table = {
+            name: result[name].values.tolist()
+            for name in ("curve", "parameter", "unit", "value", "error", "chi2", "message")
+        }
+        print_json({**table, "exit_code": code})
+        return code
+    if not quiet:
+        typer.echo(df.fit_report(result))
+        if output is not None:
+            typer.echo(f"written: {output}")
+    if not whole:
+        say(f"dforce: stopped; {result.sizes['curve']} of {len(files)} curves are fitted")
+    return code
+
+
+def _answer(result: xr.Dataset) -> dict[str, Any]:
+    """Return what `--json` prints of one fit."""
+    names = result["parameter"].values.tolist()
+    columns = ("value", "error", "error_low", "error_high", "error_given", "start")
+    return {
+        "title": result.attrs["title"],
+        **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},
+        "parameters": {
+            name: {
+                "unit": str(result["unit"].sel(parameter=name).values), "seen": bool(result["seen"].sel(parameter=name)),
+                **{column: float(result[column].sel(parameter=name)) for column in columns},
+            }
+            for name in names
+        },
+        "correlation": result["correlation"].values.tolist(),
+        "advice": advice_as_json(advice_in(result)),
+    }  # fmt: skip

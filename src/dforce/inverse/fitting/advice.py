@@ -1,0 +1,132 @@
+"""What a reader of a fit should know: where its numbers mean less than they seem to."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.unknowns import limits
+from dforce.validity import Advice
+
+if TYPE_CHECKING:
+    from dforce.inverse.fitting.run import Fitted
+
+MOST_CHI2 = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
+NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
+TOGETHER = 0.98  # correlation beyond which two parameters are known only together
+NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
+COARSE = 0.3  # standard deviations
+BOUND = 1e-3
+STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
+SPEC = "this fit's own numbers"
+
+
+def advice_on(found: Fitted) -> list[Advice]:
+    """Return the advice on a fit."""
+    pieces = [_lost, _chi2, _minima, _bounds, _unseen, _products, _untold, _together, _sampling]
+    return [one for piece in pieces if (one := piece(found)) is not None]
+
+
+def _lost(found: Fitted) -> Advice | None:
+    lost = found.best.lost
+    if not lost:
+        return None
+    text = (
+        f"the best fit has no such state at {lost} of {int(found.data.used.sum())} points, so it is no success. "
+        "Values and errors are biased; leave out more points beside the jump (margin), or look at the model."
+    )
+    return Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
+
+
+def _chi2(found: Fitted) -> Advice | None:
+    freedom = found.data.count - len(found.unknowns)
+    # of n degrees of freedom it scatters by sqrt(2 / n), and by as much for the noise found in m points
+    reduced, width = found.best.chi2 / freedom, math.sqrt(2.0 / freedom + 2.0 / found.data.noise_points)
+    if abs(reduced - 1.0) < MOST_CHI2 * width:
+        return None
+    why = (
+        "the model does not describe the data within their noise, so the errors are lower bounds. Look at the residuals: "
+        "another force, base excitation, a drift or a wrong phase offset"
+        if reduced > 1.0
+        else "the noise is smaller than the data say. The errors are too large by its root"
+    )
+    limit = 1.0 + math.copysign(MOST_CHI2 * width, reduced - 1.0)
+    return Advice(
+        "reduced_chi2", reduced, limit, f"chi2 is {reduced:.3g} for each degree of freedom: {why}.", STATISTICS, ()
+    )
+
+
+def _minima(found: Fitted) -> Advice | None:
+    if len(found.minima) < 2 or found.minima[1].chi2 - found.best.chi2 > NEAR_EQUAL:
+        return None
+    other = found.minima[1]
+    values = found.model.values(other.varied)
+    told = ", ".join(f"{one.name} = {value:.4g}" for one, value in zip(found.unknowns, values, strict=True))
+    rise = other.chi2 - found.best.chi2
+    text = f"a second minimum is higher by only {rise:.2g} in chi2: {told}. The data do not decide between the two."
+    return Advice("second_minimum", rise, NEAR_EQUAL, text, STATISTICS, ())
+
+
+def _bounds(found: Fitted) -> Advice | None:
+    low, high = limits(found.unknowns)
+    near = np.minimum(np.abs(found.best.varied - low), np.abs(found.best.varied - high)) < BOUND
+    names = [one.name for one, is_near in zip(found.unknowns, near, strict=True) if is_near]
+    if not names:
+        return None
+    text = f"{', '.join(names)} lies at a bound of its range. Its error means nothing, and the data want it beyond."
+    return Advice("at_bound", float(len(names)), 0.0, text, SPEC, tuple(names))
+
+
+def _unseen(found: Fitted) -> Advice | None:
+    if not found.unseen:
+        return None
+    text = (
+        f"not seen by these data: {', '.join(found.unseen)}. It stays where it started, without an error; dforce fit "
+        "--identify says which measurement would see it."
+    )
+    return Advice("not_seen", float(len(found.unseen)), 0.0, text, SPEC, tuple(found.unseen))
+
+
+def _products(found: Fitted) -> Advice | None:
+    products = known_products(found.certain.dead, found.unknowns)
+    if not products:
+        return None
+    text = f"only products are known: {', '.join(products)}. Leave one of the parameters out, or give it a prior."
+    return Advice("only_products", float(len(products)), 0.0, text, SPEC, ())
+
+
+def _untold(found: Fitted) -> Advice | None:
+    errors = found.certain.errors
+    names = [
+        one.name
+        for one, error in zip(found.unknowns, errors, strict=True)
+        if one.is_log and math.isfinite(error) and error > NOT_TOLD
+    ]
+    if not names:
+        return None
+    worst = float(max(error for error in errors if math.isfinite(error)))
+    text = f"{', '.join(names)} is not told by this curve: its error is above 50 %."
+    return Advice("not_told", worst, NOT_TOLD, text, SPEC, tuple(names))
+
+
+def _together(found: Fitted) -> Advice | None:
+    correlation = np.abs(np.nan_to_num(np.triu(found.certain.correlation, 1)))
+    if not correlation.size or correlation.max() < TOGETHER:
+        return None
+    i, j = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
+    pair = found.unknowns[int(i)].name, found.unknowns[int(j)].name
+    text = f"{pair[0]} and {pair[1]} are known only together: their correlation is {correlation.max():.4f}."
+    return Advice("only_together", float(correlation.max()), TOGETHER, text, SPEC, pair)
+
+
+def _sampling(found: Fitted) -> Advice | None:
+    if not found.coarse > COARSE:
+        return None
+    text = (
+        f"twice as many samples a period change the curve by up to {found.coarse:.2g} standard deviations. "
+        "Give more: solver.points_per_period."
+    )
+    return Advice("sampling", found.coarse, COARSE, text, SPEC, ("solver.points_per_period",))

@@ -1,0 +1,121 @@
+"""How well the unknowns are known at a minimum: covariance, what is not seen, and products that alone are known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.inverse.fitting.unknowns import Unknown
+from dforce.kernel import Array
+
+DEAD = 1e-10  # of the largest eigenvalue of the scaled information: a direction that no data can tell
+UNSEEN = 1.0  # error of a logarithm beyond which a parameter is not seen, even with all others known
+FAINT = 1e-6  # the same for others: of the largest column
+CORRELATED = 0.1  # of neighbors: below, the noise counts as white
+QUARTER, NEAR_QUARTER = 0.25, 0.02  # powers in a product are rounded to quarters, where they are near
+PIVOTS = ("radius", ".k", ".Q")  # what strengths are multiplied by in a product: H R, E sqrt(R), ...
+SMALL_POWER = 0.1  # powers below are none
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """How well unknowns are known.
+
+    Attributes
+    ----------
+    seen
+        Which of them the data see at all, (unknowns,).
+    covariance
+        Of what is varied, NaN where it is not seen, (unknowns, unknowns).
+    dead
+        Directions in which nothing is known: powers of each unknown, (directions, unknowns).
+    """
+
+    seen: np.ndarray[Any, np.dtype[np.bool_]]
+    covariance: Array
+    dead: Array
+
+    @property
+    def errors(self) -> Array:
+        """Standard deviations of what is varied; infinite where only a product is known."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations, NaN where one is not known."""
+        errors = self.errors
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.covariance / np.outer(errors, errors))
+
+
+def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float = 0.0) -> Certainty:
+    """Return how well unknowns are known from the derivatives of all residuals by what is varied."""
+    size = len(unknowns)
+    norms = np.sqrt((jacobian**2).sum(axis=0))
+    seen = np.array(
+        [
+            norm > 1.0 / UNSEEN if one.is_log else norm > FAINT * norms.max()
+            for one, norm in zip(unknowns, norms, strict=True)
+        ],
+        dtype=bool,
+    )
+    covariance = np.full((size, size), np.nan)
+    dead = np.zeros((0, size))
+    if seen.any():
+        scaled = jacobian[:, seen] / norms[seen]
+        _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
+        flat = singular**2 < DEAD * singular[0] ** 2
+        kept = directions[~flat] / singular[~flat, None]
+        inner = kept.T @ kept / np.outer(norms[seen], norms[seen])
+        unknown = directions[flat] / norms[seen]  # in units of what is varied
+        touched = np.zeros(int(seen.sum()), bool)
+        for row in unknown:
+            touched |= np.abs(row) > SMALL_POWER * np.abs(row).max()
+        inner[touched] = np.nan
+        inner[:, touched] = np.nan
+        inner[touched, touched] = np.inf
+        covariance[np.ix_(seen, seen)] = inner
+        dead = np.zeros((int(flat.sum()), size))
+        dead[:, seen] = unknown
+    if correlation > CORRELATED:
+        covariance = covariance * (1.0 + correlation) / (1.0 - correlation)
+    return Certainty(seen, covariance, dead)
+
+
+def known_products(dead: Array, unknowns: Sequence[Unknown]) -> list[str]:
+    """Return the products of powers that the data do tell, where dead directions leave only these.
+
+    A product of powers w is known if it does not change along any dead direction: w is normal to all of them.
+    """
+    if not len(dead):
+        return []
+    among = np.flatnonzero((np.abs(dead) > SMALL_POWER * np.abs(dead).max(axis=1, keepdims=True)).any(axis=0)).tolist()
+    geometry = [i for i in among if unknowns[i].name.endswith(PIVOTS)]
+    first = (geometry or among)[0]
+    rest = [i for i in among if i != first]
+    out = []
+    for other in rest:  # each with the first one: E sqrt(R), H R, ...
+        ratio = -dead[0, other] / dead[0, first]
+        near = round(ratio / QUARTER) * QUARTER
+        power = near if abs(ratio - near) < NEAR_QUARTER else ratio
+        out.append(f"{unknowns[other].name} * {unknowns[first].name}^{power:g}")
+    return out
+
+
+def passed_on(jacobian: Array, certain: Certainty, beside: Array, errors: Array) -> Array:
+    """Return the errors that known errors of fixed parameters leave in the unknowns, (unknowns,).
+
+    Parameters
+    ----------
+    jacobian, certain
+        At the minimum.
+    beside
+        Derivatives of the residuals by what is varied of the fixed parameters, (residuals, parameters).
+    errors
+        Their standard deviations.
+    """
+    shift = np.nan_to_num(certain.covariance, posinf=0.0) @ jacobian.T @ beside
+    return np.asarray(np.sqrt(((shift * errors) ** 2).sum(axis=1)))

@@ -1,0 +1,306 @@
+"""The branches of a case at measured heights, as arrays, and how they change with parameters.
+
+A branch is followed as an experiment follows it, quasi-statically, and never across a jump: where it ends, the points that
+are left are lost. What changes with a parameter follows from the orbits by the implicit function theorem: with the period
+map P(x, p) and its monodromy matrix M the orbit moves by (1 - M)^-1 dP/dp. Its own neighbors, one Newton step beside it, are
+measured on both sides, so no other curve is followed and none can fall off its branch. Forces with memory or hysteresis are
+followed anew on both sides instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.core.errors import ParameterError
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
+from dforce.kernel import Array
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish_each, phase_lag
+from dforce.problem import Problem
+from dforce.solvers import SolverSettings
+from dforce.solvers.block import Block, States
+from dforce.solvers.integrator import sample_count
+from dforce.solvers.problem_batch import Lot
+from dforce.solvers.settling import apart, polished, settled
+from dforce.solvers.walk import AT_ONCE
+
+FAR = 1.15  # of the free amplitude: from there on the branch of free motion is followed
+AS_MEASURED = 0.1  # of the free amplitude: a stable state so near to the measured motion behind a jump is that motion
+APART = 5e-3  # of the free amplitude: points that a straight line through the last of a branch leans on
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Points on one branch: their places in the data, and their heights (m) in the order in which they are followed."""
+
+    kind: int
+    places: Any
+    heights: Array
+    amplitude: Array
+    phase: Array
+
+
+@dataclass
+class Solved:
+    """What was found for some problems at all points.
+
+    Attributes
+    ----------
+    values
+        Amplitudes (m), then phases (degrees), (problems, points, 2 tones).
+    lost
+        Where a branch has no such state, (problems, points); values go on there along a straight line.
+    leaning
+        By which two points each lost one goes on, and how far, (problems, points, 2) and (problems, points).
+    states, monodromy, at
+        The orbits, for :meth:`Curves.slopes`: (problems, points, size), (problems, points, size, size), (problems, points).
+    """
+
+    values: Array
+    lost: np.ndarray[Any, np.dtype[np.bool_]]
+    leaning: np.ndarray[Any, np.dtype[np.int64]]
+    share: Array
+    x: Array
+    memory: Array
+    branch: Array
+    monodromy: Array
+    at: Array
+
+
+class Curves:
+    """The branches of problems that differ in numbers only, at the same measured heights.
+
+    Parameters
+    ----------
+    problem
+        One of them.
+    stretches
+        The points to follow.
+    settings
+        How orbits are found; the samples per period are those of `problem`, times `finer`.
+    tones
+        How many tones are read, from the first on.
+    """
+
+    def __init__(
+        self, problem: Problem, stretches: Sequence[Stretch], settings: SolverSettings, tones: int, finer: int = 1,
+        watch: Any = None,
+    ) -> None:  # fmt: skip
+        if settings.method != "periodic":
+            settings = SolverSettings(points_per_period=settings.points_per_period)
+        self.settings, self.stretches, self.watch = settings, list(stretches), watch or (lambda: None)
+        self.samples = finer * sample_count(problem, settings)
+        self.count = sum(len(stretch.heights) for stretch in stretches)
+        self.tones, self.columns = tones, 2 * tones
+        block = self._block([problem])
+        if not block.repeats_together:
+            raise ParameterError(
+                "the tones' frequencies have no common period of up to 200 periods of the first tone; a fit follows "
+                "periodic motions, so choose a simple ratio, such as 6.2"
+            )
+        self.is_smooth = block.is_smooth
+
+    def _block(self, problems: Sequence[Problem]) -> Block:
+        lot = Lot.of(problems)
+        return Block(
+            lot, lambda case, zc: (problems[case], zc), self.settings, 1, self.samples, self.watch, whole=True
+        )  # fmt: skip
+
+    def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> Solved:
+        """Return the branches of some problems.
+
+        Parameters
+        ----------
+        problems, offsets
+            The problems, and what is added to the measured heights of each (m).
+        turns
+            Offsets of the measured phases (degrees), by which motions behind a jump are told, (tones,).
+        """
+        block = self._block(problems)
+        out = self._empty(block, problems)
+        for stretch in self.stretches:
+            self._follow(block, stretch, offsets, turns, out)
+        return out
+
+    def _empty(self, block: Block, problems: Sequence[Problem]) -> Solved:
+        """Return room for what is found, with free motion where nothing is."""
+        cases, points, size = len(problems), self.count, block.size
+        values = np.empty((cases, points, self.columns))
+        for case, problem in enumerate(problems):
+            values[case] = np.concatenate([part[: self.tones] for part in free_response(problem)])
+        return Solved(
+            values, np.ones((cases, points), bool), np.zeros((cases, points, 2), np.int64), np.zeros((cases, points)),
+            np.full((cases, points, size), np.nan), np.full((cases, points, len(block.memory_scale)), np.nan),
+            np.full((cases, points, block.hysteresis), np.nan), np.full((cases, points, size, size), np.nan),
+            np.full((cases, points), np.nan),
+        )  # fmt: skip
+
+    def _follow(self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved) -> None:
+        every = np.arange(len(offsets))
+        values = stretch.heights + offsets[:, None]
+        first = values[:, 0]
+        if stretch.kind == FROM_FREE:
+            first = np.maximum(first, FAR * block.lot.length)
+            start = _motions(block, block.lot.free())
+        else:
+            start = _motions(block, moving(block, stretch.amplitude, stretch.phase - turns))
+        found = polished(block, every, start, first)
+        near = AT_ONCE if stretch.kind == FROM_FREE else AS_MEASURED
+        good = (found.done == 1) & (apart(found.last_x, start.x) < near)
+        begun = States(found.last_x, found.last_memory, found.last_branch)
+        left = np.flatnonzero(~good)
+        if len(left):
+            _, found, sure, _ = settled(block, left, start.take(left), first[left])
+            begun.put(left, States(found.last_x, found.last_memory, found.last_branch))
+            good[left] = sure
+        which = np.flatnonzero(good)
+        if not len(which):
+            return
+        branch = block.follow(which, begun.take(which), first[which], np.ascontiguousarray(values[which]))
+        for i, case in enumerate(which.tolist()):
+            self._keep(block, stretch, case, branch, i, values[case], out)
+
+    def _keep(
+        self, block: Block, stretch: Stretch, case: int, branch: Any, i: int, values: Array, out: Solved
+    ) -> None:  # fmt: skip
+        """Keep what was found of one problem's branch."""
+        done, places = int(branch.done[i]), stretch.places
+        if done == 0:
+            return
+        known = places[:done]
+        cases = np.full(done, case)
+        read = self.read(block, cases, branch.rows[i, :done])
+        if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, 0.0)[0], read[0]):
+            return
+        out.values[case, known], out.lost[case, known], out.at[case, known] = read, False, values[:done]
+        out.x[case, known], out.monodromy[case, known] = branch.x[i, :done], branch.monodromy[i, :done]
+        out.memory[case, known], out.branch[case, known] = branch.memory[i, :done], branch.branch[i, :done]
+        last, rest = done - 1, places[done:]
+        if len(rest):
+            apart_by = np.abs(values[:done] - values[last])
+            far = np.flatnonzero(apart_by >= APART * block.lot.length[case])
+            other = int(far[-1]) if len(far) else 0
+            span = values[last] - values[other]
+            out.leaning[case, rest] = places[last], places[other]
+            out.share[case, rest] = (values[done:] - values[last]) / span if span else 0.0
+            lean(out.values[case], rest, out.leaning[case], out.share[case])
+
+    def _is_behind(self, problem: Problem, first: Array) -> bool:
+        """Say whether the nearest motion of a branch is one behind a jump: its phase is below that of free motion."""
+        return bool(first[self.tones] < free_response(problem)[1][0])
+
+    def read(self, block: Block, cases: Any, rows: Array) -> Array:
+        """Return amplitudes (m) and phases (degrees) from what was measured, (motions, 2 tones)."""
+        even = weights(block.frequencies, block.common)
+        found = finish_each(block.lot.example, 1, rows, even, block.numbers[cases], block.lot.tones[cases])
+        return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
+
+    def slopes(self, beside: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int = 0) -> Array:
+        """Return half the differences of a curve to both sides, (pairs + 1, points, 2 tones).
+
+        Parameters
+        ----------
+        beside
+            Problems above and below the one that was solved, in turns: a pair for each parameter.
+        shift
+            Step of the heights (m), for the last row.
+        solved, case
+            What was found, and for which problem.
+        turns
+            As of :meth:`solve`.
+        """
+        if not self.is_smooth:
+            return self._plain_slopes(beside, shift, solved, turns, case)
+        block = self._block(beside)
+        known = np.flatnonzero(~solved.lost[case])
+        count, pairs = len(known), len(beside) // 2
+        which = np.repeat(np.arange(len(beside)), count)
+        at = np.tile(solved.at[case, known], len(beside))
+        at[-2 * count : -count] += shift
+        at[-count:] -= shift
+        states = States(
+            *(np.tile(part[case, known], (len(beside), 1)) for part in (solved.x, solved.memory, solved.branch))
+        )
+        monodromy = np.tile(solved.monodromy[case, known], (len(beside), 1, 1))
+        rows = block.remeasure(which, states, at, monodromy)
+        read = self.read(block, which, rows).reshape(pairs, 2, count, self.columns)
+        out = np.zeros((pairs, self.count, self.columns))
+        out[:, known] = 0.5 * difference(read[:, 0], read[:, 1])
+        self._lean_all(out, solved, case)
+        return out
+
+    def _plain_slopes(
+        self, beside: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int
+    ) -> Array:  # fmt: skip
+        """Return the same from curves that are followed anew."""
+        off = np.full(len(beside), float(np.nanmean(solved.at[case] - self._heights())))
+        off[-2] += shift
+        off[-1] -= shift
+        found = self.solve(beside, off, turns)
+        pairs = len(beside) // 2
+        values = found.values.reshape(pairs, 2, self.count, self.columns)
+        both = ~found.lost.reshape(pairs, 2, self.count).any(axis=1)
+        out = 0.5 * difference(values[:, 0], values[:, 1])
+        out[~both] = 0.0
+        self._lean_all(out, solved, case)
+        return out
+
+    def _heights(self) -> Array:
+        heights = np.empty(self.count)
+        for stretch in self.stretches:
+            heights[stretch.places] = stretch.heights
+        return heights
+
+    def _lean_all(self, out: Array, solved: Solved, case: int) -> None:
+        """Let derivatives of lost points follow those of the points that they lean on."""
+        lost = np.flatnonzero(solved.lost[case])
+        for rows in out:
+            lean(rows, lost, solved.leaning[case], solved.share[case])
+
+
+def difference(above: Array, below: Array) -> Array:
+    """Return above - below of amplitudes and phases, (..., 2 tones), phases within half a turn."""
+    out = above - below
+    tones = out.shape[-1] // 2
+    out[..., tones:] = wrapped(out[..., tones:])
+    return out
+
+
+def wrapped(angle: Array) -> Array:
+    """Return angles (degrees) within half a turn of 0."""
+    return np.asarray((angle + 180.0) % 360.0 - 180.0)
+
+
+def lean(rows: Array, lost: Any, leaning: Any, share: Array) -> None:
+    """Write the straight line through two known points in the place of lost ones, (points, ...)."""
+    first, second = leaning[lost, 0], leaning[lost, 1]
+    rows[lost] = rows[first] + share[lost, None] * difference(rows[first], rows[second])
+
+
+def free_response(problem: Problem) -> tuple[Array, Array]:
+    """Return amplitudes (m) and phases (degrees) of free motion as the detector reads them, (tones,) each."""
+    phases = np.array([tone.phase for tone in problem.tones])
+    turned = problem.detected_free * np.exp(-1j * (phases + np.array(problem.readout.turns or np.zeros(len(phases)))))
+    return np.abs(turned), phase_lag(turned)
+
+
+def moving(block: Block, amplitude: Array, phase: Array) -> Array:
+    """Return scaled motions whose modes follow their tones with amplitudes (m) and lags (degrees), (problems, size)."""
+    lot = block.lot
+    out = kernel.base_in_motion(lot.example, lot.tones)
+    for j, tone in enumerate(lot.example.tones[: len(amplitude)]):
+        turn = (amplitude[j] / lot.length) * np.exp(1j * (lot.tones[:, j, 1] - np.radians(phase[j])))
+        out[:, 2 * tone.mode] += turn.real
+        out[:, 2 * tone.mode + 1] -= turn.imag * lot.tones[:, j, 0]
+    return np.asarray(out)
+
+
+def _motions(block: Block, x: Array) -> States:
+    """Return scaled motions as states with the forces' memory at rest."""
+    count = len(x)
+    return States(x, np.zeros((count, len(block.memory_scale))), np.zeros((count, block.hysteresis)))

@@ -1,0 +1,364 @@
+"""`df.identify`: what an instrument and a range of distances can tell, before anything is measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core import units
+from dforce.core.errors import ParameterError, checked, shorten
+from dforce.experiments import Approach
+from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
+from dforce.inverse.fitting.curves import Curves
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.typed import DEGREE, number_of
+from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
+from dforce.kernel import Array
+from dforce.results.dataset import provenance
+from dforce.solvers.block import Block, States
+from dforce.solvers.walk import Walk
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+POINTS = 101  # of each branch
+FARTHEST, NEAREST = 1.15, 0.3  # of the free amplitude: range where none is given
+AMPLITUDE_ERROR, PHASE_ERROR = 2e-3, 0.3  # of the free amplitude, and degrees: usual noise
+PRIORS = {"A0": 5e-3, "Q": 0.02, "phase_offset": 0.5}  # usual errors: of the value, of the value, degrees
+SAMPLE, PRIOR, ALL = "sample", "prior", "all"  # what is known of the instrument: all of it, as usual, nothing
+NOT_TOLD, TOGETHER = 0.5, 0.98
+MARGIN = 2  # points beside the end of a branch
+SECOND = {"f0": 6.2, "k": 39.3, "Q": 2.5}  # a second mode over the first, as of a rectangular lever in air
+SECOND_A0, SECOND_ERROR = 1.0 / 30.0, 5e-12  # of the first free amplitude; m
+OTHERS = {"half the free amplitude": 0.5, "twice the free amplitude": 2.0}
+WITH_SECOND = "with a second tone"
+
+
+@dataclass(frozen=True)
+class _Branches:
+    """A case with the derivatives of its branches by all unknowns, the rows of amplitudes and phases in noise."""
+
+    unknowns: list[Unknown]
+    jacobian: Array
+    kind: np.ndarray[Any, np.dtype[np.int64]]
+    nearer: np.ndarray[Any, np.dtype[np.bool_]]
+
+
+@checked
+def identify(
+    case: Case, zc: Any = None, free: Sequence[str] | None = None, errors: Mapping[str, Any] | None = None,
+    helps: bool = True,
+) -> xr.Dataset:  # fmt: skip
+    """Return which parameters a tapping curve can tell, and how well, before it is measured.
+
+    The errors are those of a fit to such a curve (Cramér and Rao), from the branches of the case and their derivatives.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces, at the values expected.
+    zc
+        Average distances: an array (m), a list of texts, or a grid; left out: 101 from 1.15 to 0.3 times the free amplitude.
+    free
+        Paths of the parameters to tell; left out: those of the table `[fit]`.
+    errors
+        Noise: `amplitude` (m) and `phase` (degrees), with `_2` of tone 2; left out: 0.2 % of the free amplitude, 0.3 degrees.
+    helps
+        Whether what would help is tried, too: other free amplitudes, and a second tone on a lever of one mode.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `curve` (approach alone, approach and retract, each branch alone, and what might help), `known` (``sample``: the
+        instrument exactly; ``prior``: free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees; ``all``: these are
+        free, too) and `parameter`: `error` (relative of positive parameters, else m or degrees), `verdict`; `worst_pair` and
+        `worst_correlation`; `products`, where only products are known.
+
+    Raises
+    ------
+    ParameterError
+        As :func:`dforce.fit` for the parameters, and for distances at which nothing is found.
+    """
+    names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
+    curves = {name: rows for name, rows in _rows(_branches(case, zc, names, errors or {}), "").items()}
+    if helps:
+        for words, factor in OTHERS.items():
+            curves |= _rows(_branches(*_with_amplitude(case, zc, factor), names, errors or {}), words)
+        other = with_second_tone(case)
+        if other is not None:
+            given = {"amplitude_2": SECOND_ERROR, **(errors or {})}
+            curves |= _rows(_branches(other, zc, names, given), WITH_SECOND)
+    return _dataset(case, names, curves)
+
+
+def with_second_tone(case: Case) -> Case | None:
+    """Return a case whose lever of one mode has a second one, driven as well; None where it has several or is a beam."""
+    lever = case.cantilever
+    if len(case.problem.modes) > 1 or lever.modes or lever.f0 is None or case.drive.tones or case.drive.A0 is None:
+        return None
+    first = case.problem.modes[0]
+    modes = [{"f0": first.f0, "k": first.k, "Q": first.Q}]
+    modes.append({name: factor * modes[0][name] for name, factor in SECOND.items()})
+    drive = {
+        name: getattr(case.drive, name)
+        for name in ("excitation", "fluid_follows", "piezo")
+        if getattr(case.drive, name)
+    }
+    A0 = case.problem.tones[0].A0
+    return case.replace(
+        cantilever={"modes": modes}, drive={**drive, "tones": [{"A0": A0}, {"A0": SECOND_A0 * A0}]}, fit=None, data=None
+    )
+
+
+def _with_amplitude(case: Case, zc: Any, factor: float) -> tuple[Case, Any]:
+    """Return a case with another free amplitude, and distances in proportion."""
+    grid = factor * _distances(case, zc)
+    tones = case.drive.tones
+    path = "drive.tones.1" if tones else "drive"
+    owner = tones[0] if tones else case.drive
+    name = "A0" if owner.A0 is not None else "base_amplitude"
+    value = float(getattr(owner, name))
+    return case.replace(f"{path}.{name}", factor * value), grid
+
+
+def _distances(case: Case, zc: Any) -> Array:
+    """Return the distances from far to near."""
+    A0 = case.problem.tones[0].A0
+    if zc is None:
+        return np.linspace(FARTHEST * A0, NEAREST * A0, POINTS)
+    grid = Approach(zc=zc).distances()
+    found = np.unique(np.asarray(grid, dtype=float))[::-1]
+    if len(found) < 2:
+        raise ParameterError("zc is one distance; a curve has many")
+    return found
+
+
+def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any]) -> _Branches:
+    along, tones = _distances(case, zc), len(case.problem.tones)
+    unknowns = _all_unknowns(case, free)
+    behind = _behind(case, along)
+    kinds = np.repeat([FROM_FREE, BEHIND_JUMP], [len(along), len(along) if behind is not None else 0])
+    heights = np.concatenate([along, along[::-1]])[: len(kinds)]
+    amplitude, phase = np.ones((len(kinds), tones)), np.full((len(kinds), tones), 90.0)
+    if behind is not None:
+        amplitude[len(along)], phase[len(along)] = behind
+    sigma_a, sigma_phi = _noise(case, errors)
+    data = Measured(
+        heights, amplitude, phase, kinds.astype(np.int64), np.ones(len(kinds), bool), sigma_a, sigma_phi, 0.0, {}
+    )
+    model = Model(case, unknowns, data)
+    varied = start_vector(unknowns)
+    told = model.tell(varied)
+    used = ~told.lost
+    for kind in (FROM_FREE, BEHIND_JUMP):
+        mine = np.flatnonzero(kinds == kind)
+        if told.lost[mine].any() and used[mine].any():  # its end is a jump
+            used[mine[used[mine]][-MARGIN:]] = False
+    if not used.any():
+        raise ParameterError(
+            "the case has no steady motion of one period at these distances, so there is no curve to fit"
+        )
+    slopes = model.slopes(varied, told) / data.sigma[:, None]
+    first = np.flatnonzero(used & (kinds == FROM_FREE))
+    fold = heights[first].min() if len(first) else math.inf
+    return _Branches(unknowns, slopes[used], kinds[used], (heights < fold)[used])
+
+
+def _noise(case: Case, errors: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Return the noise of amplitudes (m) and phases (degrees), (tones,) each.
+
+    Raises
+    ------
+    ParameterError
+        For errors of what a curve does not have, or not above 0.
+    """
+    amplitude, phase = [], []
+    known = [f"{name}{ending}" for name in ("amplitude", "phase") for ending in ("", "_2")]
+    for name in errors:
+        if name not in known:
+            raise ParameterError(f"errors has '{shorten(str(name))}'; known: {', '.join(known)}")
+    for j, tone in enumerate(case.problem.tones):
+        ending = "" if j == 0 else f"_{j + 1}"
+        usual = AMPLITUDE_ERROR * tone.A0
+        amplitude.append(number_of(f"errors.amplitude{ending}", errors.get(f"amplitude{ending}", usual), "m"))
+        phase.append(number_of(f"errors.phase{ending}", errors.get(f"phase{ending}", PHASE_ERROR), DEGREE))
+    if not min(*amplitude, *phase) > 0.0:
+        raise ParameterError("the errors of amplitude and phase must be above 0")
+    return np.array(amplitude), np.array(phase)
+
+
+def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
+    """Return amplitudes and phases at the nearest distance behind a jump of an approach; None where there is no jump."""
+    curves = Curves(case.problem, [], case.solver, len(case.problem.tones))
+    block = Block.of_one(case.problem, curves.settings, 1, points=curves.samples)
+    count = len(block.memory_scale), block.hysteresis
+    start = States(block.lot.free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
+    walk = Walk(block, along[None], start, lambda points: None)
+    walk.run()
+    if not walk.jumps[0] or not walk.points.is_orbit[0, -1]:
+        return None
+    read = curves.read(block, np.zeros(1, np.int64), walk.points.rows[0, -1:])[0]
+    return read[: curves.tones], read[curves.tones :]
+
+
+def _all_unknowns(case: Case, free: Sequence[str]) -> list[Unknown]:
+    """Return the unknowns of all sets: parameters, heights, then what is known of the instrument."""
+    tones = len(case.problem.tones)
+    endings = ["", "_2"][: min(tones, 2)]
+    nuisance = ["zc_offset", *(f"A0{ending}" for ending in endings), *(f"phase_offset{ending}" for ending in endings)]
+    quality = [path for path in _quality_paths(case) if path not in free]
+    free = [_of_modes(case, path) for path in free]
+    wanted = [name for name in nuisance if name not in free]
+    return make_unknowns(
+        case, tones, [*free, *(path for path in quality if path not in free)], wanted, {}, {}, {}, True
+    )
+
+
+def _of_modes(case: Case, path: str) -> str:
+    """Return the path of a lever's value where it was one of the only mode, and there are more now."""
+    parts = path.split(".")
+    single = parts[0] == "cantilever" and len(parts) == 2 and parts[1] in SECOND and case.cantilever.modes
+    return f"cantilever.modes.1.{parts[1]}" if single else path
+
+
+def _quality_paths(case: Case) -> list[str]:
+    if case.cantilever.modes:
+        tones = {tone.mode for tone in case.problem.tones}
+        given = [mode.Q is not None for mode in case.cantilever.modes]
+        return [f"cantilever.modes.{n + 1}.Q" for n in sorted(tones) if given[n]]
+    return ["cantilever.Q"] if isinstance(case.cantilever.Q, float) else []
+
+
+def _rows(found: _Branches, words: str) -> dict[str, tuple[list[Unknown], Array]]:
+    """Return the parts of the Jacobian that curves see, by what these are called."""
+    behind = found.kind == BEHIND_JUMP
+    if words:
+        return {words: (found.unknowns, found.jacobian)}
+    if not behind.any():
+        return {"approach": (found.unknowns, found.jacobian)}
+    parts = {
+        "approach": ~behind | found.nearer, "approach and retract": np.ones(len(behind), bool),
+        "before the jump": ~behind, "behind the jump": behind,
+    }  # fmt: skip
+    return {name: (found.unknowns, found.jacobian[rows]) for name, rows in parts.items()}
+
+
+def _with_known(unknowns: list[Unknown], jacobian: Array, free: Sequence[str], known: str) -> tuple[list[int], Array]:
+    """Return which unknowns a set has, and its Jacobian with its priors."""
+    rows, which = [jacobian.reshape(-1, len(unknowns))], []
+    for i, one in enumerate(unknowns):
+        own = i < len(free) or one.name == "zc_offset"
+        if own or known != SAMPLE:
+            which.append(i)
+        if known == PRIOR and not own:
+            row = np.zeros((1, len(unknowns)))
+            share = PRIORS["Q" if one.path.endswith(".Q") else one.name.removesuffix("_2")]
+            row[0, i] = 1.0 / share  # of a logarithm, and of a phase in degrees
+            rows.append(row)
+    return which, np.concatenate(rows)[:, which]
+
+
+def _dataset(case: Case, free: Sequence[str], curves: dict[str, tuple[list[Unknown], Array]]) -> xr.Dataset:
+    import xarray as xr
+
+    sets = [SAMPLE, PRIOR, ALL]
+    longest = max((found[0] for found in curves.values()), key=len)
+    names = [one.name for one in next(iter(curves.values()))[0]]
+    names += [one.name for one in longest if one.name not in names and "modes" not in one.name]
+    shape = (len(curves), len(sets), len(names))
+    error, verdict = np.full(shape, np.nan), np.full(shape, "", dtype="<U40")
+    worst, pair = np.full(shape[:2], np.nan), np.full(shape[:2], "", dtype=f"<U{2 * max(map(len, names)) + 5}")
+    products = []
+    for c, (unknowns, jacobian) in enumerate(curves.values()):
+        for k, known in enumerate(sets):
+            which, rows = _with_known(unknowns, jacobian, free, known)
+            some = [unknowns[i] for i in which]
+            found = certainty(rows, some)
+            slope = np.array([1.0 if one.is_log else one.scale for one in some])
+            for one, sigma, text in zip(some, found.errors * slope, _verdicts(some, found), strict=True):
+                name = one.name.replace("modes.1.", "") if one.name not in names else one.name
+                if name in names:
+                    error[c, k, names.index(name)], verdict[c, k, names.index(name)] = sigma, text
+            strength = np.abs(np.nan_to_num(np.triu(found.correlation, 1)))
+            if strength.size:
+                i, j = np.unravel_index(int(np.argmax(strength)), strength.shape)
+                worst[c, k], pair[c, k] = found.correlation[i, j], f"{some[int(i)].name}, {some[int(j)].name}"
+            if len(found.dead):
+                products.append(f"{list(curves)[c]}, {known}: {', '.join(known_products(found.dead, some))}")
+    first = next(iter(curves.values()))[0]
+    unit = {one.name: "1" if one.is_log else one.unit for one in [*longest, *first]}
+    both = ("curve", "known")
+    return xr.Dataset(
+        {"error": ((*both, "parameter"), error), "verdict": ((*both, "parameter"), verdict),
+         "worst_correlation": (both, worst), "worst_pair": (both, pair)},
+        {"curve": list(curves), "known": sets, "parameter": names, "unit": ("parameter", [unit[name] for name in names])},
+        provenance(case.to_toml(complete=True), case.title) | {"kind": "identify", "products": "\n".join(products)},
+    )  # fmt: skip
+
+
+def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
+    """Return in words how well each unknown is told."""
+    out = []
+    correlation = np.abs(np.nan_to_num(found.correlation - np.diag(np.diag(found.correlation))))
+    for i, (one, error) in enumerate(zip(unknowns, found.errors, strict=True)):
+        if not found.seen[i]:
+            out.append("not seen")
+        elif math.isinf(error):
+            out.append("only a product")
+        elif one.is_log and error > NOT_TOLD:
+            out.append("not told by this curve")
+        elif correlation[i].max(initial=0.0) > TOGETHER:
+            out.append("only together with another")
+        else:
+            out.append("told")
+    return out
+
+
+@checked
+def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
+    """Return as text what curves can tell: a row each, with the relative errors of positive parameters.
+
+    Parameters
+    ----------
+    result
+        What :func:`identify` returns.
+    known
+        What is known of the instrument: ``sample``, ``prior`` or ``all``.
+
+    Raises
+    ------
+    ParameterError
+        When it is no such result.
+    """
+    from dforce.core.listing import aligned
+
+    if result.attrs.get("kind") != "identify" or known not in result["known"].values:
+        raise ParameterError("this result does not say what a curve can tell; df.identify(case, free=[...]) does")
+    part = result.sel(known=known)
+    names = [name for name in part["parameter"].values.tolist() if np.isfinite(part["error"].sel(parameter=name)).any()
+             or (part["verdict"].sel(parameter=name) != "").any()]  # fmt: skip
+    rows = [("", *(name.split(".")[-1] for name in names), "worst pair")]
+    for curve in part["curve"].values.tolist():
+        row = part.sel(curve=curve)
+        cells = [_cell(row.sel(parameter=name)) for name in names]
+        pair = ", ".join(name.split(".")[-1] for name in str(row["worst_pair"].values).split(", "))
+        rows.append((curve, *cells, f"{pair} {float(row['worst_correlation']):+.4f}"))
+    lines = [aligned(rows)]
+    mine = [line for line in result.attrs["products"].splitlines() if f", {known}: " in line]
+    return "\n".join([*lines, *(f"only products are known: {line}" for line in mine)])
+
+
+def _cell(one: xr.Dataset) -> str:
+    """Return an error in a few signs."""
+    error, verdict, unit = float(one["error"]), str(one["verdict"].values), str(one["unit"].values)
+    if not math.isfinite(error):
+        return verdict or "-"
+    if unit == "1":
+        return f"{100 * error:.2g} %" + ("" if error <= NOT_TOLD else " (not told)")
+    return f"{error:.2g} deg" if unit == DEGREE else units.show(error, unit, 2)

@@ -1,0 +1,57 @@
+"""The measured curve that a case names, read and calibrated as its table `[data]` says."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dforce.case import Case, Data
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.inverse.calibration import calibrate
+from dforce.inverse.measured import read_measured
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CALIBRATED = "neighbor_correlation"  # an attribute that calibration leaves
+
+
+def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None) -> xr.Dataset:
+    """Return a measured curve: as given, or read from a file and calibrated.
+
+    Raises
+    ------
+    ParameterError
+        When nothing is given and the case names no file, and for settings that reader or calibration do not know.
+    """
+    asked = case.data or Data()
+    if given is not None and not isinstance(given, str | os.PathLike):
+        return given
+    if given is None:
+        if not asked.file:
+            raise ParameterError('there is no measured curve: name its file, or write [data] file = "curve.csv"')
+        given = (case.folder or Path()) / asked.file
+    named: dict[str, Any] = {"columns": dict(asked.columns) or None, "units": dict(asked.units) or None}
+    named["phase_convention"] = asked.phase_convention or None
+    data = read_measured(given, **_known(read_measured, named, asked.read, "read"))
+    if CALIBRATED in data.attrs:
+        return data
+    return calibrate(data, case, **_known(calibrate, {}, asked.calibrate, "calibrate"))
+
+
+def _known(function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, Any], table: str) -> dict[str, Any]:
+    """Return what a function is called with.
+
+    Raises
+    ------
+    ParameterError
+        For a setting that it does not have.
+    """
+    keys = [name for name, one in inspect.signature(function).parameters.items() if one.kind is one.KEYWORD_ONLY]
+    for name in more:
+        if name not in keys:
+            raise ParameterError(f"data.{table} has no setting '{shorten(name)}'{nearest(name, keys)}")
+    return {name: value for name, value in given.items() if value is not None} | dict(more)

@@ -1,0 +1,139 @@
+"""The sum of squares, and its minimum near a start: least squares of SciPy on exact derivatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.core.errors import DForceError
+from dforce.inverse.fitting.model import Model, Told
+from dforce.inverse.fitting.unknowns import limits
+from dforce.kernel import Array
+
+OUTSIDE = 1e3  # standard deviations at each point, where there is no problem at all
+EXACT, ROUGH = 1e-11, 1e-3  # relative changes of chi2 and steps at which a minimum is found
+MOST = 60  # evaluations for one minimum
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """A minimum, or the lowest place that was met.
+
+    Attributes
+    ----------
+    varied, chi2
+        Where, and how low.
+    told
+        What the model says there; None where there is no problem.
+    runs
+        Evaluations of the model that led there.
+    """
+
+    varied: Array
+    chi2: float
+    told: Told | None
+    runs: int
+
+    @property
+    def lost(self) -> int:
+        """How many points have no state there."""
+        return 0 if self.told is None else int(self.told.lost.sum())
+
+
+class Objective:
+    """The sum of squares of a model over a part of the unknowns; the others stay.
+
+    Attributes
+    ----------
+    best
+        The lowest place that was met, also where the search was stopped.
+    """
+
+    def __init__(
+        self, model: Model, varied: Array, free: Sequence[int] | None = None, told: Callable[[float], None] | None = None
+    ) -> None:  # fmt: skip
+        self.model, self.start = model, varied.copy()
+        self.free = list(range(len(varied))) if free is None else list(free)
+        self.on_run = told or (lambda chi2: None)
+        self.runs = 0
+        self.best = Minimum(varied.copy(), math.inf, None, 0)
+        self._last: tuple[bytes, Told | None] = (b"", None)
+
+    def whole(self, free: Array) -> Array:
+        """Return all that is varied."""
+        out = self.start.copy()
+        out[self.free] = free
+        return out
+
+    def told(self, varied: Array) -> Told | None:
+        """Return what the model says, the last one from memory."""
+        key = varied.tobytes()
+        if self._last[0] != key:
+            self.runs += 1
+            try:
+                found = self.model.tell(varied)
+            except DForceError:  # the values are not allowed together: no step leads there
+                found = None
+            self._last = key, found
+        return self._last[1]
+
+    def residuals(self, free: Array) -> Array:
+        """Return all residuals in standard deviations: of the points, then of the priors."""
+        varied = self.whole(free)
+        told = self.told(varied)
+        priors = self.priors(varied)
+        if told is None:
+            return np.concatenate([np.full(self.model.measured.size, OUTSIDE), priors])
+        out = np.concatenate([self.model.residuals(told).ravel(), priors])
+        chi2 = float(out @ out)
+        if chi2 < self.best.chi2:
+            self.best = Minimum(varied, chi2, told, self.runs)
+        self.on_run(chi2)
+        return out
+
+    def priors(self, varied: Array) -> Array:
+        """Return how far the unknowns are from what was known of them, in standard deviations."""
+        values = self.model.values(varied)
+        known = [(one.prior, value) for one, value in zip(self.model.unknowns, values, strict=True)]
+        return np.array([(value - prior[0]) / prior[1] for prior, value in known if prior is not None])
+
+    def jacobian(self, free: Array) -> Array:
+        """Return the derivatives of the residuals by what is varied."""
+        varied = self.whole(free)
+        told = self.told(varied)
+        if told is None:
+            return np.zeros((len(self.residuals(free)), len(self.free)))
+        return jacobian(self.model, varied, told)[:, self.free]
+
+    def minimize(self, tolerance: float = EXACT, most: int = MOST) -> Minimum:
+        """Return the minimum near the start; a stop by Ctrl-C is passed on, and `best` is what was met."""
+        from scipy.optimize import least_squares
+
+        low, high = limits(self.model.unknowns)
+        low, high = low[self.free], high[self.free]
+        start = np.clip(self.start[self.free], low, high)
+        # scipy wants to start within its bounds, not on them
+        inside = np.where(np.isfinite(high - low), 1e-6 * (high - low), 1e-9)
+        start = np.minimum(np.maximum(start, low + inside), high - inside)
+        least_squares(
+            self.residuals, start, self.jacobian, bounds=(low, high), x_scale="jac", method="trf", ftol=tolerance,
+            xtol=tolerance, gtol=1e-12, max_nfev=most,
+        )  # fmt: skip
+        return Minimum(self.best.varied, self.best.chi2, self.best.told, self.runs)
+
+
+def jacobian(model: Model, varied: Array, told: Told) -> Array:
+    """Return the derivatives of the residuals, those of the priors last, by what is varied."""
+    slopes = model.slopes(varied, told) / model.sigma[:, None]
+    out: list[Any] = [slopes.reshape(-1, len(varied))]
+    values = model.values(varied)
+    for i, (one, value) in enumerate(zip(model.unknowns, values, strict=True)):
+        if one.prior is not None:
+            row = np.zeros((1, len(varied)))
+            row[0, i] = one.slope(float(value)) / one.prior[1]
+            out.append(row)
+    return np.concatenate(out)

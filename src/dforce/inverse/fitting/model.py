@@ -1,0 +1,177 @@
+"""What a case says about a measured curve, as a function of the unknowns, with its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import with_number
+from dforce.core.errors import DForceError
+from dforce.inverse.fitting.curves import Curves, Solved, Stretch, wrapped
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
+from dforce.kernel import Array
+from dforce.problem import Problem
+
+ANEW = 100.0  # times the steps
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the model says at some values of the unknowns.
+
+    Attributes
+    ----------
+    values
+        Amplitudes (m), then phases (degrees), as they would be measured, (points, 2 tones).
+    lost
+        Where the case has no such state, (points,).
+    solved
+        The orbits.
+    """
+
+    values: Array
+    lost: np.ndarray[Any, np.dtype[np.bool_]]
+    solved: Solved
+
+
+class Model:
+    """The branches of a case at the heights of a measured curve.
+
+    Parameters
+    ----------
+    case, unknowns
+        What is modeled, and what is varied.
+    data
+        The measured curve; its points that are not used are left out.
+    finer
+        How many times the samples per period of the case are taken.
+    which
+        Places of the points to model, among those used; left out: all.
+    """
+
+    def __init__(
+        self, case: Case, unknowns: Sequence[Unknown], data: Measured, finer: int = 1, which: Any = None,
+        watch: Callable[[], None] | None = None,
+    ) -> None:  # fmt: skip
+        self.case, self.unknowns, self.data, self.finer, self.watch = case, list(unknowns), data, finer, watch
+        used = np.flatnonzero(data.used)
+        self.points = used if which is None else used[which]
+        self.measured, self.sigma = data.values[self.points], data.sigma
+        self.tones = data.tones
+        stretches = [_stretch(data, self.points, kind) for kind in (FROM_FREE, BEHIND_JUMP)]
+        self.stretches = [stretch for stretch in stretches if len(stretch.places)]
+        self.curves = Curves(case.problem, self.stretches, case.solver, self.tones, finer, watch)
+
+    def problem(self, values: Array) -> Problem:
+        """Return the problem at values of the unknowns."""
+        case = self.case
+        for one, value in zip(self.unknowns, values, strict=True):
+            if one.kind == CASE:
+                case = with_number(case, one.path, float(value))
+        return Problem.build(
+            case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
+        )  # fmt: skip
+
+    def values(self, varied: Array) -> Array:
+        """Return values (SI) of the unknowns from what is varied."""
+        return np.array([one.value(number) for one, number in zip(self.unknowns, varied, strict=True)])
+
+    def tell(self, varied: Array) -> Told:
+        """Return what the model says; everything is lost where there is no such problem."""
+        return self.tell_many(varied[None])[0]
+
+    def tell_many(self, varied: Array) -> list[Told]:
+        """Return the same for many values side by side, (cases, unknowns).
+
+        Raises
+        ------
+        DForceError
+            When the values of one of them are not allowed.
+        """
+        values = [self.values(row) for row in varied]
+        problems = [self.problem(row) for row in values]
+        offsets = np.array([self._sum(HEIGHT, row) for row in values])
+        # motions behind a jump start as measured: the offset of the first of these is as good as any
+        solved = self.curves.solve(problems, offsets, self._turns(values[0]))
+        return [self._told(solved, case, row) for case, row in enumerate(values)]
+
+    def _told(self, solved: Solved, case: int, values: Array) -> Told:
+        out = solved.values[case].copy()
+        out[:, : self.tones] *= self._scales(values)
+        out[:, self.tones :] += self._turns(values)
+        alone = Solved(*(part[case : case + 1] for part in vars(solved).values()))
+        return Told(out, solved.lost[case], alone)
+
+    def _sum(self, kind: str, values: Array, tone: int = 0) -> float:
+        return float(
+            sum(
+                value for one, value in zip(self.unknowns, values, strict=True) if one.kind == kind and one.tone == tone
+            )
+        )
+
+    def _turns(self, values: Array) -> Array:
+        return np.array([self._sum(PHASE, values, tone) for tone in range(self.tones)])
+
+    def _scales(self, values: Array) -> Array:
+        known = {one.tone: value for one, value in zip(self.unknowns, values, strict=True) if one.kind == SCALE}
+        return np.array([known.get(tone, 1.0) for tone in range(self.tones)])
+
+    def slopes(self, varied: Array, told: Told) -> Array:
+        """Return the derivatives of what the model says by what is varied, (points, 2 tones, unknowns)."""
+        values = self.values(varied)
+        beside, steps = [], []
+        # curves that are followed anew need longer steps
+        factor = 1.0 if self.curves.is_smooth else ANEW
+        of_case = [i for i, one in enumerate(self.unknowns) if one.kind == CASE]
+        for i in of_case:
+            for side in (1.0, -1.0):
+                shifted = varied.copy()
+                shifted[i] += side * factor * self.unknowns[i].step
+                beside.append(self.problem(self.values(shifted)))
+            steps.append(factor * self.unknowns[i].step)
+        heights = [one for one in self.unknowns if one.kind == HEIGHT]
+        shift = factor * heights[0].step * heights[0].scale if heights else 0.0
+        here = self.problem(values)
+        found = self.curves.slopes([*beside, here, here], shift, told.solved, self._turns(values))
+        scales = np.concatenate([self._scales(values), np.ones(self.tones)])
+        out = np.zeros((*told.values.shape, len(self.unknowns)))
+        for row, i in enumerate(of_case):
+            out[:, :, i] = found[row] / steps[row] * scales
+        for i, one in enumerate(self.unknowns):
+            if one.kind == HEIGHT:
+                out[:, :, i] = found[-1] / (factor * one.step) * scales
+            elif one.kind == PHASE:
+                out[:, self.tones + one.tone, i] = one.scale
+            elif one.kind == SCALE:
+                out[:, one.tone, i] = told.values[:, one.tone]  # by the logarithm
+        return out
+
+    def residuals(self, told: Told) -> Array:
+        """Return what the model says minus what was measured, in standard deviations, (points, 2 tones)."""
+        out = told.values - self.measured
+        out[:, self.tones :] = wrapped(out[:, self.tones :])
+        return np.asarray(out / self.sigma)
+
+
+def _stretch(data: Measured, points: Any, kind: int) -> Stretch:
+    """Return the points on one branch, in the order in which it is followed."""
+    places = np.flatnonzero(data.branch[points] == kind)
+    heights = data.height[points[places]]
+    order = np.argsort(-heights if kind == FROM_FREE else heights, kind="stable")
+    places, heights = places[order], heights[order]
+    first = points[places[:1]]
+    return Stretch(kind, places, heights, data.amplitude[first].ravel(), data.phase[first].ravel())
+
+
+def allowed(model: Model, varied: Array) -> bool:
+    """Say whether there is a problem at some values of the unknowns."""
+    try:
+        model.problem(model.values(varied))
+    except DForceError:
+        return False
+    return True

@@ -1,0 +1,279 @@
+"""A measured curve as the fit takes it: points, errors, and the branch on which each of them lies.
+
+A point lies on one of two branches. The one that free motion leads to is followed from the far end to the near one, the one
+behind a jump from its nearest point outward. Where a jump happens is no data: it depends on the steps and on the noise.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.errors import ParameterError, shorten
+from dforce.inverse.fitting.typed import number_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.kernel import Array
+
+FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
+BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
+STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
+NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
+FEWEST = 8  # points
+RIGHT_ANGLE = 90.0
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Points of a measured curve.
+
+    Attributes
+    ----------
+    height
+        m, larger is farther from the sample, (points,).
+    amplitude, phase
+        m and degrees of lag, (points, tones).
+    branch
+        :data:`FROM_FREE` or :data:`BEHIND_JUMP`, (points,).
+    used
+        Which points count in the fit, (points,).
+    amplitude_error, phase_error
+        Their standard deviations, (tones,).
+    correlation
+        Of the noise of neighbors.
+    attrs
+        What else the data say of themselves.
+    noise_points
+        From how many points the standard deviations were found, so that they are as uncertain; infinite where they are known.
+    """
+
+    height: Array
+    amplitude: Array
+    phase: Array
+    branch: np.ndarray[Any, np.dtype[np.int64]]
+    used: np.ndarray[Any, np.dtype[np.bool_]]
+    amplitude_error: Array
+    phase_error: Array
+    correlation: float
+    attrs: Mapping[str, Any]
+    noise_points: float = math.inf
+
+    @property
+    def tones(self) -> int:
+        """How many tones were measured."""
+        return int(self.amplitude.shape[1])
+
+    @property
+    def count(self) -> int:
+        """How many numbers count in the fit."""
+        return 2 * self.tones * int(self.used.sum())
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of amplitudes, then phases, (2 tones,)."""
+        return np.concatenate([self.amplitude_error, self.phase_error])
+
+    @property
+    def values(self) -> Array:
+        """Amplitudes, then phases, (points, 2 tones)."""
+        return np.concatenate([self.amplitude, self.phase], axis=1)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the points of a curve are taken.
+
+    Attributes
+    ----------
+    branch
+        ``measured``: each point's own; ``attractive`` or ``repulsive``: one branch alone counts.
+    margin
+        How many points beside each jump are left out.
+    errors
+        Standard deviations that replace the data's own: m and degrees, by the names of the variables.
+    height
+        Range of heights (m) that counts.
+    direction
+        ``approach`` or ``retract``: one direction alone counts.
+    """
+
+    branch: str = "measured"
+    margin: int = 2
+    errors: Mapping[str, float] | None = None
+    height: tuple[float, float] | None = None
+    direction: str = ""
+
+
+def measured(data: xr.Dataset, reading: Reading) -> Measured:
+    """Return a measured curve ready for a fit.
+
+    Raises
+    ------
+    ParameterError
+        When a variable, an error or the noise is missing, for numbers that are none, and where nothing is left to fit.
+    """
+    height, amplitude, phase = _column(data, "height"), [_column(data, "amplitude")], [_column(data, "phase")]
+    if "amplitude_2" in data or "phase_2" in data:
+        amplitude.append(_column(data, "amplitude_2"))
+        phase.append(_column(data, "phase_2"))
+    names = ("", "_2")[: len(amplitude)]
+    found = Measured(
+        height, np.stack(amplitude, axis=1), np.stack(phase, axis=1), np.ones(len(height), np.int64),
+        np.ones(len(height), bool), np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
+        np.array([_error(data, reading, f"phase{name}", "deg") for name in names]),
+        float(data.attrs.get("neighbor_correlation", 0.0)), dict(data.attrs), _noise_points(data, reading),
+    )  # fmt: skip
+    branch, beside = _branches(data, found, reading.margin)
+    used = ~beside & _chosen(data, height, reading)
+    if reading.branch != "measured":
+        used &= _on_branch(found, branch, used, reading.branch)
+    if used.sum() < FEWEST:
+        raise ParameterError(f"{int(used.sum())} points are left to fit, and at least {FEWEST} are needed")
+    return replace(found, branch=branch, used=used)
+
+
+def _column(data: xr.Dataset, name: str) -> Array:
+    if name not in data:
+        raise ParameterError(f"the data have no '{name}'; a measured curve needs height, amplitude and phase")
+    values = np.asarray(data[name].values, dtype=float)
+    if values.ndim != 1:
+        raise ParameterError(f"'{name}' of the data has {values.ndim} dimensions; a measured curve has one, `point`")
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise ParameterError(f"'{name}' of the data is no number at point {int(bad[0]) + 1}; leave that point out")
+    return values
+
+
+def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
+    given = (reading.errors or {}).get(name, data.attrs.get(f"{name}_error"))
+    if given is None:
+        raise ParameterError(
+            f"the data do not say how large the noise of '{name}' is; give errors, such as "
+            f'{{"{name}": {"0.05e-9" if unit == "m" else "0.3"}}} in {unit}'
+        )
+    value = float(given)
+    if not (math.isfinite(value) and value > 0.0):
+        raise ParameterError(f"the error of '{name}' is {value:g} {unit}; it must be above 0")
+    return value
+
+
+def _noise_points(data: xr.Dataset, reading: Reading) -> float:
+    """Return from how many points the noise is known; infinite where it was given."""
+    if reading.errors or "free" not in data.variables:
+        return math.inf
+    return max(float(np.asarray(data["free"].values, dtype=bool).sum()), 2.0)
+
+
+def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
+    """Return which points lie in the range and the direction asked for."""
+    chosen = np.ones(len(height), bool)
+    if reading.height is not None:
+        low, high = sorted(reading.height)
+        chosen &= (height >= low) & (height <= high)
+    if reading.direction:
+        if "direction" not in data.variables:
+            raise ParameterError("the data do not say which points are approach and which are retract")
+        chosen &= np.asarray(data["direction"].values).astype(str) == reading.direction
+    return chosen
+
+
+def _on_branch(found: Measured, branch: Any, used: Any, name: str) -> Any:
+    """Return which points lie on one branch.
+
+    Raises
+    ------
+    ParameterError
+        When no point does.
+    """
+    wanted = branch == BRANCHES[name]
+    if not (wanted & used).any():
+        above = bool((found.phase[used, 0] > RIGHT_ANGLE).all())
+        why = "all phases are above 90 degrees" if name == "repulsive" and above else "no point lies on it"
+        raise ParameterError(f'branch = "{name}", but {why}')
+    return wanted
+
+
+def _branches(data: xr.Dataset, found: Measured, margin: int) -> tuple[Any, Any]:
+    """Return the branch of each point, and which points are beside a jump."""
+    if "branch" in data.variables:
+        branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
+        return branch, _beside_known_jump(found.height, branch, margin)
+    branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
+    ways = np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None
+    for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
+        chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(found.height))
+        order = chosen[np.argsort(-found.height[chosen], kind="stable")]  # from far to near
+        cuts = _jumps(found, order)
+        edges = [0, *cuts, len(order)]
+        for number, (start, stop) in enumerate(itertools.pairwise(edges)):
+            stretch = order[start:stop]
+            nearest = found.phase[stretch[-3:], 0]
+            if number > 0 and np.median(nearest) < RIGHT_ANGLE:
+                branch[stretch] = BEHIND_JUMP
+        for cut in cuts:
+            beside[order[max(0, cut - margin) : cut + margin]] = True
+    return branch, beside
+
+
+def _beside_known_jump(height: Array, branch: Any, margin: int) -> Any:
+    """Return which points are beside a jump where the branch of each is known.
+
+    The branch from free motion ends where the other goes on nearer; the other one where the first reaches farther.
+    """
+    beside = np.zeros(len(height), bool)
+    first, second = np.flatnonzero(branch == FROM_FREE), np.flatnonzero(branch == BEHIND_JUMP)
+    if margin == 0 or not len(first) or not len(second):
+        return beside
+    if height[second].min() < height[first].min():
+        beside[first[np.argsort(height[first], kind="stable")[:margin]]] = True
+    if height[first].max() > height[second].max():
+        beside[second[np.argsort(-height[second], kind="stable")[:margin]]] = True
+    return beside
+
+
+def _jumps(found: Measured, order: Any) -> list[int]:
+    """Return before which places along a curve amplitude or phase jumps."""
+    over = np.zeros(max(len(order) - 1, 0), bool)
+    for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
+        step = np.abs(np.diff(values[order]))
+        for place, size in enumerate(step):
+            beside = np.delete(step[max(0, place - NEIGHBORS) : place + NEIGHBORS + 1], min(place, NEIGHBORS))
+            usual = max(np.median(step), np.median(beside) if len(beside) else 0.0)  # a steep onset is no jump
+            over[place] |= size > max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * usual)
+    return [int(cut) + 1 for cut in np.flatnonzero(over)]
+
+
+def checked_reading(branch: str, margin: int, errors: Any, height: Any, direction: str) -> Reading:
+    """Return how points are taken, after checking what a user gave.
+
+    Raises
+    ------
+    ParameterError
+        For a word or a number that is not known.
+    """
+    if branch not in ("measured", *BRANCHES):
+        raise ParameterError(f"branch = '{shorten(branch)}' is not measured, attractive or repulsive")
+    if direction not in ("", "approach", "retract"):
+        raise ParameterError(f"direction = '{shorten(direction)}' is not approach or retract")
+    if not 0 <= margin <= 1000:
+        raise ParameterError(f"margin = {margin} is not between 0 and 1000 points")
+    known = ("amplitude", "phase", "amplitude_2", "phase_2")
+    given: dict[str, float] = {}
+    for name, value in (errors or {}).items():
+        if name not in known:
+            raise ParameterError(f"errors has '{shorten(name)}'; known: {', '.join(known)}")
+        if value == "from free part":
+            continue
+        given[name] = number_of(f"errors.{name}", value, "m" if name.startswith("amplitude") else "degree")
+    limits = None
+    if height is not None:
+        low, high = (number_of("height", value, "m") for value in height)
+        limits = (low, high)
+    return Reading(branch, margin, given, limits, direction)

@@ -1,0 +1,38 @@
+"""A fit repeated from its own result."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dforce.case import Case
+from dforce.core.errors import ParameterError, checked
+from dforce.experiments.plan import Progress
+from dforce.inverse.fitting.report import check_fit
+from dforce.inverse.fitting.result import data_of
+from dforce.inverse.fitting.run import fit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@checked
+def fit_again(result: xr.Dataset, progress: Progress | bool | None = None) -> xr.Dataset:
+    """Return a fit done again from its own result: from the same case, settings and data.
+
+    Parameters
+    ----------
+    result
+        What :func:`fit` returned.
+    progress
+        See :func:`dforce.run`.
+
+    Raises
+    ------
+    ParameterError
+        When the result is no fit, or of a version of dForce whose cases are not understood.
+    """
+    check_fit(result)
+    text = result.attrs.get("start_case")
+    if not isinstance(text, str):
+        raise ParameterError("the result does not say how the fit was asked for")
+    return fit(Case.from_toml(text), data_of(result), progress=progress)

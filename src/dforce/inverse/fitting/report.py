@@ -1,0 +1,171 @@
+"""A fit in words, and several of them beside each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.errors import ParameterError, checked
+from dforce.core.listing import aligned
+from dforce.inverse.fitting.typed import shown
+from dforce.validity import advice_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TELLING = 0.5  # correlations from here on are listed
+UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
+LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
+
+
+@checked
+def fit_report(result: xr.Dataset) -> str:
+    """Return what a fit found as text: data, statistics, parameters, correlations, and what to know; of many fits a table.
+
+    Raises
+    ------
+    ParameterError
+        When the result is no fit.
+    """
+    if result.attrs.get("kind") == "fits":
+        return _table(result)
+    check_fit(result)
+    lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
+    lines += [_data_line(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
+    pairs = _correlations(result)
+    if pairs:
+        lines += ["", f"correlations above {TELLING:g}", *pairs]
+    notes = [piece.text for piece in advice_in(result)]
+    return "\n".join([*lines, *([""] if notes else []), *(f"advice: {note}" for note in notes)])
+
+
+def _table(result: xr.Dataset) -> str:
+    """Return a row for each of many fits."""
+    names = result["parameter"].values.tolist()
+    rows = [("", *(name.split(".")[-1] for name in names), "chi2", "lost", "")]
+    for curve in result["curve"].values.tolist():
+        one = result.sel(curve=curve)
+        cells = []
+        for name in names:
+            part = one.sel(parameter=name)
+            value, error, unit = shown(float(part["value"]), float(part["error"]), str(part["unit"].values))
+            cells.append(f"{value} +- {error} {unit}".rstrip() if np.isfinite(part["value"]) else "")
+        fitted = np.isfinite(one["chi2"])
+        chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}" if fitted else ""
+        lost = f"{float(one['lost_points']):.0f}" if fitted else ""
+        rows.append((curve, *cells, chi2, lost, str(one["message"].values)))
+    return aligned(rows)
+
+
+def check_fit(result: xr.Dataset) -> None:
+    """Raise ParameterError for a result that is no fit."""
+    if result.attrs.get("kind") != "fit":
+        raise ParameterError("this result is no fit; df.fit(case, data, free=[...]) gives one")
+
+
+def _data_line(result: xr.Dataset) -> str:
+    used = int(result["used"].sum())
+    branches = {1: "from free motion", -1: "behind the jump"}
+    counts = [
+        f"{int((result['used'] & (result['branch'] == number)).sum())} {words}" for number, words in branches.items()
+    ]
+    sigma = np.atleast_1d(result.attrs["amplitude_error"]), np.atleast_1d(result.attrs["phase_error"])
+    return (
+        f"data: {used} of {result.sizes['point']} points, {', '.join(counts)}; errors {sigma[0][0] * 1e9:.3g} nm, "
+        f"{sigma[1][0]:.3g} deg"
+    )
+
+
+def _statistics(result: xr.Dataset) -> list[str]:
+    attrs = result.attrs
+    rows = [
+        ("chi2", f"{attrs['chi2']:.2f} for {attrs['degrees_of_freedom']} degrees of freedom"),
+        ("AIC, BIC", f"{attrs['aic']:.2f}, {attrs['bic']:.2f}"),
+        ("lost points", str(attrs["lost_points"])),
+        ("residuals", f"runs test p = {attrs['runs_test']:.2g}"),
+    ]
+    return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _parameters(result: xr.Dataset) -> list[str]:
+    rows = []
+    for name in result["parameter"].values.tolist():
+        one = result.sel(parameter=name)
+        value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
+        if not bool(one["seen"]):
+            rows.append((name, f"{value} {unit}".strip(), "not seen by these data", ""))
+            continue
+        if math.isinf(float(one["error"])):
+            rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
+            continue
+        told = f"+- {error} {unit}".rstrip()
+        if "offset" not in name:
+            told += f" ({100 * abs(float(one['error']) / float(one['value'])):.2g} %)"
+        given = float(one["error_given"])
+        if given > LITTLE * float(one["error"]):
+            told += f" +- {shown(float(one['value']), given, str(one['unit'].values))[1]} {unit}".rstrip() + " (given)"
+        prior = (
+            f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
+        )
+        start = shown(float(one["start"]), math.nan, str(one["unit"].values))
+        rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
+    return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _correlations(result: xr.Dataset) -> list[str]:
+    names, values = result["parameter"].values.tolist(), result["correlation"].values
+    pairs = [
+        (abs(values[i, j]), f"  {names[i]}, {names[j]}: {values[i, j]:+.3f}")
+        for i in range(len(names)) for j in range(i) if abs(values[i, j]) >= TELLING
+    ]  # fmt: skip
+    return [text for _, text in sorted(pairs, reverse=True)]
+
+
+@checked
+def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
+    r"""Return how well several models describe the same data.
+
+    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`. Models whose AIC is
+    above the least by less than 6 are not excluded.
+
+    Parameters
+    ----------
+    fits
+        Results of :func:`fit` by the names of their models.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `model`, the best first: `chi2`, `parameters`, `aic`, `bic`, `delta_aic`, `delta_bic`, `lost_points`, and
+        `not_excluded`.
+
+    Raises
+    ------
+    ParameterError
+        For fewer than two fits, or fits of different data.
+    """
+    import xarray as xr
+
+    if len(fits) < 2:
+        raise ParameterError("a comparison needs at least two fits of the same data")
+    every = list(fits.values())
+    for one in every:
+        check_fit(one)
+    columns = ("height", "amplitude", "phase", "used")
+    for one in every[1:]:
+        same = all(one[name].shape == every[0][name].shape and (one[name] == every[0][name]).all() for name in columns)
+        if not same or one.attrs["amplitude_error"] != every[0].attrs["amplitude_error"]:
+            raise ParameterError("these fits are of different points or errors, so their chi2 cannot be compared")
+    order = np.argsort([one.attrs["aic"] for one in every], kind="stable")
+    names = [list(fits)[i] for i in order]
+    table = {
+        name: ("model", np.array([every[i].attrs[name] for i in order]))
+        for name in ("chi2", "parameters", "aic", "bic", "lost_points")
+    }
+    out = xr.Dataset(table, {"model": names})
+    out["delta_aic"], out["delta_bic"] = out["aic"] - out["aic"].min(), out["bic"] - out["bic"].min()
+    out["not_excluded"] = out["delta_aic"] < UNDECIDED
+    return out

@@ -1,0 +1,227 @@
+"""A fit as a Dataset: values, errors, data, model and residuals, and all that repeats it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core import quantities
+from dforce.core.errors import ParameterError
+from dforce.experiments import Approach
+from dforce.inverse.fitting.advice import advice_on
+from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.curves import wrapped
+from dforce.inverse.fitting.minimize import Objective
+from dforce.inverse.fitting.run import Fitted
+from dforce.inverse.fitting.runs_test import runs_test
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
+from dforce.kernel import Array
+from dforce.results.dataset import provenance
+from dforce.validity import advice_in, attributes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KIND = "fit"  # of a result, in its attributes
+AT_BOUND = 1e-3  # of what is varied: nearer to a bound a value lies at it
+ASYMMETRIC = 0.2  # difference from the covariance beyond which the errors of a profile take its place
+POINTS = 201  # of the curve that the best case computes
+DATA = "data_"  # before attributes of the measured curve
+
+
+def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
+    """Return a fit as a Dataset."""
+    best, unknowns = found.best, found.unknowns
+    values = found.model.values(best.varied)
+    import xarray as xr
+
+    variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found)
+    variables["search_chi2"] = ("search", np.array([start.chi2 for start in found.starts]))
+    variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
+    names = [one.name for one in unknowns]
+    coords = {
+        "parameter": names, "parameter_2": names, "unit": ("parameter", [one.unit for one in unknowns]),
+        "symbol": ("parameter", [one.symbol for one in unknowns]), "tone": np.arange(1, found.data.tones + 1),
+        "branch": ("point", found.data.branch),
+    }  # fmt: skip
+    if "direction" in data.variables:
+        coords["direction"] = ("point", np.asarray(data["direction"].values).astype(str))
+    if found.profiles:
+        coords["profiled"] = list(found.profiles)
+    out = xr.Dataset(variables, coords)
+    for name, variable in out.variables.items():
+        row = quantities.FITS.get(str(name)) or quantities.OBSERVABLES.get(str(name)) or quantities.AXES.get(str(name))
+        if row is not None and name != "branch":
+            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
+            variable.attrs.update({key: word for key, word in words.items() if word})
+    out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in data.attrs.items()}
+    out.attrs |= attributes(advice_on(found)) | {"runs_test": runs_test(out)}
+    if found.interrupted:
+        out.attrs["interrupted"] = 1
+    return out
+
+
+def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
+    unknowns, certain = found.unknowns, found.certain
+    slope = np.array([one.slope(float(value)) for one, value in zip(unknowns, values, strict=True)])
+    errors = certain.errors
+    low, high = (np.array(side) for side in zip(*map(_sides, unknowns, values, errors), strict=True))
+    for i, one in enumerate(unknowns):
+        profile = found.profiles.get(one.name)
+        if profile is not None:
+            sides = (
+                values[i] - one.value(found.best.varied[i] - profile.low),
+                one.value(found.best.varied[i] + profile.high) - values[i],
+            )
+            if any(not abs(side - slope[i] * errors[i]) < ASYMMETRIC * slope[i] * errors[i] for side in sides):
+                low[i], high[i] = sides
+    edges = limits(unknowns)
+    near = np.min([np.abs(found.best.varied - edge) for edge in edges], axis=0)
+    priors = [one.prior or (math.nan, math.nan) for one in unknowns]
+    start = np.array([one.start for one in unknowns])
+    columns = {
+        "value": values, "error": errors * slope, "error_low": low, "error_high": high,
+        "error_given": found.passed * slope, "start": start, "prior": np.array([one[0] for one in priors]),
+        "prior_error": np.array([one[1] for one in priors]), "at_bound": near < AT_BOUND, "seen": certain.seen,
+    }  # fmt: skip
+    out: dict[str, Any] = {name: ("parameter", column) for name, column in columns.items()}
+    return out | {"correlation": (("parameter", "parameter_2"), certain.correlation)}
+
+
+def _sides(one: Unknown, value: float, error: float) -> tuple[float, float]:
+    """Return how far one standard deviation reaches below and above: of a logarithm not the same."""
+    if not one.is_log or not math.isfinite(error):
+        return error * one.slope(value), error * one.slope(value)
+    return value * (1.0 - math.exp(-error)), value * (math.exp(min(error, 700.0)) - 1.0)
+
+
+def _of_points(found: Fitted) -> dict[str, Any]:
+    data, model = found.data, found.model
+    tones, count = data.tones, len(data.height)
+    offset = sum(
+        float(one.value(varied))
+        for one, varied in zip(found.unknowns, found.best.varied, strict=True) if one.kind == HEIGHT
+    )  # fmt: skip
+    fitted, lost = np.full((count, 2 * tones), np.nan), np.zeros(count, bool)
+    if found.best.told is not None:
+        fitted[model.points] = found.best.told.values
+        lost[model.points] = found.best.told.lost
+    apart = fitted - data.values
+    apart[:, tones:] = wrapped(apart[:, tones:])
+    apart /= data.sigma
+    both = ("point", "tone")
+    return {
+        "height": ("point", data.height), "zc": ("point", data.height + offset), "amplitude": (both, data.amplitude),
+        "phase": (both, data.phase), "amplitude_fit": (both, fitted[:, :tones]), "phase_fit": (both, fitted[:, tones:]),
+        "amplitude_residual": (both, apart[:, :tones]), "phase_residual": (both, apart[:, tones:]),
+        "used": ("point", data.used), "lost": ("point", lost),
+    }  # fmt: skip
+
+
+def _of_profiles(found: Fitted) -> dict[str, Any]:
+    if not found.profiles:
+        return {}
+    unknowns = {one.name: (one, varied) for one, varied in zip(found.unknowns, found.best.varied, strict=True)}
+    most = max(len(profile.varied) for profile in found.profiles.values())
+    along, chi2 = np.full((len(found.profiles), most), np.nan), np.full((len(found.profiles), most), np.nan)
+    low, high = [], []
+    for row, (name, profile) in enumerate(found.profiles.items()):
+        one, best = unknowns[name]
+        along[row, : len(profile.varied)] = [one.value(varied) for varied in profile.varied]
+        chi2[row, : len(profile.chi2)] = profile.chi2
+        low.append(one.value(best - profile.low_95))
+        high.append(one.value(best + profile.high_95) if math.isfinite(profile.high_95) else math.inf)
+    return {
+        "profile_varied": (("profiled", "step"), along), "profile_chi2": (("profiled", "step"), chi2),
+        "interval_low": ("profiled", np.array(low)), "interval_high": ("profiled", np.array(high)),
+    }  # fmt: skip
+
+
+def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
+    data, best = found.data, found.best
+    priors = sum(one.prior is not None for one in found.unknowns)
+    count = len(found.unknowns) - len(found.unseen)
+    chi2_data = best.chi2
+    if best.told is not None:
+        rest = Objective(found.model, best.varied).priors(best.varied)
+        chi2_data -= float(rest @ rest)
+    case = best_case(found, values)
+    asked = found.case.model_copy(update={"fit": found.settings})
+    return provenance(case.to_toml(complete=True), found.case.title) | {
+        "kind": KIND, "chi2": best.chi2, "chi2_of_data": chi2_data, "points": int(data.used.sum()), "numbers": data.count,
+        "parameters": count, "degrees_of_freedom": data.count + priors - count, "aic": best.chi2 + 2 * count,
+        "bic": best.chi2 + count * math.log(data.count), "lost_points": best.lost,
+        "amplitude_error": data.amplitude_error.tolist(), "phase_error": data.phase_error.tolist(),
+        "neighbor_correlation": data.correlation, "samples_per_period": found.model.curves.samples,
+        "sampling_change": found.coarse, "evaluations": found.runs,
+        "forces": " + ".join(force.name for force in found.case.forces),
+        "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
+        "start_case": asked.to_toml(complete=True),
+    }  # fmt: skip
+
+
+def best_case(found: Fitted, values: Array) -> Case:
+    """Return the case with the values that were found, and an approach over the measured distances."""
+    case = found.case.model_copy(update={"fit": None, "data": None, "sweep": None})
+    for one, value in zip(found.unknowns, values, strict=True):
+        if one.kind == CASE:
+            case = case.replace(one.path, float(value))
+    offset = sum(value for one, value in zip(found.unknowns, values, strict=True) if one.kind == HEIGHT)
+    heights = found.data.height[found.data.used] + offset
+    grid = {"start": float(heights.max()), "stop": float(heights.min()), "points": POINTS}
+    return case.replace(experiment=Approach(zc=grid, direction="both"))
+
+
+def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
+    """Return the fits of many curves as one Dataset.
+
+    Raises
+    ------
+    ParameterError
+        When none was fitted, with the reason of the first.
+    """
+    import xarray as xr
+
+    fits = {name: one for name, one in done.items() if not isinstance(one, str)}
+    if not fits:
+        first = next(iter(done.values()), "there is none")
+        raise ParameterError(f"none of the {len(done)} curves could be fitted: {first}")
+    some = next(iter(fits.values()))
+    size, count = some.sizes["parameter"], len(done)
+    columns: dict[str, Any] = {
+        name: np.full((count, size), np.nan) for name in ("value", "error", "error_low", "error_high", "error_given")
+    }
+    seen, advised = np.zeros((count, size), bool), np.zeros(count, bool)
+    facts: dict[str, Any] = {name: np.full(count, np.nan) for name in ("chi2", "degrees_of_freedom", "lost_points")}
+    for row, one in enumerate(done.values()):
+        if not isinstance(one, str):
+            for name, column in columns.items():
+                column[row] = one[name].values
+            seen[row], advised[row] = one["seen"].values, bool(advice_in(one))
+            for name, column in facts.items():
+                column[row] = one.attrs[name]
+    message = [one if isinstance(one, str) else "" for one in done.values()]
+    return xr.Dataset(
+        {name: (("curve", "parameter"), column) for name, column in columns.items()}
+        | {"seen": (("curve", "parameter"), seen), "message": ("curve", message), "advised": ("curve", advised)}
+        | {name: ("curve", column) for name, column in facts.items()},
+        {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)},
+        provenance(some.attrs["start_case"], case.title) | {"kind": "fits"},
+    )
+
+
+def data_of(result: xr.Dataset) -> xr.Dataset:
+    """Return the measured curve that a fit was made of, from its result."""
+    import xarray as xr
+
+    columns = {name: ("point", result[name].values) for name in ("height", "branch")}
+    for tone, ending in enumerate(("", "_2")[: result.sizes["tone"]]):
+        for name in ("amplitude", "phase"):
+            columns[f"{name}{ending}"] = ("point", result[name].values[:, tone])
+    coords = {"direction": ("point", result["direction"].values)} if "direction" in result.coords else {}
+    attrs = {str(key).removeprefix(DATA): value for key, value in result.attrs.items() if str(key).startswith(DATA)}
+    return xr.Dataset(columns, coords, attrs)

@@ -1,0 +1,360 @@
+"""`df.fit`: parameters of a case from a measured curve."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case import Fit
+from dforce.core.errors import DForceError, ParameterError, checked, shorten
+from dforce.core.stopping import late_stop_waits
+from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
+from dforce.inverse.fitting.load import measured_curve
+from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
+from dforce.inverse.fitting.profile import Profile, profile_of
+from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
+from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
+from dforce.kernel import Array
+from dforce.runs import watched
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.experiments.plan import Progress
+
+NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
+TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
+FINEST = 4  # times the samples of the case
+USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
+FREE_POINTS = 5  # used points that are free motion: then they tell A0 and the phase offset themselves
+
+
+@dataclass
+class Fitted:
+    """What a fit found.
+
+    Attributes
+    ----------
+    case, settings, data, unknowns
+        What was asked.
+    minima, starts
+        The minima, the lowest first; where the searches began, and how low chi2 was there.
+    certain
+        How well the unknowns are known.
+    passed
+        Errors passed on from fixed parameters, (unknowns,).
+    profiles
+        By the name of the unknown.
+    model
+        With which it was found.
+    interrupted
+        Whether it was stopped.
+    """
+
+    case: Case
+    settings: Fit
+    data: Measured
+    unknowns: list[Unknown]
+    minima: list[Minimum]
+    starts: list[Start]
+    certain: Certainty
+    passed: Array
+    profiles: dict[str, Profile]
+    model: Model
+    coarse: float
+    runs: int
+    interrupted: bool = False
+    unseen: list[str] = field(default_factory=list)
+
+    @property
+    def best(self) -> Minimum:
+        """The lowest minimum."""
+        return self.minima[0]
+
+
+@checked
+def fit(
+    case: Case, data: xr.Dataset | str | os.PathLike[str] | None = None, free: Sequence[str] | None = None,
+    progress: Progress | bool | None = None, **settings: Any,
+) -> xr.Dataset:  # fmt: skip
+    r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
+
+    Minimized is :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
+    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, its
+    drive and read-out included. Each branch is followed as it was measured, slowly and never across a jump; where a jump
+    lies is no data.
+
+    Parameters
+    ----------
+    case
+        Instrument, sample and forces, where the fit starts; its table `[fit]` gives the defaults of all settings.
+    data
+        A file, which is read and calibrated as the table `[data]` says; left out, the one that it names; or a curve over
+        `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
+        of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
+        -1 behind a jump),
+        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and `neighbor_correlation`.
+    free
+        Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
+    progress
+        See :func:`dforce.run`.
+    settings
+        Other keys of the table `[fit]`: `nuisance`, `priors`, `bounds`, `start`, `given`, `errors`, `branch`, `margin`,
+        `search`, `profile`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `parameter`: `value`, `error`, `error_low`, `error_high`, `error_given`, `start`, `prior`, `prior_error`,
+        `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals in standard deviations; in the
+        attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best case (`case`) and what
+        repeats the fit. After Ctrl-C it holds the best that was met, and ``attrs["interrupted"]`` is 1.
+
+    Raises
+    ------
+    ParameterError
+        For parameters that the case does not have or use, parameters of which only a product can be known, more of them
+        than the data can tell, and data that lack something.
+    """
+    asked = settings_of(case, free, settings)
+    data = measured_curve(case, data)
+    with late_stop_waits() as stop, watched(progress, case.title) as tell:
+        found = fitted(case, data, asked, tell)
+        tell(USUAL_RUNS, USUAL_RUNS, "")
+    found.interrupted |= stop.asked
+    from dforce.inverse.fitting.result import to_dataset  # which takes what is defined here
+
+    return to_dataset(found, data)
+
+
+def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, Any]) -> Fit:
+    """Return the settings of a fit: what is given, else what the case says."""
+    given = {key: value for key, value in settings.items() if value is not None}
+    if free is not None:
+        given["free"] = tuple(free)
+    return Fit(**given) if case.fit is None else case.fit.replace(**given)
+
+
+@checked
+def fit_many(
+    case: Case, curves: Mapping[str, Any], free: Sequence[str] | None = None,
+    progress: Progress | bool | None = None, **settings: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Return the fits of many curves, each from the same start; one that cannot be fitted does not stop the others.
+
+    Parameters
+    ----------
+    case, free, settings
+        As of :func:`fit`.
+    curves
+        Measured curves, or their files, by their names.
+    progress
+        Called with the number of curves that are done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
+        and `message`, a sentence where a curve could not be fitted. Curves that were not done when it was stopped are left
+        out.
+    """
+    from dforce.inverse.fitting.result import together
+
+    asked = settings_of(case, free, settings)
+    done: dict[str, xr.Dataset | str] = {}
+    with late_stop_waits(), watched(progress, case.title) as tell, contextlib.suppress(KeyboardInterrupt):
+        for number, (name, curve) in enumerate(curves.items()):
+            tell(number, len(curves), name)
+            try:
+                one = fit(case, curve, **asked.model_dump())
+            except DForceError as error:
+                done[name] = str(error)
+                continue
+            if one.attrs.get("interrupted"):  # by a stop that is meant for all
+                break
+            done[name] = one
+        tell(len(curves), len(curves), "")
+    return together(done, case)
+
+
+def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitted:
+    """Return what a fit finds."""
+    use = case.data.use if case.data is not None else {}
+    reading = checked_reading(
+        settings.branch, settings.margin, settings.errors, use.get("height"), str(use.get("direction", ""))
+    )
+    read = measured(data, reading)
+    if read.tones > len(case.problem.tones):
+        raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
+    nuisance, priors = _of_tones(settings, read), dict(settings.priors)
+    unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
+    unknowns = with_free_part(unknowns, read, set(settings.priors))
+    if len(unknowns) * NUMBERS_EACH > read.count:
+        raise ParameterError(
+            f"{len(unknowns)} unknowns are too many for {read.count} measured numbers; each needs {NUMBERS_EACH}"
+        )
+    for name in settings.profile:
+        if name not in [one.name for one in unknowns]:
+            raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
+    return _Search(case, settings, read, unknowns, tell).run()
+
+
+def _of_tones(settings: Fit, read: Measured) -> tuple[str, ...]:
+    """Return the nuisance parameters, of each tone where they are the usual ones."""
+    if read.tones == 1 or settings.nuisance != Fit().nuisance:
+        return settings.nuisance
+    return (*settings.nuisance, "A0_2", "phase_offset_2")
+
+
+def with_free_part(unknowns: list[Unknown], data: Measured, given: set[str]) -> list[Unknown]:
+    """Return unknowns with what the free part told beforehand, where that part is not itself among the points."""
+    from dataclasses import replace
+
+    free = data.attrs.get("free_amplitude")
+    if free is None:
+        return unknowns
+    points = np.flatnonzero(data.used)
+    is_free = np.abs(data.amplitude[points, 0] - float(free)) < 3.0 * data.amplitude_error[0]
+    if (is_free & (data.branch[points] == FROM_FREE)).sum() >= FREE_POINTS:
+        return unknowns
+    out = []
+    for one in unknowns:
+        known = {
+            "A0": (float(free), data.attrs.get("free_amplitude_error")),
+            "phase_offset": (0.0, data.attrs.get("phase_offset_error")),
+        }.get(one.name)
+        if known is not None and known[1] and one.name not in given:
+            one = replace(one, prior=(known[0], float(known[1])), start=known[0])
+        out.append(one)
+    return out
+
+
+class _Search:
+    """The way of a fit from its starts to its errors; what is there when it is stopped is kept."""
+
+    def __init__(self, case: Case, settings: Fit, data: Measured, unknowns: list[Unknown], tell: Progress) -> None:
+        self.case, self.settings, self.data, self.unknowns, self.tell = case, settings, data, unknowns, tell
+        self.runs, self.chi2 = 0, np.inf
+        self.starts: list[Start] = []
+        self.minima: list[Minimum] = []
+        self.model = Model(case, unknowns, data, watch=self.watch)
+        self.met: Minimum | None = None
+
+    def watch(self) -> None:
+        note = f"chi2 {self.chi2:.6g}" if np.isfinite(self.chi2) else "looking for starts"
+        self.tell(min(self.runs, USUAL_RUNS - 1), USUAL_RUNS, note)
+
+    def on_run(self, chi2: float) -> None:
+        self.runs, self.chi2 = self.runs + 1, min(self.chi2, chi2)
+        self.watch()
+
+    def run(self) -> Fitted:
+        """Return what was found."""
+        interrupted, coarse = False, np.nan
+        profiles: dict[str, Profile] = {}
+        try:
+            self._find()
+            coarse = self._enough_samples()
+            profiles = self._profiles()
+        except KeyboardInterrupt:
+            interrupted = True
+            if not self.minima:
+                self.minima = [self._lowest()]
+        certain, passed = self._certainty()
+        names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
+        return Fitted(
+            self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain, passed, profiles,
+            self.model, coarse, self.runs, interrupted, names,
+        )  # fmt: skip
+
+    def _lowest(self) -> Minimum:
+        """Return the lowest place that was met on all points."""
+        start = (
+            self.starts[0].varied if self.starts else first_guess(self.data, self.unknowns, set(self.settings.start))
+        )
+        objective = Objective(self.model, start)
+        objective.residuals(start)
+        met = self.met
+        return met if met is not None and met.chi2 < objective.best.chi2 else objective.best
+
+    def _find(self) -> None:
+        given = set(self.settings.start)
+        first = first_guess(self.data, self.unknowns, given)
+        self.watch()
+        self.starts = searched(self.model, first) if self.settings.search else [Start(first, np.nan)]
+        self.minima = refined(self.model, self.starts, self.on_run)
+        self._leave_unseen()
+
+    def _leave_unseen(self) -> None:
+        """Put parameters that the data do not see back to where they started, and minimize over the others once more."""
+        best = self.minima[0]
+        if best.told is None:
+            raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
+        certain = certainty(jacobian(self.model, best.varied, best.told), self.unknowns)
+        if certain.seen.all():
+            return
+        back = best.varied.copy()
+        for i in np.flatnonzero(~certain.seen):
+            back[i] = self.unknowns[i].varied(self.unknowns[i].start)
+        others = np.flatnonzero(certain.seen).tolist()
+        again = Objective(self.model, back, others, self.on_run).minimize() if others else best
+        if again.chi2 < best.chi2 + 1.0:
+            self.minima[0] = again
+
+    def _enough_samples(self) -> float:
+        """Take more samples per period while they would change the curve; return by how much they still do, in sigma."""
+        change = np.nan
+        while True:
+            best, finer = self.minima[0], 2 * self.model.finer
+            if best.told is None:
+                return change
+            fine = Model(self.case, self.unknowns, self.data, finer, watch=self.watch)
+            there = fine.tell(best.varied)
+            both = ~(there.lost | best.told.lost)
+            apart = (fine.residuals(there) - self.model.residuals(best.told))[both]
+            change = float(np.abs(apart).max(initial=0.0))
+            if change < TOO_COARSE or finer > FINEST or self.case.solver.accuracy is None:
+                return change
+            self.model = fine
+            self.minima = [Objective(fine, best.varied, told=self.on_run).minimize(), *self.minima[1:]]
+
+    def _profiles(self) -> dict[str, Profile]:
+        certain, _ = self._certainty()
+        return {
+            name: profile_of(self.model, self.minima[0], index, float(certain.errors[index]), self.on_run)
+            for index, name in enumerate(one.name for one in self.unknowns)
+            if name in self.settings.profile and certain.seen[index]
+        }
+
+    def _certainty(self) -> tuple[Certainty, Array]:
+        best, count = self.minima[0], len(self.unknowns)
+        if best.told is None:
+            return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(
+                count
+            )
+        by = jacobian(self.model, best.varied, best.told)
+        certain = certainty(by, self.unknowns, self.data.correlation)
+        return certain, self._passed_on(by, certain, best)
+
+    def _passed_on(self, by: Array, certain: Certainty, best: Minimum) -> Array:
+        """Return the errors that those of fixed parameters leave."""
+        if not self.settings.given or best.told is None:
+            return np.zeros(len(self.unknowns))
+        fixed = make_unknowns(self.case, self.data.tones, list(self.settings.given), (), self.settings.given, {}, {})
+        both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
+        start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
+        here = np.concatenate([start, best.varied])
+        slopes = both.slopes(here, best.told) / both.sigma[:, None]
+        slopes = slopes.reshape(-1, len(here))[:, : len(fixed)]
+        beside = np.zeros((len(by), len(fixed)))
+        beside[: len(slopes)] = slopes
+        errors = np.array([one.prior[1] / one.slope(one.prior[0]) for one in fixed if one.prior])
+        return passed_on(by, certain, beside, errors)

@@ -1,0 +1,189 @@
+"""Where a fit starts: the fold of a curve makes false minima, so one start is not enough.
+
+First what lies near the user's start is searched as a whole: curves of many cases are followed side by side, and each is
+shifted along the heights to where it fits best, which needs no other curve. The best that differ are refined, roughly first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.inverse.fitting.curves import Curves, Stretch, difference, wrapped
+from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
+from dforce.inverse.fitting.model import Model, allowed
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
+from dforce.kernel import Array
+
+REACH = np.log(8.0)  # how far around the start logarithms are searched
+WIDE = 0.25  # the same for what is not varied by its logarithm, of its size
+CURVES = {0: 1, 1: 16, 2: 32}  # curves to search with, by the number of parameters; more of these: MOST_CURVES
+MOST_CURVES, WITH_MEMORY = 64, 12
+POINTS = 30  # of a curve that is searched with
+ASTRAY = 0.1, 1e-9  # of the free amplitude, and m: how far the heights may be off
+SHIFTS = 81
+REFINED, MOST_ROUGH = 3, 20  # starts that are refined, and evaluations of each, roughly
+DIFFERENT = 0.35  # of REACH: starts nearer to each other are one
+CLOSE = 25.0  # of chi2 on thinned points: minima farther from the best are not refined again
+ALIKE = 0.3  # of chi2, and of the standard deviation between two curves: within both they are one minimum
+LOWEST = 0.25  # share of the points, those of the least amplitude, whose height is about their amplitude
+
+
+@dataclass(frozen=True)
+class Start:
+    """A place to start from, what chi2 is there, and what became of it."""
+
+    varied: Array
+    chi2: float
+
+
+def first_guess(data: Measured, unknowns: list[Unknown], given: set[str]) -> Array:
+    """Return what is varied at the start, with the free amplitude and the heights told by the data.
+
+    On a stiff sample the average distance is about the amplitude, so the least amplitudes tell the offset of the heights.
+    """
+    varied = start_vector(unknowns)
+    for i, one in enumerate(unknowns):
+        if one.name in given or one.prior is not None:
+            continue
+        if one.kind == CASE and one.path.endswith("A0"):
+            far = np.argsort(-data.height)[:5]
+            measured = float(data.attrs.get("free_amplitude", np.median(data.amplitude[far, one.tone])))
+            if 0.8 * one.start < measured < 1.25 * one.start and one.low < measured < one.high:
+                varied[i] = one.varied(measured)
+        elif one.kind == HEIGHT:
+            used = np.flatnonzero(data.used)
+            low = used[np.argsort(data.amplitude[used, 0])[: max(3, int(LOWEST * len(used)))]]
+            guess = float(np.median(data.amplitude[low, 0] - data.height[low]))
+            size = one.scale  # the free amplitude
+            if abs(guess - one.start) > 2.0 * max(ASTRAY[0] * size, ASTRAY[1]):
+                varied[i] = one.varied(guess)
+    return varied
+
+
+def searched(model: Model, varied: Array) -> list[Start]:
+    """Return starts near a first guess, the best of them first; the guess itself is among those that were searched."""
+    from scipy.stats import qmc
+
+    unknowns = model.unknowns
+    wide = [
+        i for i, one in enumerate(unknowns)
+        if one.kind == CASE and one.prior is None and not one.path.startswith(("drive.", "cantilever."))
+    ]  # fmt: skip
+    count = CURVES.get(len(wide), MOST_CURVES) if model.curves.is_smooth else WITH_MEMORY
+    many = np.tile(varied, (count, 1))
+    if wide:
+        spread = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
+        sobol = qmc.Sobol(len(wide), scramble=True, rng=np.random.default_rng(1))
+        many[1:, wide] += spread * (2.0 * sobol.random(count)[1:] - 1.0)
+    low, high = limits(unknowns)
+    many = np.clip(many, low, high)
+    many = many[[allowed(model, row) for row in many]]
+    if not len(many):
+        return [Start(varied, np.inf)]
+    heights = [i for i, one in enumerate(unknowns) if one.kind == HEIGHT]
+    starts = _shifted(model, many, heights)
+    chosen: list[Start] = []
+    size = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
+    for start in sorted(starts, key=lambda one: one.chi2):
+        if all(np.abs((start.varied - other.varied)[wide] / size).max() > DIFFERENT for other in chosen) or not chosen:
+            chosen.append(start)
+        if len(chosen) == REFINED or not wide:
+            break
+    return chosen
+
+
+def _shifted(model: Model, many: Array, heights: list[int]) -> list[Start]:
+    """Return each of many places with the heights, and the phase, where its curve fits best."""
+    data, size = model.data, model.case.problem.tones[0].A0
+    reach = max(ASTRAY[0] * size, ASTRAY[1]) if heights else 0.0
+    rough = replace_stretches(model, reach)
+    told = rough.tell_many(many)
+    turns = [i for i, one in enumerate(model.unknowns) if one.kind == PHASE and one.tone == 0 and one.prior is None]
+    used = model.points
+    thin = used[:: max(1, len(used) // (2 * POINTS))]
+    shifts = np.linspace(-reach, reach, SHIFTS) if heights else np.zeros(1)
+    out = []
+    for row, one in zip(many, told, strict=True):
+        values = _interpolated(rough, one.values, one.lost, data, thin, shifts)
+        apart = values - data.values[thin]
+        tones = data.tones
+        apart[..., tones:] = wrapped(apart[..., tones:])
+        turn = np.zeros(len(shifts))
+        if turns:
+            turn = -np.median(apart[..., tones], axis=1)
+            apart[..., tones] += turn[:, None]
+        chi2 = ((apart / data.sigma) ** 2).sum(axis=(1, 2))
+        best = int(np.argmin(chi2))
+        varied = row.copy()
+        for i in heights:
+            varied[i] += shifts[best] / model.unknowns[i].scale
+        for i in turns:
+            varied[i] += turn[best]
+        out.append(Start(varied, float(chi2[best])))
+    return out
+
+
+def replace_stretches(model: Model, reach: float) -> Model:
+    """Return a model along evenly spaced heights that reach beyond the measured ones."""
+    data = model.data
+    parts, place = [], 0
+    for stretch in model.stretches:
+        low, high = float(stretch.heights.min()) - reach, float(stretch.heights.max()) + reach
+        along = np.linspace(high, low, POINTS) if stretch.kind == FROM_FREE else np.linspace(low, high, POINTS)
+        # nearer by so much the amplitude is less by about as much
+        amplitude = np.maximum(stretch.amplitude - reach * (stretch.kind == BEHIND_JUMP), 0.1 * stretch.amplitude)
+        parts.append(Stretch(stretch.kind, np.arange(place, place + POINTS), along, amplitude, stretch.phase))
+        place += POINTS
+    other = Model(model.case, model.unknowns, data, model.finer, np.arange(0), model.watch)
+    other.stretches = parts
+    other.curves = Curves(model.case.problem, parts, model.case.solver, data.tones, model.finer, model.watch)
+    return other
+
+
+def _interpolated(rough: Model, values: Array, lost: Any, data: Measured, points: Any, shifts: Array) -> Array:
+    """Return a curve at measured heights shifted by each of some lengths, (shifts, points, 2 tones)."""
+    out = np.empty((len(shifts), len(points), values.shape[1]))
+    for stretch in rough.stretches:
+        mine = np.flatnonzero((data.branch[points] == BEHIND_JUMP) == (stretch.kind == BEHIND_JUMP))
+        if not len(mine):
+            continue
+        order = np.argsort(stretch.heights)
+        x, y = stretch.heights[order], values[stretch.places[order]]
+        at = data.height[points[mine]] + shifts[:, None]
+        for k in range(values.shape[1]):
+            out[:, mine, k] = np.interp(at, x, y[:, k])
+    return out
+
+
+def refined(model: Model, starts: list[Start], told: Callable[[float], None]) -> list[Minimum]:
+    """Return the different minima that starts lead to, the lowest first."""
+    if len(starts) > 1:
+        rough = Model(
+            model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch
+        )
+        found = _different(
+            [Objective(rough, start.varied, told=told).minimize(ROUGH, MOST_ROUGH) for start in starts], rough
+        )
+        starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
+    return _different([Objective(model, start.varied, told=told).minimize() for start in starts], model)
+
+
+def _different(minima: list[Minimum], model: Model) -> list[Minimum]:
+    """Return minima in order, each only once: those are one whose curves are, within the noise."""
+    out: list[Minimum] = []
+    for one in sorted(minima, key=lambda one: one.chi2):
+        if not any(_same(one, other, model) for other in out):
+            out.append(one)
+    return out
+
+
+def _same(one: Minimum, other: Minimum, model: Model) -> bool:
+    if one.told is None or other.told is None:
+        return one.told is other.told
+    apart = difference(one.told.values, other.told.values) / model.sigma
+    return bool(abs(one.chi2 - other.chi2) < ALIKE and np.sqrt((apart**2).mean()) < ALIKE)

@@ -1,0 +1,266 @@
+"""The unknowns of a fit: parameters of the case, and what is only known about the measurement itself.
+
+A parameter that cannot be negative is varied by its logarithm: its errors are relative, and no step leaves its domain.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import place_of, value_at
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.parameters import Quantity
+from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error
+from dforce.kernel import Array
+
+CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
+LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
+OFTEN = (
+    "Pa",
+    "Pa s",
+    "J",
+    "J/m^2",
+    "N/m",
+    "Hz",
+    "m",
+)  # units of what is varied by its logarithm where it starts above 0
+MOST = 1e6  # times the start: what is varied by its logarithm stays within that where no bound is given
+NUISANCE = ("zc_offset", "A0", "phase_offset", "amplitude_scale")
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One unknown.
+
+    Attributes
+    ----------
+    name
+        As the user calls it, and the result: a path of the case, or one of :data:`NUISANCE`, with `_2` for tone 2.
+    kind
+        What it changes: the case, the heights, a phase, or the scale of an amplitude.
+    path, tone
+        Where it stands in the case; the tone that a phase or a scale belongs to, from 0.
+    unit, symbol, doc
+        SI unit (degree of a phase), symbol and meaning.
+    start, low, high
+        Where the fit starts, and bounds.
+    scale
+        Size of what is varied: 0 for the logarithm.
+    prior
+        Value and standard deviation known beforehand.
+    """
+
+    name: str
+    kind: str
+    path: str
+    tone: int
+    unit: str
+    symbol: str
+    doc: str
+    start: float
+    low: float
+    high: float
+    scale: float
+    prior: tuple[float, float] | None = None
+
+    @property
+    def is_log(self) -> bool:
+        """Whether its logarithm is varied."""
+        return self.scale == 0.0
+
+    @property
+    def step(self) -> float:
+        """Step of what is varied that gives derivatives."""
+        if self.path.endswith("A0") or self.kind == HEIGHT:
+            return LENGTH_STEP
+        return LOG_STEP
+
+    def varied(self, value: float) -> float:
+        """Return what is varied at a value."""
+        if not self.is_log:
+            return value / self.scale
+        return math.log(value) if value > 0.0 else -math.inf
+
+    def value(self, varied: float) -> float:
+        """Return the value where what is varied is this."""
+        return math.exp(varied) if self.is_log else varied * self.scale
+
+    def slope(self, value: float) -> float:
+        """Return the derivative of the value by what is varied."""
+        return value if self.is_log else self.scale
+
+
+def make_unknowns(
+    case: Case, tones: int, free: Sequence[str], nuisance: Sequence[str], priors: Mapping[str, Any],
+    bounds: Mapping[str, Any], starts: Mapping[str, Any], products: bool = False,
+) -> list[Unknown]:  # fmt: skip
+    """Return the unknowns of a fit; `products` says whether parameters may be among them that are known as products only.
+
+    Raises
+    ------
+    ParameterError
+        For a parameter that the case does not have or does not use, two names of one parameter, a bound outside of its
+        domain, a start outside of its bounds, and parameters of which only products can be known.
+    """
+    names = [*free, *nuisance]
+    if not free:
+        raise ParameterError('free must name the parameters to fit, such as ["sample.youngs_modulus"]')
+    names += [name for name in priors if name not in names]
+    doubled = [name for name in names if names.count(name) > 1]
+    if doubled:
+        raise ParameterError(f"'{shorten(doubled[0])}' is given twice")
+    for known, what in ((priors, "priors"), (bounds, "bounds"), (starts, "start")):
+        for name in known:
+            if name not in names:
+                raise ParameterError(f"{what} has '{shorten(name)}', which is not fitted{nearest(str(name), names)}")
+    unknowns = [_made(case, tones, str(name)) for name in names]
+    places: dict[tuple[str | int, ...], str] = {}
+    for one in unknowns:
+        if one.kind == CASE:
+            earlier = places.setdefault(place_of(case, one.path), one.name)
+            if earlier != one.name:
+                raise ParameterError(f"'{earlier}' and '{one.name}' are the same parameter")
+    unknowns = [_limited(one, priors, bounds, starts) for one in unknowns]
+    if not products:
+        refuse_products(unknowns)
+    return unknowns
+
+
+def _made(case: Case, tones: int, name: str) -> Unknown:
+    """Return an unknown that starts where the case is."""
+    base, _, number = name.partition("_2")
+    tone = 1 if name.endswith("_2") and base in NUISANCE and not number else 0
+    word = base if tone else name
+    if word in NUISANCE and tone >= tones:
+        raise ParameterError(f"'{name}' is of tone 2, and {tones} tone was measured")
+    free_amplitude = case.problem.tones[tone].A0
+    every = -math.inf, math.inf
+    if word == "zc_offset":
+        size = case.problem.tones[0].A0
+        return Unknown(name, HEIGHT, "", 0, "m", r"z_\mathrm{off}", "zc minus the measured height", 0.0, *every, size)
+    if word == "phase_offset":
+        doc = "measured phase minus that of the case"
+        return Unknown(name, PHASE, "", tone, DEGREE, r"\phi_\mathrm{off}", doc, 0.0, *every, 1.0)
+    if word == "amplitude_scale":
+        return Unknown(
+            name, SCALE, "", tone, "1", "s_A", "measured amplitude over that of the case", 1.0, 0.0, math.inf, 0.0
+        )
+    path = name if word != "A0" else _amplitude_path(case, tone)
+    quantity = case.quantity(path)
+    value = value_at(case, path)
+    if value is None and path.endswith("A0"):
+        value = free_amplitude
+    if value is None:
+        raise ParameterError(f"{path} is not given in the case, so that the fit has nothing to start from")
+    _refuse_unused(case, path)
+    start, (low, high) = float(value), quantity.bounds()
+    return Unknown(
+        name, CASE, path, tone, quantity.unit, quantity.symbol, quantity.doc.partition(";")[0], start, low, high,
+        _scale(path, quantity, start, low),
+    )  # fmt: skip
+
+
+def _amplitude_path(case: Case, tone: int) -> str:
+    """Return where the size of a tone's drive stands in a case."""
+    tones = case.drive.tones
+    owner, prefix = (tones[tone], f"drive.tones.{tone + 1}") if tones else (case.drive, "drive")
+    return f"{prefix}.{'A0' if owner.A0 is not None else 'base_amplitude'}"
+
+
+def _scale(path: str, quantity: Quantity, start: float, low: float) -> float:
+    """Return the size of what is varied: 0 where it is the logarithm."""
+    if start > 0.0 and (low >= 0.0 or quantity.unit in OFTEN):
+        return 0.0
+    if low >= 0.0:
+        raise ParameterError(f"{path} starts at {start:g}; a fit varies its logarithm, so give a start above 0")
+    return abs(start) or 1.0
+
+
+def _refuse_unused(case: Case, path: str) -> None:
+    """Raise ParameterError for a parameter that no force and no part of the instrument reads."""
+    from dforce.problem import values_used
+
+    section = path.partition(".")[0]
+    if section not in ("tip", "sample", "contact", "medium"):
+        return
+    used = values_used([type(force) for force in case.forces])
+    if path not in used and section != "medium":
+        forces = ", ".join(force.name for force in case.forces) or "none"
+        raise ParameterError(f"{path} is not used by the forces of this case ({forces}), so the data cannot tell it")
+
+
+def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any], starts: Mapping[str, Any]) -> Unknown:
+    """Return an unknown with its prior, bounds and start."""
+    name = one.name
+    if name in priors:
+        prior = value_and_error(f"priors.{name}", priors[name], one.unit)
+        one = replace(one, prior=prior, start=prior[0] if one.kind == CASE else one.start)
+    if name in starts:
+        one = replace(one, start=number_of(f"start.{name}", starts[name], one.unit))
+    if name in bounds:
+        given = bounds[name]
+        if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
+            raise ParameterError(f"bounds.{name} = {shorten(given)} is not a pair, such as ['10 MPa', '100 GPa']")
+        low, high = (number_of(f"bounds.{name}", value, one.unit) for value in given)
+        if not (one.low <= low < high <= one.high):
+            raise ParameterError(
+                f"bounds.{name} = {low:g} to {high:g} is not a range within {one.low:g} to {one.high:g}"
+            )
+        one = replace(one, low=low, high=high)
+    if one.is_log and not one.start > 0.0:
+        raise ParameterError(f"start.{name} = {one.start:g} is not above 0")
+    if not one.low <= one.start <= one.high:
+        raise ParameterError(f"{name} starts at {one.start:g}, outside of its bounds {one.low:g} to {one.high:g}")
+    return one
+
+
+def refuse_products(unknowns: Sequence[Unknown]) -> None:
+    """Raise ParameterError for parameters of which only a product can be known, whatever the data.
+
+    All forces scale with k at fixed Q, so k and every strength of a force cannot be told apart; for forces of a paraboloid
+    the radius and their strengths neither.
+    """
+    known = {one.path: one for one in unknowns if one.kind == CASE}
+    strengths = [path for path in known if path.startswith(("sample.", "forces."))]
+    unknown = [path for path, one in known.items() if one.prior is None]
+    lever = [path for path in unknown if path.startswith("cantilever.") and path.endswith((".k", ".Q"))]
+    for k in (path for path in lever if path.endswith(".k")):
+        if k[:-1] + "Q" in lever:
+            raise ParameterError(f"{k} and {k[:-1]}Q cannot both be fitted without a prior for one of them")
+    for path in unknown:
+        if not strengths:
+            break
+        if path == "tip.radius":
+            raise ParameterError(
+                f"tip.radius and {strengths[0]} cannot both be fitted: a curve tells only their product, such as "
+                "E sqrt(R), H R; give priors for tip.radius, or leave it out"
+            )
+        if path.startswith("cantilever") and path.endswith(".k"):
+            raise ParameterError(
+                f"{path} and {strengths[0]} cannot both be fitted: a curve tells forces over k only; give priors for "
+                f"{path}, from a thermal spectrum, or leave it out"
+            )
+
+
+def start_vector(unknowns: Sequence[Unknown]) -> Array:
+    """Return what is varied at the start."""
+    return np.array([one.varied(one.start) for one in unknowns])
+
+
+def limits(unknowns: Sequence[Unknown]) -> tuple[Array, Array]:
+    """Return the bounds of what is varied."""
+    low, high = (
+        np.array([one.varied(edge) for one, edge in zip(unknowns, edges, strict=True)])
+        for edges in ([one.low for one in unknowns], [one.high for one in unknowns])
+    )
+    for i, one in enumerate(unknowns):
+        if one.is_log:
+            start = one.varied(one.start)
+            low[i], high[i] = max(low[i], start - math.log(MOST)), min(high[i], start + math.log(MOST))
+    return low, high

@@ -1,0 +1,93 @@
+"""`dforce fit`: what it prints and writes, its exit codes, and its sentences."""
+
+import json
+from pathlib import Path
+
+import fitted_curves as fc
+import pytest
+from fitted_curves import E, H
+from typer.testing import CliRunner, Result
+
+import dforce as df
+from dforce.cli._app import app
+
+CURVES = Path(df.__file__).parent / "library" / "measured"
+
+
+def ran(*words: object) -> Result:
+    return CliRunner().invoke(app, ["fit", *map(str, words)], env={"COLUMNS": "200"})
+
+
+@pytest.fixture
+def case_file(tmp_path: Path) -> Path:
+    case = fc.case_of("air").replace(
+        title="Air", fit={"free": [H], "search": False}, data={"file": "air.csv", "phase_convention": "lag"}
+    )
+    df.save_case(case, tmp_path / "fit.toml")
+    (tmp_path / "air.csv").write_bytes((CURVES / "air.csv").read_bytes())
+    return tmp_path / "fit.toml"
+
+
+def test_a_fit_prints_a_report_and_writes_what_repeats_it(case_file: Path) -> None:
+    out, picture = case_file.parent / "out.nc", case_file.parent / "fit.png"
+    done = ran(case_file, "-o", out, "--plot", picture)
+    assert done.exit_code == 0, done.output
+    assert H in done.stdout and "chi2" in done.stdout and f"written: {out}, {picture}" in done.stdout
+    assert picture.stat().st_size > 10_000
+    again = ran(out)
+    assert again.exit_code == 0, again.output
+    assert again.stdout.splitlines()[:-1] == done.stdout.splitlines()[:-2] or again.stdout in done.stdout
+    # the best case runs as any
+    assert CliRunner().invoke(app, ["run", str(out), "-o", str(case_file.parent / "run.nc"), "-q"]).exit_code == 0
+
+
+def test_json_tells_values_errors_and_advice(case_file: Path) -> None:
+    done = ran(case_file, "--json", "--set", f'fit.free=["{E}", "{H}"]')
+    assert done.exit_code == 1, done.output  # fitted, with advice
+    answer = json.loads(done.stdout)
+    assert answer["parameters"][H]["value"] == pytest.approx(1.996e-20, rel=0.02)
+    assert answer["parameters"][E]["error"] is None and not answer["parameters"][E]["seen"]
+    assert [piece["name"] for piece in answer["advice"]] == ["not_seen"]
+    assert answer["exit_code"] == 1
+
+
+def test_several_files_give_a_table_and_a_bad_one_does_not_stop_it(case_file: Path) -> None:
+    good = case_file.parent / "air.csv"
+    done = ran(case_file, good, case_file.parent / "nowhere.csv", "-o", case_file.parent / "all.nc")
+    assert done.exit_code == 1, done.output
+    assert "there is no file" in done.stdout
+    many = df.read(case_file.parent / "all.nc")
+    assert many.sizes["curve"] == 2
+    assert float(many["value"].sel(curve=str(good), parameter=H)) == pytest.approx(1.996e-20, rel=0.02)
+
+
+def test_identify_needs_no_measurement(case_file: Path) -> None:
+    (case_file.parent / "air.csv").unlink()
+    done = ran(case_file, "--identify", "--json")
+    assert done.exit_code == 0, done.output
+    answer = json.loads(done.stdout)
+    assert answer["parameters"][0] == H and "approach" in answer["curves"]
+    shown = ran(case_file, "--identify")
+    assert "the instrument exactly known" in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--set", "fit.free=[]"], "must name the parameters"),
+        (["nowhere.csv"], "there is no file 'nowhere.csv'"),
+        (["a.csv", "b.csv", "--plot", "x.png"], "draws the fit of one curve"),
+        (["-o", "fit.txt"], "ends in '.txt'"),
+        (["--set", 'data.use={ hight = ["1 nm", "2 nm"] }'], "use has 'hight'"),
+    ],
+)
+def test_bad_input_ends_with_2_and_a_sentence(case_file: Path, words: list[str], sentence: str) -> None:
+    done = ran(case_file, *words)
+    assert done.exit_code == 2, done.output
+    assert sentence in done.stderr and "Traceback" not in done.output
+
+
+def test_a_case_without_a_fit_is_refused(tmp_path: Path) -> None:
+    done = ran("figure-3-air")
+    assert done.exit_code == 2
+    assert "does not say what to fit" in done.stderr

@@ -1,0 +1,174 @@
+"""What a fit minimizes: its derivatives, its invariances, and what must not change it."""
+
+import fitted_curves as fc
+import numpy as np
+import pytest
+from fitted_curves import ETA, E, H
+
+import dforce as df
+from dforce.inverse.fitting.certainty import certainty
+from dforce.inverse.fitting.curves import lean
+from dforce.inverse.fitting.minimize import jacobian
+from dforce.inverse.fitting.model import Model, Told
+from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
+
+NUISANCE = ("zc_offset", "A0", "phase_offset")
+Q = "cantilever.Q"
+
+
+def model_of(name: str, free: list[str], priors: dict[str, object] | None = None) -> tuple[Model, np.ndarray]:
+    """Return the model of a shipped curve, and what is varied at the truth."""
+    case, data = fc.case_of(name), measured(fc.data_of(name), Reading(margin=0))
+    unknowns = make_unknowns(case, 1, free, NUISANCE, priors or {}, {}, {})
+    truth = dict(zip((E, H, ETA, *NUISANCE), fc.TRUTH[name], strict=True)) | {Q: case.problem.modes[0].Q}
+    return Model(case, unknowns, data), np.array([one.varied(truth[one.name]) for one in unknowns])
+
+
+@pytest.fixture(scope="module")
+def stiff() -> tuple[Model, np.ndarray, Told]:
+    model, varied = model_of("stiff", [E, H, ETA], {Q: (180.0, 3.6)})
+    return model, varied, model.tell(varied)
+
+
+def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Model, np.ndarray, Told]) -> None:
+    model, varied, told = stiff
+    slopes = model.slopes(varied, told)
+    for i, one in enumerate(model.unknowns):
+        above, below = varied.copy(), varied.copy()
+        above[i] += 10.0 * one.step
+        below[i] -= 10.0 * one.step
+        plain = (model.tell(above).values - model.tell(below).values) / (20.0 * one.step)
+        apart = np.abs(slopes[:, :, i] - plain)
+        # a sample that enters the contact within the longer step bends single points; all others agree to 1e-4
+        assert np.quantile(apart, 0.95, axis=0) == pytest.approx([0.0, 0.0], abs=1e-3 * np.abs(plain).max()), one.name
+        assert (apart.max(axis=0) < 0.01 * np.maximum(np.abs(plain).max(axis=0), 1e-30) + 1e-12).all(), one.name
+
+
+def test_a_phase_offset_has_the_derivative_one(stiff: tuple[Model, np.ndarray, Told]) -> None:
+    model, varied, told = stiff
+    column = model.slopes(varied, told)[:, :, [one.name for one in model.unknowns].index("phase_offset")]
+    assert (column[:, 1] == 1.0).all() and (column[:, 0] == 0.0).all()
+
+
+def test_errors_at_the_truth_are_those_of_the_reference(stiff: tuple[Model, np.ndarray, Told]) -> None:
+    model, varied, told = stiff
+    found = certainty(jacobian(model, varied, told), model.unknowns)
+    slope = np.array([1.0 if one.is_log else one.scale for one in model.unknowns])
+    A0 = 30e-9
+    reference = [
+        0.0598,
+        0.0528,
+        0.226,
+        0.0162e-9,
+        0.0107e-9 / A0,
+        0.0589,
+        0.0200,
+    ]  # H and E too: E H eta zoff A0 offset Q
+    assert found.errors * slope == pytest.approx(reference, rel=0.10)
+
+
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_curves_depend_on_forces_over_the_spring_constant_only(factor: float) -> None:
+    case = fc.case_of("stiff")
+    values = {"cantilever.k": 2.7, E: 2e9, H: 6e-20, ETA: 20.0}
+    same(case, {path: factor * value for path, value in values.items()})
+
+
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_curves_do_not_tell_the_radius(factor: float) -> None:
+    powers = {"tip.radius": (8e-9, 1.0), E: (2e9, -0.5), H: (6e-20, -1.0), ETA: (20.0, -0.5)}
+    same(fc.case_of("stiff"), {path: value * factor**power for path, (value, power) in powers.items()})
+
+
+def same(case: df.Case, changes: dict[str, float]) -> None:
+    """Check that another case has the same curve: within 1e-9 of the amplitude, and of a radian."""
+    other = case
+    for path, value in changes.items():
+        other = other.replace(path, value)
+    data = measured(fc.data_of("stiff"), Reading(margin=0))
+    told = []
+    for one in (case, other):
+        model = Model(one, make_unknowns(one, 1, [E], ["zc_offset"], {}, {}, {}), data)
+        told.append(model.tell(np.array([model.unknowns[0].varied(model.unknowns[0].start), 0.35 / 30.0])).values)
+    assert told[1][:, 0] == pytest.approx(told[0][:, 0], rel=1e-9)
+    assert told[1][:, 1] == pytest.approx(told[0][:, 1], abs=np.degrees(1e-9))
+
+
+def test_a_fit_without_noise_returns_the_truth() -> None:
+    # the model's own curve, so that the sampling is the same
+    model, varied = model_of("stiff", [E, H, ETA])
+    values = model.tell(varied).values
+    data = fc.data_of("stiff")
+    data["amplitude"], data["phase"] = ("point", values[:, 0]), ("point", values[:, 1])
+    case = fc.case_of("stiff").replace("solver.points_per_period", 256)  # no more samples than the data have
+    fit = df.fit(case, data, free=[E, H, ETA], margin=0, start={E: 3e9, H: 4e-20, ETA: 10.0})
+    truth = dict(zip((E, H, ETA, *NUISANCE), fc.TRUTH["stiff"], strict=True))
+    assert fit.attrs["chi2"] < 1e-4
+    for name, value in truth.items():
+        assert float(fit["value"].sel(parameter=name)) == pytest.approx(value, rel=1e-5), name
+
+
+def test_a_fit_does_not_depend_on_the_order_the_origin_of_heights_or_the_size_of_errors() -> None:
+    case, data = fc.case_of("air"), fc.data_of("air")
+    order = np.random.default_rng(1).permutation(data.sizes["point"])
+    far = data.assign(height=data["height"] + 1e-9)
+    noisy = data.assign_attrs({name: 2.0 * value for name, value in data.attrs.items()})
+    plain, mixed, shifted, doubled = (
+        df.fit(case, one, free=[H], search=False) for one in (data, data.isel(point=order), far, noisy)
+    )
+    errors = plain["error"]
+    # sums in another order end the search elsewhere within its tolerance: 1e-11 of chi2 is 5e-5 errors at most
+    assert float((abs(mixed["value"] - plain["value"]) / errors).max()) < 5e-5
+    assert mixed.attrs["chi2"] == pytest.approx(plain.attrs["chi2"], rel=1e-9)
+    moved = shifted["value"] - plain["value"]
+    assert float(moved.sel(parameter="zc_offset")) == pytest.approx(-1e-9, rel=1e-6)
+    for name in (H, "A0", "phase_offset"):
+        assert abs(float(moved.sel(parameter=name))) < 1e-4 * float(errors.sel(parameter=name)), name
+    assert (doubled["error"] / errors).values == pytest.approx(2.0, rel=1e-6)
+    assert doubled.attrs["chi2"] == pytest.approx(0.25 * plain.attrs["chi2"], rel=1e-6)
+
+
+def test_correlated_neighbors_widen_the_errors() -> None:
+    case, data = fc.case_of("air"), fc.data_of("air")
+    plain = df.fit(case, data, free=[H], search=False)
+    wide = df.fit(case, data.assign_attrs(neighbor_correlation=0.5), free=[H], search=False)
+    assert (wide["error"] / plain["error"]).values == pytest.approx(np.sqrt(3.0), rel=1e-6)
+
+
+def test_errors_of_given_values_are_passed_on_as_the_forces_scale() -> None:
+    given = {"cantilever.k": (2.7, 0.135), "tip.radius": "8.0(8) nm"}  # 5 % and 10 %
+    fit = df.fit(fc.case_of("stiff"), fc.data_of("stiff"), free=[E, H, ETA], given=given, margin=0, search=False)
+    relative = fit["error_given"] / fit["value"]
+    # all forces scale as k; E and viscosity as R^-1/2, H as R^-1
+    for name, power in ((E, 0.5), (H, 1.0), (ETA, 0.5)):
+        assert float(relative.sel(parameter=name)) == pytest.approx(np.hypot(0.05, 0.10 * power), rel=1e-3), name
+    assert float(relative.sel(parameter="A0")) < 1e-6
+
+
+def test_lost_points_go_on_along_a_straight_line() -> None:
+    rows = np.array([[1.0, 100.0], [2.0, 90.0], [0.0, 0.0], [0.0, 0.0]])
+    leaning = np.array([[0, 0], [0, 0], [1, 0], [1, 0]])
+    lean(rows, np.array([2, 3]), leaning, np.array([0.0, 0.0, 1.0, 2.0]))
+    assert rows[2:] == pytest.approx(np.array([[3.0, 80.0], [4.0, 70.0]]))
+
+
+def test_a_model_whose_branch_ends_early_counts_lost_points() -> None:
+    model, varied = model_of("stiff", [E, H, ETA])
+    names = [one.name for one in model.unknowns]
+    off = varied.copy()
+    off[names.index(H)] += np.log(0.4)  # less attraction: the branch of free motion ends farther out
+    told = model.tell(off)
+    near = model.data.height[model.points][told.lost]
+    assert 0 < told.lost.sum() < 40
+    assert (model.data.branch[model.points][told.lost] == 1).all()
+    assert near.max() < model.data.height[model.data.branch == 1].max() - 5e-9
+    assert np.isfinite(told.values).all()
+
+
+def test_unknowns_are_varied_by_their_logarithm_where_they_cannot_be_negative() -> None:
+    made = {one.name: one for one in make_unknowns(fc.case_of("stiff"), 1, [E, H], NUISANCE, {}, {}, {})}
+    assert made[E].is_log and made[H].is_log and made["A0"].is_log and not made["zc_offset"].is_log
+    one: Unknown = made[E]
+    assert one.value(one.varied(3e9)) == pytest.approx(3e9, rel=1e-14)
+    assert made["zc_offset"].value(made["zc_offset"].varied(1e-10)) == pytest.approx(1e-10, rel=1e-14)

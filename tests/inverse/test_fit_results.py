@@ -1,0 +1,173 @@
+"""A fit as a result: it is written, read and repeated, told, drawn, compared, stopped, and made of many curves."""
+
+from pathlib import Path
+
+import fitted_curves as fc
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from fitted_curves import ETA, H
+
+import dforce as df
+from dforce.inverse.fitting.minimize import Objective
+from dforce.validity import advice_in
+
+FILES = Path(df.__file__).parent / "library" / "measured"
+
+
+@pytest.fixture(scope="module")
+def air() -> xr.Dataset:
+    return df.fit(fc.case_of("air"), fc.data_of("air"), free=[H], profile=[H], search=False)
+
+
+def test_a_fit_is_read_back_as_it_was_written_and_repeats_itself(air: xr.Dataset, tmp_path: Path) -> None:
+    path = df.write(air, tmp_path / "fit.nc")
+    back = df.read(path)
+    xr.testing.assert_identical(back["value"], air["value"])
+    again = df.fit_again(back)
+    for name in ("value", "error", "correlation", "amplitude_residual", "profile_chi2"):
+        np.testing.assert_array_equal(again[name].values, air[name].values, err_msg=name)
+    assert again.attrs["chi2"] == air.attrs["chi2"]
+
+
+def test_the_case_of_a_fit_is_the_best_one_and_runs(air: xr.Dataset, tmp_path: Path) -> None:
+    case = df.load_case(df.write(air, tmp_path / "fit.nc"))
+    assert case.forces[0].hamaker == float(air["value"].sel(parameter=H))
+    assert float(air["value"].sel(parameter="A0")) == case.drive.A0
+    curve = df.run(case)
+    model = air["amplitude_fit"].values[:, 0]
+    # between 201 points of the curve, by a straight line
+    zc, amplitude = curve["zc"].values[::-1], curve["amplitude"].sel(direction="approach").values[::-1, 0]
+    assert np.interp(air["zc"].values, zc, amplitude) == pytest.approx(model, abs=2e-12)
+
+
+def test_a_profile_agrees_with_the_covariance_where_the_problem_is_nearly_linear(air: xr.Dataset) -> None:
+    one = air.sel(parameter=H)
+    assert float(one["error_low"]) == pytest.approx(float(one["error"]), rel=0.1)
+    low, high = float(air["interval_low"][0]), float(air["interval_high"][0])
+    assert high - low == pytest.approx(2.0 * 1.96 * float(one["error"]), rel=0.05)
+    assert low < float(one["value"]) < high
+
+
+def test_residuals_are_those_of_noise(air: xr.Dataset) -> None:
+    chi2 = float((air["amplitude_residual"] ** 2 + air["phase_residual"] ** 2).sum())
+    assert chi2 == pytest.approx(air.attrs["chi2"], rel=1e-9)
+    assert air.attrs["runs_test"] > 0.01
+    assert air.attrs["aic"] == pytest.approx(air.attrs["chi2"] + 2 * air.sizes["parameter"])
+    assert air.attrs["degrees_of_freedom"] == 2 * 101 - 4
+
+
+def test_a_report_tells_values_errors_and_correlations(air: xr.Dataset) -> None:
+    text = df.fit_report(air)
+    for words in (
+        H,
+        "1.996e-20",
+        "+- 0.072e-20 J (3.6 %)",
+        "chi2",
+        "198.76",
+        "AIC, BIC",
+        f"zc_offset, {H}: +0.905",
+    ):
+        assert words in text, words
+
+
+def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Dataset, tmp_path: Path) -> None:
+    with matplotlib.rc_context({"backend": "agg"}):
+        axes = df.plot.fit(air, df.plot.Sheet())
+        assert len(axes) == 4
+        assert df.plot.save(axes, tmp_path / "fit.png").stat().st_size > 10_000
+        assert len(df.plot.fit_errors(air, df.plot.Sheet())) == 2
+        assert len(df.plot.overview(air, df.plot.Sheet())) == 4
+    with pytest.raises(df.ParameterError, match="no fit"):
+        df.plot.fit(xr.Dataset())
+
+
+def test_many_fits_start_alike_and_a_bad_curve_does_not_stop_them() -> None:
+    data = fc.data_of("air")
+    curves = {"first": data, "bad": data.isel(point=slice(0, 5)), "none": "nowhere.csv", "second": data}
+    many = df.fit_many(fc.case_of("air"), curves, free=[H], search=False)
+    assert many["curve"].values.tolist() == list(curves)
+    assert "at least 8" in str(many["message"].sel(curve="bad").values)
+    assert "there is no file" in str(many["message"].sel(curve="none").values)
+    # what was fitted before does not count
+    np.testing.assert_array_equal(many["value"].sel(curve="first"), many["value"].sel(curve="second"))
+    assert np.isnan(many["value"].sel(curve="bad")).all()
+    assert "nowhere.csv" in df.fit_report(many)
+
+
+def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, calls = Objective.residuals, 0
+
+    def stopped(self: Objective, free: np.ndarray) -> np.ndarray:
+        nonlocal calls
+        calls += 1
+        if calls == 4:
+            raise KeyboardInterrupt
+        return plain(self, free)
+
+    monkeypatch.setattr(Objective, "residuals", stopped)
+    case = fc.case_of("air").replace("forces.dmt.hamaker", "3e-20 J")
+    fit = df.fit(case, fc.data_of("air"), free=[H], search=False)
+    first = (3e-20, 60_000.0)  # where it starts chi2 is far larger
+    assert fit.attrs["interrupted"] == 1
+    assert np.isfinite(fit["value"]).all()
+    assert fit.attrs["chi2"] < first[1]
+    assert float(fit["value"].sel(parameter=H)) != first[0]
+    # of many curves those are kept that were done
+    calls = 0
+
+    def later(self: Objective, free: np.ndarray) -> np.ndarray:
+        nonlocal calls
+        calls += 1
+        if calls == most:
+            raise KeyboardInterrupt
+        return plain(self, free)
+
+    most = 10_000
+    monkeypatch.setattr(Objective, "residuals", later)
+    df.fit_many(case, {"first": fc.data_of("air")}, free=[H], search=False)
+    most, calls = calls + 3, 0
+    many = df.fit_many(case, {"first": fc.data_of("air"), "second": fc.data_of("air")}, free=[H], search=False)
+    assert many["curve"].values.tolist() == ["first"]
+
+
+def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:
+    other = df.fit(fc.case_of("air"), fc.data_of("air").isel(point=slice(0, 90)), free=[H], search=False)
+    with pytest.raises(df.ParameterError, match="different points"):
+        df.compare_fits({"a": air, "b": other})
+    with pytest.raises(df.ParameterError, match="at least two"):
+        df.compare_fits({"a": air})
+
+
+def test_points_beside_jumps_are_left_out_and_branches_found_where_they_are_not_named() -> None:
+    data = fc.data_of("stiff")
+    named = df.fit(fc.case_of("stiff"), data, free=[H], search=False, nuisance=["zc_offset"])
+    bare = data.drop_vars("branch").assign_coords(direction=("point", np.full(126, "approach")))
+    found = df.fit(fc.case_of("stiff"), bare, free=[H], search=False, nuisance=["zc_offset"])
+    np.testing.assert_array_equal(found["branch"], data["branch"])
+    assert named.attrs["points"] == 126 - 4
+    np.testing.assert_array_equal(found["used"], named["used"])
+
+
+def test_lost_points_are_no_success() -> None:
+    case = fc.case_of("stiff")
+    fit = df.fit(
+        case, fc.data_of("stiff"), free=[ETA], nuisance=["phase_offset"], start={ETA: 20.0}, search=False, margin=0
+    )  # the heights are off by 0.35 nm, so the branch ends too early
+    assert fit.attrs["lost_points"] > 0 or fit.attrs["chi2"] > 1000.0
+    assert {"lost_points", "reduced_chi2"} & {piece.name for piece in advice_in(fit)}
+
+
+def test_a_curve_is_read_and_calibrated_as_the_case_says(tmp_path: Path) -> None:
+    (tmp_path / "curve.csv").write_bytes((FILES / "air.csv").read_bytes())
+    table = {"file": "curve.csv", "phase_convention": "lag"}
+    text = fc.case_of("air").replace(data=table, fit={"free": [H], "search": False}).to_toml()
+    (tmp_path / "case.toml").write_text(text)
+    fit = df.fit(df.load_case(tmp_path / "case.toml"))
+    assert float(fit["value"].sel(parameter=H)) == pytest.approx(1.996e-20, rel=0.02)
+    assert fit.attrs["data_sha256"]
+    with pytest.raises(df.ParameterError, match=r"no setting 'sensivity'.*sensitivity"):
+        df.fit(fc.case_of("air").replace(data=table | {"read": {"sensivity": 1.0}}), tmp_path / "curve.csv", free=[H])
+    with pytest.raises(df.ParameterError, match="there is no measured curve"):
+        df.fit(fc.case_of("air"), free=[H])

@@ -1,0 +1,88 @@
+"""What a curve can tell is known before it is measured: the table of an independent code, to its digits."""
+
+import fitted_curves as fc
+import numpy as np
+import pytest
+import xarray as xr
+from fitted_curves import ETA, E, H
+
+import dforce as df
+
+Q = "cantilever.Q"
+# 100 points, 0.2 % of A0 and 0.3 degrees; two digits are given
+AIR = {
+    "sample": {H: 0.034, "zc_offset": 0.0051e-9}, "all": {H: 0.80, "zc_offset": 0.0054e-9, Q: 0.80},
+    "prior": {H: 0.041, "zc_offset": 0.0051e-9, Q: 0.020},
+}  # fmt: skip
+LIQUID = {
+    "sample": {E: 0.0115, H: 0.109, ETA: 0.13, "zc_offset": 0.030e-9},
+    "all": {E: 0.086, H: 0.167, ETA: 0.44, "zc_offset": 0.042e-9, Q: 0.059},
+}
+
+
+def errors(result: xr.Dataset, known: str, name: str, curve: str = "approach") -> float:
+    return float(result["error"].sel(curve=curve, known=known, parameter=name))
+
+
+@pytest.fixture(scope="module")
+def stiff() -> xr.Dataset:
+    return df.identify(fc.case_of("stiff"), np.linspace(34.5e-9, 9e-9, 151), [E, H, ETA], helps=False)
+
+
+def test_a_tip_that_never_touches_tells_no_modulus() -> None:
+    found = df.identify(fc.case_of("air"), np.linspace(12e-9, 2e-9, 100), [E, H, ETA], helps=False)
+    assert found["curve"].values.tolist() == ["approach"]
+    for known, row in AIR.items():
+        for name, value in row.items():
+            assert errors(found, known, name) == pytest.approx(value, rel=0.04), (known, name)
+        for name in (E, ETA):
+            assert str(found["verdict"].sel(curve="approach", known=known, parameter=name).values) == "not seen"
+    pairs = found["worst_correlation"].sel(curve="approach")
+    assert abs(float(pairs.sel(known="sample"))) == pytest.approx(0.928, abs=0.002)
+    assert float(pairs.sel(known="all")) == pytest.approx(-0.9990, abs=0.0005)
+
+
+def test_a_liquid_cell_of_low_Q_tells_the_modulus_and_even_Q() -> None:
+    found = df.identify(fc.case_of("liquid"), np.linspace(9.2e-9, 2e-9, 100), [E, H, ETA], helps=False)
+    for known, row in LIQUID.items():
+        for name, value in row.items():
+            assert errors(found, known, name) == pytest.approx(value, rel=0.05), (known, name)
+    assert float(found["worst_correlation"].sel(known="all")[0]) == pytest.approx(-0.990, abs=0.003)
+
+
+def test_both_branches_tell_far_more_than_the_one_behind_the_jump(stiff: xr.Dataset) -> None:
+    alone, both = (errors(stiff, "sample", E, curve) for curve in ("behind the jump", "approach and retract"))
+    assert both < 0.05 < 0.2 < alone
+    assert errors(stiff, "all", E, "approach and retract") > 1.0  # only forces over k / Q
+    assert abs(float(stiff["worst_correlation"].sel(curve="approach and retract", known="all"))) > 0.999
+
+
+def test_a_radius_is_dead_and_the_products_that_are_known_are_named() -> None:
+    found = df.identify(fc.case_of("liquid"), np.linspace(9.2e-9, 2e-9, 100), [E, H, ETA, "tip.radius"], helps=False)
+    verdicts = found["verdict"].sel(curve="approach", known="sample")
+    for name in (E, H, ETA, "tip.radius"):
+        assert str(verdicts.sel(parameter=name).values) == "only a product", name
+    (line,) = [line for line in found.attrs["products"].splitlines() if line.startswith("approach, sample:")]
+    for product in (f"{E} * tip.radius^0.5", f"{H} * tip.radius^1", f"{ETA} * tip.radius^0.5"):
+        assert product in line
+    assert "only products are known" in df.identify_report(found, "sample")
+
+
+def test_other_amplitudes_are_tried_and_told() -> None:
+    found = df.identify(fc.case_of("air"), free=[E, H, ETA])
+    assert {"half the free amplitude", "twice the free amplitude", "with a second tone"} <= set(
+        found["curve"].values.tolist()
+    )
+    # twice the amplitude makes the tip touch
+    assert errors(found, "sample", E, "twice the free amplitude") < 0.5
+    assert errors(found, "sample", E, "with a second tone") < 0.05
+    text = df.identify_report(found)
+    assert "not seen" in text and "twice the free amplitude" in text
+
+
+def test_what_is_expected_is_what_a_fit_finds(stiff: xr.Dataset) -> None:
+    # the errors of a fit at the same points, of the same noise
+    data = fc.data_of("stiff")
+    fit = df.fit(fc.case_of("stiff"), data, free=[E, H, ETA], search=False)
+    relative = float(fit["error"].sel(parameter=E)) / 2e9
+    assert errors(stiff, "prior", E, "approach") == pytest.approx(relative, rel=0.5)
