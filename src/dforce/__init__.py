@@ -35,7 +35,20 @@ if TYPE_CHECKING:
     from dforce.files import check_target, write_whole
     from dforce.findings import Finding, count_status, summary
     from dforce.forces import Force
-    from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.instrument import (
+        Beam,
+        Cantilever,
+        Contact,
+        Drive,
+        Medium,
+        Mode,
+        Noise,
+        Piezo,
+        Readout,
+        Sample,
+        Tip,
+        Tone,
+    )
     from dforce.kernel.store import KernelCache, clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -55,6 +68,7 @@ if TYPE_CHECKING:
     from dforce.stopping import late_stop_waits, sigterm_as_ctrl_c
     from dforce.sweeps import sweep
     from dforce.testing import check_force
+    from dforce.thermal import noise, noisy_motion, snap_in_rate, switching_rate, thermal_spectrum
     from dforce.timing import benchmark
     from dforce.timing.accuracy import cost_of_accuracy
     from dforce.units import parse, show, split_unit, unit_choices, usual_unit
@@ -98,6 +112,7 @@ _HOMES = {
         "Drive",
         "Medium",
         "Mode",
+        "Noise",
         "Piezo",
         "Readout",
         "Sample",
@@ -124,6 +139,7 @@ _HOMES = {
     "stopping": ("late_stop_waits", "sigterm_as_ctrl_c"),
     "sweeps": ("sweep",),
     "testing": ("check_force",),
+    "thermal": ("noise", "noisy_motion", "snap_in_rate", "switching_rate", "thermal_spectrum"),
     "timing": ("benchmark",),
     "timing.accuracy": ("cost_of_accuracy",),
     "validation": ("validate", "validation_page"),
@@ -159,6 +175,7 @@ __all__ = [
     "Line",
     "Medium",
     "Mode",
+    "Noise",
     "ParameterError",
     "Parameters",
     "Picture",
@@ -210,6 +227,8 @@ __all__ = [
     "load_plugin",
     "motion_at",
     "nearest",
+    "noise",
+    "noisy_motion",
     "param",
     "parse",
     "pictures_of",
@@ -227,9 +246,12 @@ __all__ = [
     "shorten",
     "show",
     "sigterm_as_ctrl_c",
+    "snap_in_rate",
     "split_unit",
     "summary",
     "sweep",
+    "switching_rate",
+    "thermal_spectrum",
     "unit_choices",
     "unmarked",
     "usual_unit",

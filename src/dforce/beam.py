@@ -51,6 +51,11 @@ def static_stiffness(youngs_modulus: float, length: float, width: float, thickne
     return youngs_modulus * width * thickness**3 / (4.0 * length**3)
 
 
+def static_factor() -> float:
+    r"""Return the spring constant of mode 1 over that for a steady force at the end, :math:`\kappa_1^4 / 12`: 1.0302."""
+    return wavenumber(1) ** 4 / 12.0
+
+
 def vacuum_mode(
     n: int, youngs_modulus: float, density: float, length: float, width: float, thickness: float
 ) -> BeamMode:

@@ -36,7 +36,7 @@ LEVELS = (
     ("experiments", "results"),
     ("case", "series", "plot", "validity"),
     ("jumps",),
-    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "validation"),
+    ("runs", "revisit", "findings", "timing", "sweeps", "prescribed", "reports", "setpoint", "thermal", "validation"),
     ("__init__",),
     ("cli", "gui", "testing", "__main__"),
 )

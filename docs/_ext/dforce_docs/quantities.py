@@ -11,10 +11,10 @@ from sphinx.environment import BuildEnvironment
 from sphinx.errors import ExtensionError
 from sphinx.util.docutils import SphinxDirective
 
-from dforce.quantities import JUMPS, OBSERVABLES, TRACES, Observable
+from dforce.quantities import JUMPS, NOISES, OBSERVABLES, TRACES, Observable
 from dforce_docs.declared import list_table
 
-KNOWN = {**OBSERVABLES, **TRACES, **JUMPS}
+KNOWN = {**OBSERVABLES, **TRACES, **NOISES, **JUMPS}
 HEADER = ("name in the Dataset", "symbol", "stored in", "over", "meaning")
 
 

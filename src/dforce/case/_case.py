@@ -20,7 +20,7 @@ from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.files import beside, folder
 from dforce.forces import REGISTRY, Force
-from dforce.instrument import Cantilever, Contact, Drive, Medium, Readout, Sample, Tip
+from dforce.instrument import Cantilever, Contact, Drive, Medium, Noise, Readout, Sample, Tip
 from dforce.parameters import Parameters, Part, Quantity, part
 from dforce.problem import Problem
 from dforce.refusals import refusal
@@ -66,6 +66,7 @@ class Case(Parameters):
     sample: Part[Sample] = part(Sample(), description="the sample")
     contact: Part[Contact] = part(Contact(), description="where contact begins")
     medium: Part[Medium] = part(Medium(), description="what the cantilever moves in: a name or a table")
+    noise: Part[Noise] = part(Noise(), description="noise of the lever and of the detector")
     forces: Part[tuple[Force, ...]] = part((), max_length=20, description="tip–sample forces, which add up")
     experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
     solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
@@ -109,6 +110,11 @@ class Case(Parameters):
     @pydantic.model_validator(mode="after")
     def _makes_sense(self) -> Self:
         _ = self.folder, self.problem
+        if self.solver.integrator == "langevin" and self.experiment is not None and self.experiment.kind != "dwell":
+            raise ParameterError(
+                f"solver.integrator = langevin simulates a dwell, not {self.experiment.kind}; df.noise gives the noise along a "
+                "curve without simulation"
+            )
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)
         return self
@@ -117,8 +123,9 @@ class Case(Parameters):
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
         return Problem.build(
-            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout
-        )
+            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout,
+            self.noise,
+        )  # fmt: skip
 
     @functools.cached_property
     def folder(self) -> Path | None:

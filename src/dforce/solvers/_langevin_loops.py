@@ -1,0 +1,166 @@
+"""The compiled steps of a lever that thermal motion shakes; see ``langevin``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel.slots import (
+    distance,
+    evolve,
+    force,
+    from_vector,
+    latch_count,
+    memory_size,
+    mode_count,
+    rate_of,
+)
+from dforce.observables.lockin import lock_in_turned
+from dforce.solvers._loops import TAU, phases, risen, seconds
+from dforce.solvers.philox import normals
+
+
+def march(
+    ys: Any, memories: Any, branches: Any, keys: Any, first: int, periods: int, tones: Any, free: Any, carry: Any,
+    spread: Any, gains: Any, p: Any, block: Any, turns: Any, out: Any, lowest: Any,
+) -> None:  # fmt: skip
+    """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
+
+    Parameters
+    ----------
+    ys, memories, branches
+        Scaled motions, memories and branches of the lanes at the start, then at the end, (lanes, numbers).
+    keys
+        Two words for each lane, (lanes, 2): what its random numbers depend on, beside the count of its steps.
+    free
+        Complex amplitudes of the steady motion without forces, real and imaginary parts, (2, tones, modes).
+    carry, spread
+        Of each mode: the linear step of its free motion, and the Cholesky factor of what noise adds to it, (modes, 2, 2).
+    gains
+        Acceleration of each mode for each newton on the tip.
+    block
+        Scratch, which holds the samples of the last period of the last lane in the end.
+    lowest
+        Least distance (m) of each lane; lowered.
+    """
+    points = turns.cosine.shape[1] - 1
+    bases, z, change = np.empty(tones.shape[0]), np.empty(points + 1), np.empty((2, max(memory_size(), 1)))
+    steady = np.empty((points + 1, 2 * mode_count()))
+    for i in range(periods):
+        phases(tones, first + i, bases)
+        if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
+            tabulate_free(tones, bases, free, steady)
+        for j in range(ys.shape[0]):
+            least = advance(
+                ys[j], memories[j], branches[j], keys[j, 0], keys[j, 1], first + i, steady, carry, spread, gains, p,
+                change, block,
+            )  # fmt: skip
+            lowest[j] = min(lowest[j], least)
+            lock_in_turned(block, turns, bases, z, out[j, i])
+
+
+def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
+    """Write the steady motion without forces at the ends of all steps of a period."""
+    points = steady.shape[0] - 1
+    for i in range(points + 1):
+        for n in range(mode_count()):
+            steady[i, 2 * n], steady[i, 2 * n + 1] = 0.0, 0.0
+        for j in range(tones.shape[0]):
+            angle = tones[j, 0] * TAU * i / points + bases[j]
+            c, s = math.cos(angle), math.sin(angle)
+            for n in range(mode_count()):
+                steady[i, 2 * n] += free[0, j, n] * c - free[1, j, n] * s
+                steady[i, 2 * n + 1] -= tones[j, 0] * (free[0, j, n] * s + free[1, j, n] * c)
+
+
+def advance(
+    y: Any, memory: Any, branch: Any, k0: int, k1: int, period: int, steady: Any, carry: Any, spread: Any, gains: Any,
+    p: Any, change: Any, block: Any,
+) -> float:  # fmt: skip
+    """Advance one lane by a period; return its least distance (m). block[i] holds sample i, both ends included."""
+    points = steady.shape[0] - 1
+    h = TAU / points
+    start, dt, total = seconds(period * TAU, p), seconds(h, p), gains.sum()
+    random, least = np.empty(2 * mode_count()), math.inf
+    for i in range(points):
+        t = start + i * dt
+        f = kick(y, 0.5 * h, t, memory, branch, gains, total, p)
+        keep_sample(block, i, y, memory, branch, f)
+        push(y, 0.5 * h * f, gains)
+        before = from_vector(y)
+        d, rate = distance(before, p), rate_of(before, p)
+        least = min(least, d)
+        normals(period * points + i, k0, k1, random)
+        for n in range(mode_count()):
+            x, v, a, b = y[2 * n] - steady[i, 2 * n], y[2 * n + 1] - steady[i, 2 * n + 1], random[2 * n], random[2 * n + 1]
+            y[2 * n] = steady[i + 1, 2 * n] + carry[n, 0, 0] * x + carry[n, 0, 1] * v + spread[n, 0, 0] * a
+            shaken = spread[n, 1, 0] * a + spread[n, 1, 1] * b
+            y[2 * n + 1] = steady[i + 1, 2 * n + 1] + carry[n, 1, 0] * x + carry[n, 1, 1] * v + shaken
+        after = from_vector(y)
+        if memory_size():
+            remember(d, rate, distance(after, p), rate_of(after, p), h, t, memory, branch, change, p)
+        for _ in range(latch_count()):
+            which = risen(after, t + dt, branch, p)
+            if which >= 0:
+                branch[which] = 1.0 - branch[which]
+        push(y, 0.5 * h * kick(y, 0.5 * h, t + dt, memory, branch, gains, total, p), gains)
+    end = from_vector(y)
+    f = force(distance(end, p), rate_of(end, p), start + points * dt, memory, branch, p)
+    keep_sample(block, points, y, memory, branch, f)
+    return min(least, distance(end, p))
+
+
+def kick(y: Any, h: float, t: float, memory: Any, branch: Any, gains: Any, total: float, p: Any) -> float:
+    """Return the mean force (N) of a kick of a scaled duration at one place: that in its middle, for the velocity changes."""
+    now = from_vector(y)
+    d, rate = distance(now, p), rate_of(now, p)
+    f = force(d, rate, t, memory, branch, p)
+    return force(d, rate + 0.5 * h * p[2] * total * f, t, memory, branch, p)
+
+
+def push(y: Any, impulse: float, gains: Any) -> None:
+    """Add an impulse, force times scaled time, to the velocity of each mode."""
+    for n in range(mode_count()):
+        y[2 * n + 1] += gains[n] * impulse
+
+
+def remember(
+    d0: float, v0: float, d1: float, v1: float, h: float, t: float, memory: Any, branch: Any, change: Any, p: Any
+) -> None:
+    """Advance the forces' memory over a step by the midpoint rule."""
+    evolve(d0, v0, t, memory, branch, change[0], p)
+    for k in range(memory_size()):
+        change[1, k] = memory[k] + 0.5 * h * change[0, k]
+    middle = t + seconds(0.5 * h, p)
+    evolve(0.5 * (d0 + d1), 0.5 * (v0 + v1), middle, change[1], branch, change[0], p)
+    for k in range(memory_size()):
+        memory[k] += h * change[0, k]
+
+
+def keep_sample(block: Any, i: int, y: Any, memory: Any, branch: Any, f: float) -> None:
+    """Write motion, memory, branches and force as sample i of a period."""
+    place = 2 * mode_count()
+    for k in range(place):
+        block[i, k] = y[k]
+    for k in range(memory_size()):
+        block[i, place + k] = memory[k]
+    place += memory_size()
+    for k in range(latch_count()):
+        block[i, place + k] = branch[k]
+    block[i, place + latch_count()] = f
+
+
+def steepest(low: float, high: float, count: int, memory: Any, branch: Any, kinks: Any, p: Any) -> float:
+    """Return the largest slope (N/m) of the force at rest against the distance, on a grid, jumps at kinks left out."""
+    width, most = (high - low) / count, 0.0
+    for i in range(count):
+        d = low + i * width
+        broken = False
+        for kink in kinks:
+            broken |= d <= kink <= d + width
+        if not broken:
+            rise = force(d + width, 0.0, 0.0, memory, branch, p) - force(d, 0.0, 0.0, memory, branch, p)
+            most = max(most, abs(rise) / width)
+    return most
