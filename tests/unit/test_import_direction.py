@@ -29,7 +29,7 @@ LEVELS = (
     ),
     ("refusals", "stores"),
     ("parameters",),
-    ("forces", "instrument", "beam"),
+    ("forces", "instrument", "beam", "fluid"),
     ("problem", "plugins"),
     ("kernel",),
     ("solvers", "observables"),

@@ -16,6 +16,7 @@ from dforce.case._paths import changed, place_of, quantity_at
 from dforce.case._python import script_of
 from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
+from dforce.case._volts import without_volts
 from dforce.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.files import beside, folder
@@ -76,6 +77,11 @@ class Case(Parameters):
     def root(cls) -> str:
         """Return nothing: paths in messages start at the case's sections."""
         return ""
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _volts_to_meters(cls, given: Any) -> Any:
+        return without_volts(given) if isinstance(given, dict) else given
 
     @pydantic.field_validator("plugins", mode="after")
     @classmethod

@@ -15,6 +15,9 @@ from dforce.instrument.noise import BOLTZMANN
 from dforce.runs import watched
 from dforce.thermal._along import Progress
 from dforce.thermal._lanes import CHUNK, langevin, settling_periods, start_of
+from dforce.validity import attributes
+from dforce.validity._evidence import Evidence
+from dforce.validity.noise import thermal_switching
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -126,6 +129,8 @@ def switching_rate(
     few = [units.show(kelvin, "K", 4) for kelvin, count in zip(given, counts, strict=True) if count.events < LEAST]
     note = f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only the upper end of its interval." if few else ""
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"note": note}
+    often = thermal_switching(Evidence(case, data))
+    data.attrs |= attributes([] if often is None else [often])
     return describe(data)
 
 

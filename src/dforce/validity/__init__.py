@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case, case_of
 from dforce.errors import ParameterError, checked
-from dforce.validity import contact, drive, dynamics, inputs, long_range, sampling, states
+from dforce.validity import contact, drive, dynamics, inputs, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
 
@@ -27,6 +27,7 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *drive.PIECES,
     *dynamics.PIECES,
     *states.PIECES,
+    *noise.PIECES,
 )
 
 
