@@ -106,9 +106,13 @@ def near_wall(reynolds: float, gap: float) -> complex:
         For Re outside of 0.01 to 1000, or a gap below 0.05 widths.
     """
     if not LEAST_RE <= reynolds <= MOST_RE:
-        raise ParameterError(f"Re = {reynolds:.4g} is outside of {LEAST_RE} to {MOST_RE:g}, where the flow at a wall is known")
+        raise ParameterError(
+            f"Re = {reynolds:.4g} is outside of {LEAST_RE} to {MOST_RE:g}, where the flow at a wall is known"
+        )
     if not gap >= LEAST_GAP:
-        raise ParameterError(f"the gap is {gap:.3g} widths of the lever, below {LEAST_GAP}, where the flow at a wall is not known")
+        raise ParameterError(
+            f"the gap is {gap:.3g} widths of the lever, below {LEAST_GAP}, where the flow at a wall is not known"
+        )
     real, imaginary, free_real, free_imaginary = _near_wall()
     x = math.log(reynolds)
     y = math.log(min(gap, MOST_GAP))

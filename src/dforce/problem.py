@@ -74,7 +74,7 @@ class Problem:
     a0: float
     readout: ReadoutNumbers
     shaken: BaseMotion | None = None
-    noise: NoiseNumbers = NoiseNumbers()
+    noise: NoiseNumbers = dataclasses.field(default_factory=NoiseNumbers)
 
     @classmethod
     def build(

@@ -60,13 +60,16 @@ def _in_real_space(reynolds, count):
 
 
 @pytest.mark.parametrize(
-    ("reynolds", "real", "imaginary"), [(0.01, 4e-5, 9e-5), (1.0, 9e-5, 9e-5), (30.0, 9e-5, 9e-5), (100.0, 1.4e-4, 1.4e-4)]
+    ("reynolds", "real", "imaginary"),
+    [(0.01, 4e-5, 9e-5), (1.0, 9e-5, 9e-5), (30.0, 9e-5, 9e-5), (100.0, 1.4e-4, 1.4e-4)],
 )
 def test_published_fit_is_within_its_error_of_the_blade(reynolds, real, imaginary):
     fit, exact = beam.hydrodynamic_function(reynolds), fluid.blade(reynolds)
     assert abs(fit.real / exact.real - 1.0) < real
     assert abs(fit.imag / exact.imag - 1.0) < imaginary
-    assert abs(beam.hydrodynamic_function(1000.0).imag / fluid.blade(1000.0).imag - 1.0) == pytest.approx(7.6e-4, abs=1e-5)
+    assert abs(beam.hydrodynamic_function(1000.0).imag / fluid.blade(1000.0).imag - 1.0) == pytest.approx(
+        7.6e-4, abs=1e-5
+    )
 
 
 @pytest.mark.parametrize(("n", "ratio", "digits"), [(1, 0.99999503, 3e-6), (2, 1.00002, 1e-5)])
@@ -140,8 +143,11 @@ def test_lever_far_above_a_wall_is_the_free_one_and_slows_down_near_it():
     far = fluid.mode_near_wall(1, free.frequency, *ARGUMENTS, fluid.Wall(0.1, 0.0, 225e-6))
     alone = beam.fluid_mode(free.frequency, *ARGUMENTS)
     assert far.frequency == pytest.approx(alone.frequency, rel=3e-4)  # the table's spline, and the fit
-    assert far.Q == pytest.approx(alone.Q, rel=3e-4)
-    near = [fluid.mode_near_wall(1, free.frequency, *ARGUMENTS, fluid.Wall(h, math.radians(11.0), 225e-6)) for h in (30e-6, 10e-6, 3e-6)]
+    assert pytest.approx(alone.Q, rel=3e-4) == far.Q
+    near = [
+        fluid.mode_near_wall(1, free.frequency, *ARGUMENTS, fluid.Wall(h, math.radians(11.0), 225e-6))
+        for h in (30e-6, 10e-6, 3e-6)
+    ]
     assert alone.Q > near[0].Q > near[1].Q > near[2].Q
     assert alone.frequency > near[0].frequency > near[1].frequency
 
@@ -153,7 +159,14 @@ def test_case_takes_the_wall_from_the_height_of_the_tip():
     free = beam.vacuum_mode(1, *SIZES.values())
     medium = df.Medium(name="water")
     wet = fluid.mode_near_wall(
-        1, free.frequency, 2330.0, 28e-6, 3e-6, medium.density, medium.viscosity, fluid.Wall(15e-6, math.radians(11.0), 225e-6)
+        1,
+        free.frequency,
+        2330.0,
+        28e-6,
+        3e-6,
+        medium.density,
+        medium.viscosity,
+        fluid.Wall(15e-6, math.radians(11.0), 225e-6),
     )
     found = mode(tip_height="15 um", tilt="11 deg")
     assert (found.f0, found.Q, found.added_mass) == (wet.frequency, wet.Q, wet.added_mass)
@@ -193,6 +206,8 @@ def test_volts_of_two_tones_take_the_sensitivity_of_each_mode_and_need_one():
     modes = [{"f0": 75e3, "k": 2.8, "Q": 100}, {"f0": 470e3, "k": 110, "Q": 300}]
     drive = {"tones": [{"A0": "0.5 V"}, {"A0": "20 mV"}]}
     case = df.Case(cantilever={"modes": modes}, drive=drive, readout={"invols": "60 nm/V"})
-    assert [tone.A0 for tone in case.drive.tones] == pytest.approx([30e-9 / 0.917670323115, 1.2e-9 / 3.187185606808], rel=1e-11)
+    assert [tone.A0 for tone in case.drive.tones] == pytest.approx(
+        [30e-9 / 0.917670323115, 1.2e-9 / 3.187185606808], rel=1e-11
+    )
     with pytest.raises(ParameterError, match=r"drive.tones.1.A0 is in volts: give the sensitivity as well"):
         df.Case(cantilever={"modes": modes}, drive=drive)

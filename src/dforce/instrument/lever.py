@@ -137,7 +137,7 @@ class Beam(Parameters):
         return ModeNumbers(f0, free.stiffness * normal_factor(self.tilt), Q, beam.base_coupling(n), added_mass)
 
     def _wet(self, n: int, frequency: float, density: float, viscosity: float) -> beam.FluidMode:
-        """Return a mode in a fluid, whose frequency in vacuum is known (Hz), over the sample where the tip's height is given."""
+        """Return a mode in a fluid, whose frequency in vacuum is known (Hz); over the sample if the tip's height is given."""
         numbers = (frequency, self.density, self.width, self.thickness, density, viscosity)
         if self.tip_height is None:
             return beam.fluid_mode(*numbers)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import pydantic
 
@@ -64,9 +65,7 @@ class Noise(Parameters):
 
     def resolve(self, temperature: float) -> NoiseNumbers:
         """Return the numbers at a temperature (K)."""
-        return NoiseNumbers(
-            temperature, self.thermal, self.detector or 0.0, self.bandwidth, self.poles, self.seed
-        )
+        return NoiseNumbers(temperature, self.thermal, self.detector or 0.0, self.bandwidth, self.poles, self.seed)
 
 
 def time_constant(bandwidth: float, poles: int) -> float:
@@ -79,8 +78,8 @@ def time_constant(bandwidth: float, poles: int) -> float:
     return math.gamma(poles - 0.5) / (4.0 * math.sqrt(math.pi) * math.gamma(poles) * bandwidth)
 
 
-def thermal_density(frequency: float, f0: float, k: float, Q: float, kT: float) -> float:
-    r"""Return the one-sided spectral density (m^2/Hz) of a mode's thermal motion at a frequency (Hz).
+def thermal_density(frequency: Any, f0: float, k: float, Q: float, kT: float) -> Any:
+    r"""Return the one-sided spectral density (m^2/Hz) of a mode's thermal motion at frequencies (Hz).
 
     .. math:: S_z(f) = \frac{4 k_B T}{k \omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
 

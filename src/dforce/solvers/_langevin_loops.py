@@ -24,7 +24,8 @@ from dforce.solvers.philox import normals
 
 def march(
     ys: Any, memories: Any, branches: Any, keys: Any, first: int, periods: int, tones: Any, free: Any, carry: Any,
-    spread: Any, gains: Any, p: Any, block: Any, turns: Any, out: Any, lowest: Any,
+    spread: Any, gains: Any, p: Any, block: Any, turns: Any, weights: Any, decay: float, lock_ins: Any, out: Any,
+    lowest: Any,
 ) -> None:  # fmt: skip
     """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
 
@@ -40,6 +41,9 @@ def march(
         Of each mode: the linear step of its free motion, and the Cholesky factor of what noise adds to it, (modes, 2, 2).
     gains
         Acceleration of each mode for each newton on the tip.
+    weights, decay, lock_ins
+        How a lock-in sees each mode at each tone, (tones, modes); the step over the time constant of its poles; what these
+        hold, (lanes, tones, poles, 2): without poles each period is read by itself.
     block
         Scratch, which holds the samples of the last period of the last lane in the end.
     lowest
@@ -58,7 +62,38 @@ def march(
                 change, block,
             )  # fmt: skip
             lowest[j] = min(lowest[j], least)
-            lock_in_turned(block, turns, bases, z, out[j, i])
+            if lock_ins.shape[2] == 0:
+                lock_in_turned(block, turns, bases, z, out[j, i])
+            else:
+                low_pass(block, turns, bases, weights, decay, lock_ins[j], out[j, i])
+
+
+def low_pass(block: Any, turns: Any, bases: Any, weights: Any, decay: float, held: Any, out: Any) -> None:
+    """Take a lock-in over a period; write the mean of its last pole at each tone, real and imaginary part.
+
+    What a period alone would say, once a period, is not the same: noise at twice the frequency would count as if it were slow.
+    """
+    points, kept = turns.cosine.shape[1] - 1, math.exp(-decay)
+    for j in range(bases.shape[0]):
+        c, s = math.cos(bases[j]), math.sin(bases[j])
+        out[2 * j], out[2 * j + 1] = 0.0, 0.0
+        before = np.zeros(2)
+        for i in range(points + 1):
+            z = 0.0
+            for n in range(mode_count()):
+                z += weights[j, n] * block[i, 2 * n]
+            cosine, sine = turns.cosine[j, i], turns.sine[j, i]
+            for part in range(2):
+                now = 2.0 * z * (cosine * c - sine * s if part == 0 else -(sine * c + cosine * s))
+                first, last = before[part], now
+                before[part] = now
+                if i == 0:
+                    continue
+                for pole in range(held.shape[1]):
+                    was = held[j, pole, part]
+                    held[j, pole, part] = kept * was + (1.0 - kept) * 0.5 * (first + last)
+                    first, last = was, held[j, pole, part]
+                out[2 * j + part] += last / points
 
 
 def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
@@ -94,7 +129,12 @@ def advance(
         least = min(least, d)
         normals(period * points + i, k0, k1, random)
         for n in range(mode_count()):
-            x, v, a, b = y[2 * n] - steady[i, 2 * n], y[2 * n + 1] - steady[i, 2 * n + 1], random[2 * n], random[2 * n + 1]
+            x, v, a, b = (
+                y[2 * n] - steady[i, 2 * n],
+                y[2 * n + 1] - steady[i, 2 * n + 1],
+                random[2 * n],
+                random[2 * n + 1],
+            )
             y[2 * n] = steady[i + 1, 2 * n] + carry[n, 0, 0] * x + carry[n, 0, 1] * v + spread[n, 0, 0] * a
             shaken = spread[n, 1, 0] * a + spread[n, 1, 1] * b
             y[2 * n + 1] = steady[i + 1, 2 * n + 1] + carry[n, 1, 0] * x + carry[n, 1, 1] * v + shaken

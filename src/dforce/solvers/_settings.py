@@ -21,8 +21,8 @@ class SolverSettings(Parameters):
     )
     integrator: Literal["rk4", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
-        description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks; langevin: fixed "
-        "steps with thermal motion, for a dwell",
+        description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks; langevin: "
+        "fixed steps with thermal motion, for a dwell",
     )
     points_per_period: int = pydantic.Field(
         default=256, ge=16, le=65_536,

@@ -21,6 +21,7 @@ import numpy as np
 from dforce import kernel
 from dforce.errors import ParameterError
 from dforce.instrument import ModeNumbers
+from dforce.instrument.noise import time_constant
 from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.solvers import _langevin_loops as loops
@@ -87,6 +88,8 @@ class Lanes:
         Periods of the first tone since the start, of all of them.
     lowest
         Least distance so far (m), (lanes,).
+    lock_ins
+        What the poles of a lock-in hold, (lanes, tones, poles, 2).
     """
 
     y: Array
@@ -95,12 +98,14 @@ class Lanes:
     keys: np.ndarray[Any, np.dtype[np.int64]]
     period: int
     lowest: Array
+    lock_ins: Array
 
     def part(self, which: Any) -> Lanes:
         """Return some of them."""
         return Lanes(
-            self.y[which], self.memory[which], self.latched[which], self.keys[which], self.period, self.lowest[which]
-        )
+            self.y[which], self.memory[which], self.latched[which], self.keys[which], self.period, self.lowest[which],
+            self.lock_ins[which],
+        )  # fmt: skip
 
 
 class Langevin(Integrator):
@@ -115,7 +120,7 @@ class Langevin(Integrator):
             raise ParameterError(
                 "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
             )
-        self._looked = math.inf
+        self._looked, self._decay, self._poles = math.inf, 0.0, 0
         super().__init__(problem, settings, harmonics, points)
 
     def take(self, problem: Problem) -> None:
@@ -140,12 +145,17 @@ class Langevin(Integrator):
         super().place(zc)
         self._looked = math.inf
 
+    def read_by(self, bandwidth: float, poles: int) -> None:
+        """Let lanes be read by a lock-in of an equivalent noise bandwidth (Hz) and so many equal poles."""
+        self._decay = 1.0 / (self.points * self.problem.tones[0].frequency * time_constant(bandwidth, poles))
+        self._poles = poles
+
     def lanes(self, starts: Sequence[Motion], seeds: Sequence[int]) -> Lanes:
         """Return motions as lanes, each with the noise of its seed."""
         return Lanes(
             np.array([start.y for start in starts]), np.array([start.memory for start in starts]),
             np.array([start.latched for start in starts]), np.array([self.key(seed) for seed in seeds], dtype=np.int64),
-            starts[0].period, np.full(len(starts), np.inf),
+            starts[0].period, np.full(len(starts), np.inf), np.zeros((len(starts), len(self.tones), self._poles, 2)),
         )  # fmt: skip
 
     def key(self, seed: int) -> tuple[int, int]:
@@ -158,20 +168,27 @@ class Langevin(Integrator):
     def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, np.ndarray[Any, np.dtype[np.complex128]]]:
         """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
 
+        It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.
+
         Raises
         ------
         ParameterError
             When the step is too long for the stiffness that the tip has met.
         """
         count = len(lanes.y)
-        y, memory, latched, lowest = (np.array(part) for part in (lanes.y, lanes.memory, lanes.latched, lanes.lowest))
+        y, memory, latched, lowest, held = (
+            np.array(part) for part in (lanes.y, lanes.memory, lanes.latched, lanes.lowest, lanes.lock_ins)
+        )
         out = np.empty((count, periods, 2 * len(self.problem.tones)))
         self.noisy.entry("march_noisy")(
             y, memory, latched, lanes.keys, lanes.period, periods, self.tones, self._free, self._carry, self._spread,
-            self._gains, self.p, self.block, self.turns(self.points), out, lowest,
+            self._gains, self.p, self.block, self.turns(self.points), np.array(self.problem.readout.weights), self._decay,
+            held, out, lowest,
         )  # fmt: skip
         self._check_step(float(lowest.min()))
-        return Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest), out[..., ::2] + 1j * out[..., 1::2]
+        return Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held), out[..., ::2] + 1j * out[
+            ..., 1::2
+        ]
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         lanes = self.lanes([motion], [self.problem.noise.seed])

@@ -26,9 +26,7 @@ MOST_NUMBERS = 200  # of motion and memory together: of more, the map of a step 
 
 
 @checked
-def noise(
-    curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, progress: Progress = None
-) -> xr.Dataset:
+def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, progress: Progress = None) -> xr.Dataset:
     r"""Return a result with the noise of amplitude and phase at each of its points.
 
     .. math:: P = M P M^T + D, \qquad \delta A = \sqrt{P_{AA}}, \qquad \delta\phi = \frac{\sqrt{P_{\phi\phi}}}{A}
@@ -97,7 +95,8 @@ def lock_in_of(problem: Problem, bandwidth: Any, poles: int | None) -> tuple[flo
     slowest = min(tone.frequency for tone in problem.tones)
     if not 0.0 < band <= slowest:
         raise ParameterError(
-            f"bandwidth = {units.show(band, 'Hz', 4)} is not between 0 Hz and the drive frequency, {units.show(slowest, 'Hz', 4)}"
+            f"bandwidth = {units.show(band, 'Hz', 4)} is not between 0 Hz and the drive frequency, "
+            f"{units.show(slowest, 'Hz', 4)}"
         )
     count = problem.noise.poles if poles is None else poles
     if not isinstance(count, int) or not 1 <= count <= 8:

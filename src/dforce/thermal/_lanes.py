@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dforce.instrument import NoiseNumbers
     from dforce.problem import Problem
     from dforce.solvers.integrator import Motion
-    from dforce.solvers.langevin import Langevin, Lanes
+    from dforce.solvers.langevin import Lanes, Langevin
 
 CHUNK = 64  # periods between looks at the watch
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
@@ -73,6 +73,8 @@ def noisy_motion(
         raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; take fewer of either")
     wait = settling_periods(problem, band) if settling is None else settling
     integrator = langevin(asked, problem, place)
+    if band is not None:
+        integrator.read_by(*band)
     lanes = integrator.lanes([start] * len(given), list(given))
     with watched(progress, f"noisy motion: {asked.title}") as tell:
         parts, lanes = march(integrator, lanes, wait + periods, tell)
@@ -111,7 +113,9 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
     elif zc is not None:
         raise ParameterError("a point of a result has its distance; leave zc out")
     if MOTION not in point.variables or point["status"].ndim:
-        raise ResultError("the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel")
+        raise ResultError(
+            "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
+        )
     asked = case if isinstance(case, Case) else case_of(case)
     if asked.experiment is None and not isinstance(case, Case):
         raise ParameterError("the result does not say which experiment it is from")
@@ -162,32 +166,34 @@ def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[
 
 
 def read_out(integrator: Langevin, c: Complex, seeds: list[int], band: tuple[float, int] | None) -> Complex:
-    """Return what the detector reads (m) with its own noise, through the lock-in where there is one."""
+    """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
-    if len(problem.modes) > 1 and problem.readout.weights != ((1.0,) * len(problem.modes),) * len(problem.tones):
-        raise ParameterError("the lanes read the total deflection of several modes; give readout.kind = \"deflection\" for them")
+    if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
+        raise ParameterError("a lever of light is read by a lock-in: give its bandwidth")
     seen = np.array([weights[tone.mode] for weights, tone in zip(problem.readout.weights, problem.tones, strict=True)])
-    read = seen * (c * integrator.scales.length - problem.base) + problem.readout.base * problem.base
-    read = read + _detector(problem.noise, c.shape, seeds, problem)
-    return read if band is None else _low_pass(read, problem.tones[0].frequency, *band)
+    read = c * integrator.scales.length + (problem.readout.base - seen) * problem.base
+    return np.asarray(read + _detector(problem.noise, c.shape, seeds, problem, band))
 
 
-def _detector(noise: NoiseNumbers, shape: tuple[int, ...], seeds: list[int], problem: Problem) -> Any:
-    """Return what the detector adds to the lock-in of each period (m): white, so independent."""
+def _detector(
+    noise: NoiseNumbers, shape: tuple[int, ...], seeds: list[int], problem: Problem, band: tuple[float, int] | None
+) -> Any:
+    """Return what the detector adds to the reading of each period (m): white, so independent before the lock-in."""
     if not noise.detector:
         return 0.0
-    size = noise.detector * math.sqrt(problem.tones[0].frequency)
+    frequency = problem.tones[0].frequency
     rows = [np.random.Generator(np.random.Philox(seed)).standard_normal((*shape[1:], 2)) for seed in seeds]
-    return size * np.array(rows) @ np.array([1.0, 1j])
+    added = noise.detector * math.sqrt(frequency) * np.array(rows) @ np.array([1.0, 1j])
+    return added if band is None else _low_pass(added, frequency, *band)
 
 
 def _low_pass(read: Complex, frequency: float, bandwidth: float, poles: int) -> Complex:
-    """Return periods behind equal poles, from the first one on."""
+    """Return noise of periods behind equal poles."""
     from scipy.signal import lfilter
 
     from dforce.instrument.noise import time_constant
 
     kept = math.exp(-1.0 / (frequency * time_constant(bandwidth, poles)))
     for _ in range(poles):
-        read, _ = lfilter([1.0 - kept], [1.0, -kept], read, axis=1, zi=kept * read[:, :1])
+        read = lfilter([1.0 - kept], [1.0, -kept], read, axis=1)
     return read

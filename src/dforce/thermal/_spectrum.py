@@ -41,7 +41,7 @@ class Peak:
 
     def density(self, frequency: Array) -> Array:
         """Return the one-sided spectral density (m^2/Hz)."""
-        return self.white + np.asarray(thermal_density(frequency, self.f0, 1.0, self.Q, self.mean_square))  # type: ignore[arg-type]
+        return self.white + np.asarray(thermal_density(frequency, self.f0, 1.0, self.Q, self.mean_square))
 
 
 @checked
@@ -52,8 +52,8 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
 
     .. math:: S(f) = \frac{4 \langle z^2 \rangle}{\omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
 
-    as an optical lever reads it that is calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle = s_n^2 k_B T /
-    k_n`, with its sensitivity to the mode.
+    as an optical lever reads it that is calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle =
+    s_n^2 k_B T / k_n`, with its sensitivity to the mode.
 
     Parameters
     ----------

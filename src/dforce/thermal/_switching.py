@@ -127,7 +127,9 @@ def switching_rate(
     if barrier is not None:
         data["barrier"] = barrier
     few = [units.show(kelvin, "K", 4) for kelvin, count in zip(given, counts, strict=True) if count.events < LEAST]
-    note = f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only the upper end of its interval." if few else ""
+    note = (
+        f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only the upper end of its interval." if few else ""
+    )
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"note": note}
     often = thermal_switching(Evidence(case, data))
     data.attrs |= attributes([] if often is None else [often])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dforce import beam, units
+from dforce import units
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
 
@@ -26,8 +26,8 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
         return None
     return Advice(
         "noise_near_fold", largest / usual, NEAR,
-        f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times that along most "
-        "of the curve. There it is no longer a small disturbance, and thermal motion may take the state to another one before "
+        f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times that along "
+        "most of the curve. There it is no longer a small disturbance, and thermal motion may take the state to another one before "
         "it ends: df.switching_rate says how often.",
         "linear noise grows as 1/(1 - |multiplier|)", ("noise.bandwidth",),
     )  # fmt: skip
