@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,7 +29,7 @@ from dforce.solvers._settings import SolverSettings
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.philox import WORD
 
-ENTRIES = {"march_noisy": loops.march, "steepest": loops.steepest}
+ENTRIES: dict[str, Callable[..., Any]] = {"march_noisy": loops.march, "steepest": loops.steepest}
 STEEP, GRID = 2e-9, 512  # m above the least distance where the force's slope is looked for, and in how many places
 NODES = 32  # of the quadrature over a step: exact to rounding up to a period of the mode
 LONGEST = 1.0  # contact's angular frequency times the step: beyond, the step is no motion

@@ -13,7 +13,7 @@ each is the one of the Runge–Kutta step itself, kinks, jumps and memory of the
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,7 @@ from dforce.solvers._tangents import tangents
 from dforce.solvers.integrator import Integrator, Motion
 
 DOUBLINGS = 60  # of the periods that are summed: with a multiplier below 1 by rounding they are still enough
-ENTRIES = {"tangents": tangents, "phases": _loops.phases}
+ENTRIES: dict[str, Callable[..., Any]] = {"tangents": tangents, "phases": _loops.phases}
 
 
 @dataclass(frozen=True)

@@ -106,22 +106,23 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
     from dforce.experiments._motion import motion_of
 
-    point = case
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
-        point = dwell(case.replace(solver=quiet), zc)
-    elif zc is not None:
-        raise ParameterError("a point of a result has its distance; leave zc out")
-    if MOTION not in point.variables or point["status"].ndim:
-        raise ResultError(
-            "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
-        )
-    asked = case if isinstance(case, Case) else case_of(case)
-    if asked.experiment is None and not isinstance(case, Case):
-        raise ParameterError("the result does not say which experiment it is from")
-    problem = asked.problem
-    if not isinstance(case, Case) and asked.experiment is not None:
-        problem = asked.experiment.problem_at(problem, point, asked)
+        asked, point = case, dwell(case.replace(solver=quiet), zc)
+        problem = case.problem
+    else:
+        if zc is not None:
+            raise ParameterError("a point of a result has its distance; leave zc out")
+        asked, point = case_of(case), case
+        if asked.experiment is None:
+            raise ParameterError("the result does not say which experiment it is from")
+        if MOTION not in point.variables or point["status"].ndim:
+            raise ResultError(
+                "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
+            )
+        problem = asked.experiment.problem_at(asked.problem, point, asked)
+    if MOTION not in point.variables:
+        raise ResultError("there is no motion at this distance")
     motion = motion_of(point, problem)
     if not motion.is_finite:
         raise ResultError("there is no motion at this point")

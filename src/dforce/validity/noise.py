@@ -27,8 +27,8 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
     return Advice(
         "noise_near_fold", largest / usual, NEAR,
         f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times that along "
-        "most of the curve. There it is no longer a small disturbance, and thermal motion may take the state to another one before "
-        "it ends: df.switching_rate says how often.",
+        "most of the curve. There it is no longer a small disturbance, and thermal motion may take the state to another one "
+        "before it ends: df.switching_rate says how often.",
         "linear noise grows as 1/(1 - |multiplier|)", ("noise.bandwidth",),
     )  # fmt: skip
 
