@@ -24,7 +24,7 @@ from dforce.solvers.philox import normals
 
 def march(
     ys: Any, memories: Any, branches: Any, keys: Any, first: int, periods: int, tones: Any, free: Any, carry: Any,
-    spread: Any, gains: Any, p: Any, block: Any, turns: Any, weights: Any, decay: float, lock_ins: Any, out: Any,
+    spread: Any, gains: Any, p: Any, kinks: Any, block: Any, turns: Any, weights: Any, decay: float, lock_ins: Any, out: Any,
     lowest: Any,
 ) -> None:  # fmt: skip
     """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
@@ -59,7 +59,7 @@ def march(
         for j in range(ys.shape[0]):
             least = advance(
                 ys[j], memories[j], branches[j], keys[j, 0], keys[j, 1], first + i, steady, carry, spread, gains, p,
-                change, block,
+                kinks, change, block,
             )  # fmt: skip
             lowest[j] = min(lowest[j], least)
             if lock_ins.shape[2] == 0:
@@ -112,13 +112,13 @@ def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
 
 def advance(
     y: Any, memory: Any, branch: Any, k0: int, k1: int, period: int, steady: Any, carry: Any, spread: Any, gains: Any,
-    p: Any, change: Any, block: Any,
+    p: Any, kinks: Any, change: Any, block: Any,
 ) -> float:  # fmt: skip
     """Advance one lane by a period; return its least distance (m). block[i] holds sample i, both ends included."""
     points = steady.shape[0] - 1
     h = TAU / points
     start, dt, total = seconds(period * TAU, p), seconds(h, p), gains.sum()
-    random, least = np.empty(2 * mode_count()), math.inf
+    random, least, mean = np.empty(2 * mode_count()), math.inf, 0.0
     for i in range(points):
         t = start + i * dt
         f = kick(y, 0.5 * h, t, memory, branch, gains, total, p)
@@ -126,30 +126,72 @@ def advance(
         push(y, 0.5 * h * f, gains)
         before = from_vector(y)
         d, rate = distance(before, p), rate_of(before, p)
-        least = min(least, d)
         normals(period * points + i, k0, k1, random)
-        for n in range(mode_count()):
-            x, v, a, b = (
-                y[2 * n] - steady[i, 2 * n],
-                y[2 * n + 1] - steady[i, 2 * n + 1],
-                random[2 * n],
-                random[2 * n + 1],
-            )
-            y[2 * n] = steady[i + 1, 2 * n] + carry[n, 0, 0] * x + carry[n, 0, 1] * v + spread[n, 0, 0] * a
-            shaken = spread[n, 1, 0] * a + spread[n, 1, 1] * b
-            y[2 * n + 1] = steady[i + 1, 2 * n + 1] + carry[n, 1, 0] * x + carry[n, 1, 1] * v + shaken
+        drift(y, i, steady, carry, spread, random)
         after = from_vector(y)
+        least = min(least, distance(after, p))
+        share = passed_kink(d, distance(after, p), kinks)
+        if share > 0.0:
+            # the step again, with the impulse of its whole way: else how disturbances pass the kink has an error of order 1
+            mean = mean_force(d, rate, distance(after, p), rate_of(after, p), share, t, memory, branch, p)
+            take_back(block, i, y)
+            push(y, 0.5 * h * mean, gains)
+            drift(y, i, steady, carry, spread, random)
+            after = from_vector(y)
         if memory_size():
             remember(d, rate, distance(after, p), rate_of(after, p), h, t, memory, branch, change, p)
         for _ in range(latch_count()):
             which = risen(after, t + dt, branch, p)
             if which >= 0:
                 branch[which] = 1.0 - branch[which]
-        push(y, 0.5 * h * kick(y, 0.5 * h, t + dt, memory, branch, gains, total, p), gains)
+        if share > 0.0:
+            push(y, 0.5 * h * mean, gains)
+        else:
+            push(y, 0.5 * h * kick(y, 0.5 * h, t + dt, memory, branch, gains, total, p), gains)
     end = from_vector(y)
     f = force(distance(end, p), rate_of(end, p), start + points * dt, memory, branch, p)
     keep_sample(block, points, y, memory, branch, f)
     return min(least, distance(end, p))
+
+
+def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any) -> None:
+    """Take the motion about the driven one over step i, exactly, with its noise."""
+    for n in range(mode_count()):
+        x, v = y[2 * n] - steady[i, 2 * n], y[2 * n + 1] - steady[i, 2 * n + 1]
+        a, b = random[2 * n], random[2 * n + 1]
+        y[2 * n] = steady[i + 1, 2 * n] + carry[n, 0, 0] * x + carry[n, 0, 1] * v + spread[n, 0, 0] * a
+        shaken = spread[n, 1, 0] * a + spread[n, 1, 1] * b
+        y[2 * n + 1] = steady[i + 1, 2 * n + 1] + carry[n, 1, 0] * x + carry[n, 1, 1] * v + shaken
+
+
+def passed_kink(d0: float, d1: float, kinks: Any) -> float:
+    """Return the share of the way between two distances at which the first kink lies, or 0."""
+    share = 0.0
+    for kink in kinks:
+        if (d0 > kink) != (d1 > kink):
+            here = (kink - d0) / (d1 - d0)
+            share = here if share == 0.0 else min(share, here)
+    return share
+
+
+def mean_force(
+    d0: float, v0: float, d1: float, v1: float, share: float, t: float, memory: Any, branch: Any, p: Any
+) -> float:
+    """Return the mean force (N) along a way that passes a kink, by Simpson's rule before and behind it."""
+    total, aside = 0.0, 1e-9
+    for part in range(2):
+        first, width = (0.0, share - aside) if part == 0 else (share + aside, 1.0 - share - aside)
+        for node in range(3):
+            s = first + 0.5 * node * width
+            f = force(d0 + s * (d1 - d0), v0 + s * (v1 - v0), t, memory, branch, p)
+            total += width / 6.0 * f * (4.0 if node == 1 else 1.0)
+    return total
+
+
+def take_back(block: Any, i: int, y: Any) -> None:
+    """Take the motion back to sample i of a period."""
+    for k in range(2 * mode_count()):
+        y[k] = block[i, k]
 
 
 def kick(y: Any, h: float, t: float, memory: Any, branch: Any, gains: Any, total: float, p: Any) -> float:
@@ -193,10 +235,14 @@ def keep_sample(block: Any, i: int, y: Any, memory: Any, branch: Any, f: float) 
 
 
 def steepest(low: float, high: float, count: int, memory: Any, branch: Any, kinks: Any, p: Any) -> float:
-    """Return the largest slope (N/m) of the force at rest against the distance, on a grid, jumps at kinks left out."""
-    width, most = (high - low) / count, 0.0
-    for i in range(count):
-        d = low + i * width
+    """Return the largest slope (N/m) of the force at rest against the distance, on a grid, jumps at kinks left out.
+
+    The first interval is a small one at the lower end: a stiff contact is not deeper than the others are wide.
+    """
+    most = 0.0
+    for i in range(count + 1):
+        width = (high - low) / count if i else 1e-4 * (high - low) / count
+        d = low + max(i - 1, 0) * width
         broken = False
         for kink in kinks:
             broken |= d <= kink <= d + width

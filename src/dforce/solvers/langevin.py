@@ -180,15 +180,15 @@ class Langevin(Integrator):
             np.array(part) for part in (lanes.y, lanes.memory, lanes.latched, lanes.lowest, lanes.lock_ins)
         )
         out = np.empty((count, periods, 2 * len(self.problem.tones)))
+        weights = np.array(self.problem.readout.weights)
         self.noisy.entry("march_noisy")(
             y, memory, latched, lanes.keys, lanes.period, periods, self.tones, self._free, self._carry, self._spread,
-            self._gains, self.p, self.block, self.turns(self.points), np.array(self.problem.readout.weights), self._decay,
+            self._gains, self.p, self.kinks, self.block, self.turns(self.points), weights, self._decay,
             held, out, lowest,
         )  # fmt: skip
         self._check_step(float(lowest.min()))
-        return Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held), out[..., ::2] + 1j * out[
-            ..., 1::2
-        ]
+        after = Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held)
+        return after, out[..., ::2] + 1j * out[..., 1::2]
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         lanes = self.lanes([motion], [self.problem.noise.seed])
@@ -219,7 +219,8 @@ class Langevin(Integrator):
         if not math.isfinite(low) or low > self._looked - DEEPER:
             return
         self._looked = low
-        turn = self.turn_rate(low)
+        # a step that is far too long throws the tip deeper than any contact is
+        turn = self.turn_rate(max(low, self.problem.a0 - self.scales.length))
         if turn > LONGEST:
             wanted = 16 * math.ceil(self.points * turn / (0.3 * 16.0))
             raise ParameterError(
