@@ -81,10 +81,10 @@ assert abs(far.phase.item() - 111.8014) < 0.05
 # At one distance
 # ---------------
 
-zc = "7 nm"
+place = "7 nm"
 states = {
-    "force": df.dwell(by_force, zc), "base": df.dwell(by_base, zc),
-    "base, 90° free": df.dwell(by_base.replace("readout.phase_reference", "free"), zc),
+    "force": df.dwell(by_force, place), "base": df.dwell(by_base, place),
+    "base, 90° free": df.dwell(by_base.replace("readout.phase_reference", "free"), place),
 }  # fmt: skip
 for name, state in states.items():
     print(f"{name:15s} A = {state.amplitude.item() * 1e9:5.2f} nm, phase = {state.phase.item():6.2f}°")

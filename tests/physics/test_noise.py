@@ -427,6 +427,7 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
     noisy = df.dwell(asked, zc="18 nm", recorded_periods=20)
     steady = df.dwell(asked.replace("solver", {}), zc="18 nm")
     assert noisy.attrs["case"] and int(noisy.status) == 0
+    assert not {piece.name for piece in df.advice_in(noisy)} & {"sampling", "step_error", "energy_gained"}
     assert noisy.amplitude.item() != steady.amplitude.item()
     sigma = df.noise(steady, "10 kHz").amplitude_noise.item()
     assert noisy.amplitude.item() == pytest.approx(steady.amplitude.item(), abs=5.0 * sigma)
