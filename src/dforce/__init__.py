@@ -17,7 +17,20 @@ if TYPE_CHECKING:
     from dforce.findings.set_point import at_set_point
     from dforce.findings.summary import summary
     from dforce.forces import Force, load_plugin
-    from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Piezo, Readout, Sample, Tip, Tone
+    from dforce.instrument import (
+        Beam,
+        Cantilever,
+        Contact,
+        Drive,
+        Medium,
+        Mode,
+        Noise,
+        Piezo,
+        Readout,
+        Sample,
+        Tip,
+        Tone,
+    )
     from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
     from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
     from dforce.inverse.plan_file import load_plan
@@ -31,6 +44,7 @@ if TYPE_CHECKING:
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
     from dforce.spectroscopy import force_along, force_curve
+    from dforce.thermal import noise, noisy_motion, snap_in_rate, switching_rate, thermal_spectrum
     from dforce.validity import Advice, advice
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
@@ -73,6 +87,7 @@ _HOMES = {
         "Drive",
         "Medium",
         "Mode",
+        "Noise",
         "Piezo",
         "Readout",
         "Sample",
@@ -127,6 +142,13 @@ _HOMES = {
         "force_along",
         "force_curve",
     ),
+    "thermal": (
+        "noise",
+        "noisy_motion",
+        "snap_in_rate",
+        "switching_rate",
+        "thermal_spectrum",
+    ),
     "validity": (
         "Advice",
         "advice",
@@ -148,6 +170,7 @@ __all__ = [
     "ForceError",
     "Medium",
     "Mode",
+    "Noise",
     "ParameterError",
     "Piezo",
     "Readout",
@@ -189,6 +212,8 @@ __all__ = [
     "load_plan",
     "load_plugin",
     "motion_at",
+    "noise",
+    "noisy_motion",
     "param",
     "parse",
     "plan",
@@ -203,8 +228,11 @@ __all__ = [
     "save_case",
     "shared",
     "show",
+    "snap_in_rate",
     "summary",
     "sweep",
+    "switching_rate",
+    "thermal_spectrum",
     "thermal_tune",
     "write",
 ]

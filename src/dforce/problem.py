@@ -22,6 +22,8 @@ from dforce.instrument import (
     Drive,
     Medium,
     ModeNumbers,
+    Noise,
+    NoiseNumbers,
     Readout,
     ReadoutNumbers,
     Sample,
@@ -53,6 +55,8 @@ class Problem:
         What the detector reads.
     shaken
         How the base is shaken; None under a force.
+    noise
+        What shakes the lever and its reading; steady motion is without.
     forces
         Force models, bound to the instrument, in the order of their names: what is asked decides the numbers, and the
         compiled code, not the order in which it is asked.
@@ -70,6 +74,7 @@ class Problem:
     a0: float
     readout: ReadoutNumbers
     shaken: BaseMotion | None = None
+    noise: NoiseNumbers = dataclasses.field(default_factory=NoiseNumbers)
 
     @classmethod
     def build(
@@ -82,6 +87,7 @@ class Problem:
         medium: Medium | None = None,
         forces: Iterable[Force] = (),
         readout: Readout | None = None,
+        noise: Noise | None = None,
     ) -> Self:
         """Return the problem of an instrument, with every default filled in.
 
@@ -115,6 +121,7 @@ class Problem:
             a0=contact.a0,
             readout=numbers,
             shaken=shaken,
+            noise=(noise or Noise()).resolve(medium.temperature),
         )
         tuned = [tone.frequency == "peak" for tone in drive.tones or (drive,)]
         free = [readout.phase_reference == "free" or (readout.phase_reference is None and peak) for peak in tuned]

@@ -25,7 +25,7 @@ LEVELS = (
     ("experiments",),
     ("case",),
     ("validity", "plot"),
-    ("runs", "findings", "spectroscopy", "maps"),
+    ("runs", "findings", "spectroscopy", "maps", "thermal"),
     ("inverse",),
     ("checks",),
     ("__init__",),

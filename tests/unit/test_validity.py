@@ -81,6 +81,16 @@ def both_ways(other):
     return CALM, xr.Dataset(data, {"zc": zc, "direction": ["approach", "retract"]})
 
 
+def noisy(phase, amplitude=1e-12, detector=None):
+    """A curve with noise, read with 1 kHz."""
+    case = CALM if detector is None else over(noise__detector=detector)
+    n = len(phase)
+    data = {name: (("zc", "tone"), np.full((n, 1), 4e-9)) for name in ("amplitude", "phase")}
+    data |= {"phase_noise": (("zc", "tone"), np.array(phase)[:, None]), "status": ("zc", np.zeros(n, dtype=np.int8))}
+    data["amplitude_noise"] = ("zc", "tone"), np.full((n, 1), amplitude)
+    return case, xr.Dataset(data, {"zc": np.linspace(6e-9, 4e-9, n)}, {"noise_bandwidth": 1e3})
+
+
 def branch(x, stable):
     """One branch along the distance."""
     n = len(x)
@@ -189,6 +199,12 @@ SPEAKS = {
         over(DMT(hamaker=2e-20), experiment__zc="0.3 nm"),
         tapping(AIR, (2e-9, 1e-9), contact_fraction=[0.1, 1.0], mean_force=[1e-12, -1e-10]),
     ],
+    "noise_near_fold": [noisy([0.1, 0.1, 0.1, 0.1, 0.1, 0.6])],
+    "detector_limited": [noisy([0.1] * 6, amplitude=3e-12, detector="50 fm/Hz^0.5")],
+    "fluid_memory": [
+        over(cantilever__Q=3, cantilever__f0="30 kHz", drive__frequency="15 kHz", medium="water"),
+        tapping(over(cantilever__Q=3, medium="water"), harmonic_amplitude=np.array([[4e-9, 0.3e-9]])),
+    ],
     "coexisting_states": [
         both_ways(0.02), branch([6e-9, 5e-9, 4e-9, 5e-9, 6e-9, 5e-9, 4e-9], [True] * 3 + [False] * 2 + [True] * 2), states(2),
         (CALM, tapping(CALM)[1].assign(jump_zc=("jump", [3e-9]))),
@@ -285,6 +301,15 @@ SILENT = {
     "snap_in": [
         AIR, over(DMT(hamaker=2e-20), experiment__zc="0.5 nm"), tapping(AIR, contact_fraction=1.0, mean_force=1e-10),
         tapping(AIR, contact_fraction=0.5, mean_force=-1e-10), over(df.forces.Custom(law="1/(d - a0)")),
+    ],
+    "noise_near_fold": [noisy([0.1, 0.1, 0.1, 0.1, 0.1, 0.4]), CALM],
+    "detector_limited": [
+        noisy([0.1] * 6, amplitude=4e-12, detector="50 fm/Hz^0.5"), noisy([0.1] * 6, amplitude=3e-12),
+    ],
+    "fluid_memory": [
+        over(cantilever__Q=3, medium="water"), over(cantilever__Q=3, cantilever__f0="30 kHz", drive__frequency="15 kHz"),
+        over(cantilever__f0="30 kHz", drive__frequency="15 kHz", medium="water"),
+        tapping(over(cantilever__Q=3, medium="water"), harmonic_amplitude=np.array([[4e-9, 0.1e-9]])),
     ],
     "coexisting_states": [both_ways(0.005), branch([6e-9, 5e-9, 4e-9], [True] * 3), states(1), CALM],
     "set_point_met_twice": [tapping(CALM, (6e-9, 5e-9, 4e-9), amplitude=[5e-9, 4e-9, 4.01e-9])],

@@ -14,6 +14,7 @@ from dforce.case._fit import Data, Fit
 from dforce.case._python import script_of
 from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
+from dforce.case._volts import without_volts
 from dforce.case.paths import changed, place_of, quantity_at
 from dforce.core import units
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
@@ -22,7 +23,7 @@ from dforce.core.parameters import Parameters, Part, Quantity, part
 from dforce.core.refusals import refusal
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force, load_plugin
-from dforce.instrument import Cantilever, Contact, Drive, Medium, Readout, Sample, Tip
+from dforce.instrument import Cantilever, Contact, Drive, Medium, Noise, Readout, Sample, Tip
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 
@@ -66,6 +67,7 @@ class Case(Parameters):
     sample: Part[Sample] = part(Sample(), description="the sample")
     contact: Part[Contact] = part(Contact(), description="where contact begins")
     medium: Part[Medium] = part(Medium(), description="what the cantilever moves in: a name or a table")
+    noise: Part[Noise] = part(Noise(), description="noise of the lever and of the detector")
     forces: Part[tuple[Force, ...]] = part((), max_length=20, description="tip–sample forces, which add up")
     experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
     solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
@@ -77,6 +79,11 @@ class Case(Parameters):
     def root(cls) -> str:
         """Return nothing: paths in messages start at the case's sections."""
         return ""
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _volts_to_meters(cls, given: Any) -> Any:
+        return without_volts(given) if isinstance(given, dict) else given
 
     @pydantic.field_validator("plugins", mode="after")
     @classmethod
@@ -111,6 +118,11 @@ class Case(Parameters):
     @pydantic.model_validator(mode="after")
     def _makes_sense(self) -> Self:
         _ = self.folder, self.problem
+        if self.solver.integrator == "langevin" and self.experiment is not None and self.experiment.kind != "dwell":
+            raise ParameterError(
+                f"solver.integrator = langevin simulates a dwell, not {self.experiment.kind}; df.noise gives the noise along a "
+                "curve without simulation"
+            )
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)
         return self
@@ -119,8 +131,9 @@ class Case(Parameters):
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
         return Problem.build(
-            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout
-        )
+            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout,
+            self.noise,
+        )  # fmt: skip
 
     @functools.cached_property
     def folder(self) -> Path | None:

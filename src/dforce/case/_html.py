@@ -14,7 +14,19 @@ from dforce.forces import Force
 if TYPE_CHECKING:
     from dforce.case._case import Case
 
-SECTIONS = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces", "experiment", "solver")
+SECTIONS = (
+    "cantilever",
+    "drive",
+    "readout",
+    "tip",
+    "sample",
+    "contact",
+    "medium",
+    "noise",
+    "forces",
+    "experiment",
+    "solver",
+)
 LEFT = 'style="text-align: left"'
 
 

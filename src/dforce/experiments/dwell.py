@@ -49,6 +49,10 @@ class Dwell(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
+        if settings.integrator == "langevin":
+            from dforce.experiments._thermal import thermal_dwell
+
+            return thermal_dwell(self, problem, settings, progress)
         from dforce.experiments.motion import base_of, rows_of, scales_of, with_motions
         from dforce.experiments.table import Table
         from dforce.results.dataset import Status

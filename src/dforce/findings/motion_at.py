@@ -68,6 +68,8 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     from dforce.solvers.transient import steady
 
     case, problem = _origin(point)
+    if case.solver.integrator == "langevin":
+        raise ResultError("a motion under thermal noise does not come again; its traces are in the result of the dwell")
     reached = int(point["status"]) if point["status"].ndim == 0 else int(Status.OK)  # of basins only states are kept
     status = next(one for one in Status if one == reached)
     if status in (Status.NOT_COMPUTED, Status.FAILED, Status.UNRESOLVED):

@@ -26,7 +26,7 @@ from dforce.gui.telling import as_sentence, say
 from dforce.gui.view import Said, View
 
 TABS = {
-    "Microscope": ("cantilever", "drive", "readout", "medium"),
+    "Microscope": ("cantilever", "drive", "readout", "medium", "noise"),
     "Tip and sample": ("tip", "sample", "contact"),
     "Forces": ("forces",),
     "Experiment": ("experiment",),

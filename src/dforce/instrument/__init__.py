@@ -4,6 +4,7 @@ from dforce.instrument.base import BaseMotion, Piezo
 from dforce.instrument.drive import Drive, Tone, ToneNumbers
 from dforce.instrument.lever import Beam, Cantilever, Mode, ModeNumbers
 from dforce.instrument.medium import Medium
+from dforce.instrument.noise import Noise, NoiseNumbers
 from dforce.instrument.readout import Readout, ReadoutNumbers
 from dforce.instrument.sample import Contact, Sample, effective_modulus
 from dforce.instrument.tip import Tip
@@ -17,6 +18,8 @@ __all__ = [
     "Medium",
     "Mode",
     "ModeNumbers",
+    "Noise",
+    "NoiseNumbers",
     "Piezo",
     "Readout",
     "ReadoutNumbers",

@@ -7,7 +7,7 @@ force and deflection are those of the tip. Tapered and V-shaped levers are no su
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dforce.core.errors import ParameterError
 
@@ -51,6 +51,11 @@ def static_stiffness(youngs_modulus: float, length: float, width: float, thickne
     return youngs_modulus * width * thickness**3 / (4.0 * length**3)
 
 
+def static_factor() -> float:
+    r"""Return the spring constant of mode 1 over that for a steady force at the end, :math:`\kappa_1^4 / 12`: 1.0302."""
+    return wavenumber(1) ** 4 / 12.0
+
+
 def vacuum_mode(
     n: int, youngs_modulus: float, density: float, length: float, width: float, thickness: float
 ) -> BeamMode:
@@ -67,6 +72,25 @@ def vacuum_mode(
     omega = (kappa / length) ** 2 * math.sqrt(youngs_modulus / density) * radius_of_gyration
     stiffness = kappa**4 / 12.0 * static_stiffness(youngs_modulus, length, width, thickness)
     return BeamMode(omega / (2.0 * math.pi), stiffness)
+
+
+def shape(n: int, x: Any) -> Any:
+    r"""Return the shape of mode `n` (from 1) at places x from 0, the base, to 1; it is 1 at the end.
+
+    .. math:: \phi_n \propto \cosh\kappa x - \cos\kappa x
+              - \frac{\cosh\kappa + \cos\kappa}{\sinh\kappa + \sin\kappa} (\sinh\kappa x - \sin\kappa x)
+    """
+    import numpy as np
+
+    kappa = wavenumber(n)
+    ratio = (math.cosh(kappa) + math.cos(kappa)) / (math.sinh(kappa) + math.sin(kappa))
+
+    def form(y: Any) -> Any:
+        # cosh - ratio sinh by exponentials, so that high modes lose no digits
+        rest = 0.5 * ((1.0 - ratio) * np.exp(y) + (1.0 + ratio) * np.exp(-y))
+        return rest - np.cos(y) + ratio * np.sin(y)
+
+    return form(kappa * np.asarray(x, dtype=float)) / form(np.asarray(kappa))
 
 
 def end_slope(n: int) -> float:

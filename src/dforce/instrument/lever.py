@@ -12,7 +12,7 @@ import pydantic
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import folder
 from dforce.core.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
-from dforce.instrument import beam
+from dforce.instrument import beam, fluid
 from dforce.instrument.medium import Medium
 from dforce.library.cantilevers import cantilevers, own_cantilevers
 
@@ -63,6 +63,12 @@ class Mode(Parameters):
     )
 
 
+TILT = param(
+    None, unit="rad", symbol=r"\alpha", low="0 deg", high="60 deg",
+    doc="tilt of the lever against the sample, often 11 degrees; across the sample it is stiffer by 1/cos^2",
+)  # fmt: skip
+
+
 class Beam(Parameters):
     """A rectangular cantilever by material and size; its modes follow from Euler–Bernoulli theory.
 
@@ -84,6 +90,11 @@ class Beam(Parameters):
     width: Number = param(unit="m", symbol="b", above="0 um", high="0.1 m", doc="width of the beam")
     thickness: Number = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
     modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
+    tip_height: MaybeNumber = param(
+        None, unit="m", symbol="h_t", above="0 um", high="1 mm",
+        doc="height of the tip: how far the lever's end is above the sample, whose fluid then damps it more; left out: far",
+    )  # fmt: skip
+    tilt: MaybeNumber = TILT
     Q: Numbers = param(
         (), unit="1", symbol="Q", above=0.5, high=1e9,
         doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
@@ -116,16 +127,24 @@ class Beam(Parameters):
         free = beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
         f0, Q, added_mass = free.frequency, self.Q[n - 1] if self.Q else math.nan, 0.0
         if medium.density and medium.viscosity:
-            wet = beam.fluid_mode(
-                free.frequency, self.density, self.width, self.thickness, medium.density, medium.viscosity
-            )
+            wet = self._wet(n, free.frequency, medium.density, medium.viscosity)
             f0, Q, added_mass = wet.frequency, self.Q[n - 1] if self.Q else wet.Q, wet.added_mass
         elif not self.Q:
             why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
             raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
         if Q <= 0.5:
             raise ParameterError(f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5")
-        return ModeNumbers(f0, free.stiffness, Q, beam.base_coupling(n), added_mass)
+        return ModeNumbers(f0, free.stiffness * normal_factor(self.tilt), Q, beam.base_coupling(n), added_mass)
+
+    def _wet(self, n: int, frequency: float, density: float, viscosity: float) -> beam.FluidMode:
+        """Return a mode in a fluid, whose frequency in vacuum is known (Hz); over the sample if the tip's height is given."""
+        numbers = (frequency, self.density, self.width, self.thickness, density, viscosity)
+        if self.tip_height is None:
+            return beam.fluid_mode(*numbers)
+        try:
+            return fluid.mode_near_wall(n, *numbers, fluid.Wall(self.tip_height, self.tilt or 0.0, self.length))
+        except ParameterError as error:
+            raise ParameterError(f"mode {n} of cantilever.beam at tip_height: {error}") from None
 
 
 class Cantilever(Parameters):
@@ -175,6 +194,7 @@ class Cantilever(Parameters):
         None, unit="m", symbol="R", above="0 nm", high="1 mm",
         doc="radius of the tip of a cantilever known by name; tip.radius comes first",
     )  # fmt: skip
+    tilt: MaybeNumber = TILT
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
 
@@ -215,6 +235,8 @@ class Cantilever(Parameters):
             *(["modes"] if self.modes else []),
             *(["beam"] if self.beam else []),
         ]
+        if self.beam is not None and self.tilt is not None:
+            raise ParameterError("cantilever.tilt is that of given modes; a beam has its own, cantilever.beam.tilt")
         if len(ways) > 1:
             raise ParameterError(f"cantilever has both {ways[0]} and {ways[1]}; give only one of them")
         if not ways:
@@ -239,8 +261,8 @@ class Cantilever(Parameters):
         if self.beam is not None:
             return self.beam.resolve(medium)
         if self.modes:
-            return tuple(_measured(mode, n, mode.Q) for n, mode in enumerate(self.modes, start=1))
-        mode = _measured(self, 1, self._nominal_Q(medium) if self.Q is None else self.Q)
+            return tuple(_measured(mode, n, mode.Q, self.tilt) for n, mode in enumerate(self.modes, start=1))
+        mode = _measured(self, 1, self._nominal_Q(medium) if self.Q is None else self.Q, self.tilt)
         return (mode,)
 
     def _nominal_Q(self, medium: Medium) -> float:
@@ -259,7 +281,18 @@ class Cantilever(Parameters):
         return self.needed("k") / at_one
 
 
-def _measured(given: Mode | Cantilever, n: int, Q: float) -> ModeNumbers:
+def normal_factor(tilt: float | None) -> float:
+    r"""Return by how much a lever that is tilted (rad) is stiffer across the sample than across itself.
+
+    .. math:: \frac{k_\perp}{k} = \frac{1}{\cos^2 \alpha}
+
+    Source: L.-O. Heim, M. Kappl, H.-J. Butt, Langmuir 20, 2760 (2004), without the moment of the tip's height.
+    """
+    return 1.0 / math.cos(tilt or 0.0) ** 2
+
+
+def _measured(given: Mode | Cantilever, n: int, Q: float, tilt: float | None) -> ModeNumbers:
     """Return a mode that was given by its numbers."""
     coupling = beam.base_coupling(n) if given.base_coupling is None else given.base_coupling
-    return ModeNumbers(given.needed("f0"), given.needed("k"), Q, coupling, given.added_mass)
+    k = given.needed("k") * normal_factor(tilt)
+    return ModeNumbers(given.needed("f0"), k, Q, coupling, given.added_mass)

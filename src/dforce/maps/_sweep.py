@@ -103,6 +103,8 @@ def sweep(
     """
     if not isinstance(case.experiment, Approach | Dwell):
         raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
+    if case.solver.integrator == "langevin":
+        raise ParameterError("a sweep repeats steady motion; df.noisy_motion runs many seeds under thermal noise")
     names = None if quantities is None else list(quantities)
     check_set_point(case, at_set_point, names)
     asked, axes = axes_of(case, over, rows, along)

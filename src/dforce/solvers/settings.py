@@ -19,9 +19,10 @@ class SolverSettings(Parameters):
         default="periodic",
         description="periodic: find the periodic orbit itself (by rk4); transient: integrate until the motion has settled",
     )
-    integrator: Literal["rk4", "lsoda", "adaptive"] = pydantic.Field(
+    integrator: Literal["rk4", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
-        description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks",
+        description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks; langevin: "
+        "fixed steps with thermal motion, for a dwell",
     )
     points_per_period: int = pydantic.Field(
         default=256, ge=16, le=65_536,

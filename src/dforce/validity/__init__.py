@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
-from dforce.validity import contact, drive, dynamics, inputs, long_range, sampling, states
+from dforce.validity import contact, drive, dynamics, inputs, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PIECES", "Advice", "Advices", "advice", "advice_in", "attributes", "points_not_settled"]
+__all__ = ["PIECES", "Advice", "Advices", "Evidence", "advice", "advice_in", "attributes", "points_not_settled"]
 
 PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *inputs.PIECES,
@@ -27,10 +27,18 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *drive.PIECES,
     *dynamics.PIECES,
     *states.PIECES,
+    *noise.PIECES,
 )
 
 
+# what a steady motion balances, and one that thermal motion shakes only on long means
+BALANCES = (sampling.sampling, sampling.step_error, sampling.energy_gained)
 FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # what a force curve can be told
+
+
+def _is_noisy(seen: Evidence) -> bool:
+    """Return whether the motion is simulated with thermal noise."""
+    return seen.case.solver.integrator == "langevin"
 
 
 @checked
@@ -54,6 +62,8 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
     else:
         seen = Evidence(case, result)
     pieces = FORCES_ALONE if seen.is_force_curve else PIECES
+    if _is_noisy(seen):
+        pieces = tuple(piece for piece in pieces if piece not in BALANCES)
     return Advices(found for piece in pieces if (found := piece(seen)) is not None)
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from dforce.case import Case, example
 from dforce.checks.benchmark import end_to_end, many_users
 from dforce.checks.benchmark.table import POINTS, Row, Table, U
-from dforce.core.errors import checked
+from dforce.core.errors import ParameterError, checked
 from dforce.kernel import cache
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
 
@@ -103,6 +103,8 @@ def by_hand() -> ModuleType:
 def _ready(case: Case, zc: float, **settings: Any) -> tuple[Integrator, Motion]:
     """Return an integrator at a distance and the free motion, its kernel compiled."""
     solver = case.solver.replace(method="transient", points_per_period=POINTS, **settings)
+    if solver.integrator not in INTEGRATORS:
+        raise ParameterError(f"solver.integrator = {solver.integrator} has no steady motion that could be timed")
     integrator = INTEGRATORS[solver.integrator](case.problem, solver, 10)
     integrator.place(zc)
     return integrator, with_amplitudes(integrator, free_amplitudes(integrator))

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import Case
-from dforce.case import Fit
+from dforce.case import Case, Fit
 from dforce.core.errors import DForceError, ParameterError, checked, shorten
 from dforce.core.stopping import late_stop_waits
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on

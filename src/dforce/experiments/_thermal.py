@@ -1,0 +1,67 @@
+"""A dwell under thermal noise: it never settles, so it is measured once its start is forgotten."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce.core.errors import ParameterError
+from dforce.experiments.dwell import MOST_SAMPLES, Dwell, record_spectrum, record_traces
+from dforce.experiments.plan import Progress, initial_motion
+from dforce.experiments.table import Table
+from dforce.results.dataset import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+
+
+def thermal_dwell(dwell: Dwell, problem: Problem, settings: SolverSettings, progress: Progress) -> xr.Dataset:
+    """Return traces, spectrum and scalars of a dwell under thermal noise, all of one run; see :class:`Experiment`.
+
+    It settles for the periods asked for, or ten decay times of the slowest mode; then scalars are means over
+    `measured_periods`, extremes the farthest in them, and traces and spectrum follow.
+    """
+    from dforce.observables.averaging import weights
+    from dforce.observables.finish import finish
+    from dforce.solvers.langevin import Langevin
+    from dforce.solvers.transient import LATE, Steady, decay_periods, march, observe
+
+    integrator = Langevin(problem, settings, dwell.harmonics)
+    integrator.place(dwell.zc)
+    table = Table((), {}, problem, dwell.harmonics)
+
+    def watch() -> None:
+        progress(0, 1, "periods")
+
+    periods = settings.periods if settings.settle == "fixed" else LATE * decay_periods(problem)
+    count = dwell.recorded_periods + (periods if dwell.record == "all" else 0)
+    if count * integrator.points > MOST_SAMPLES:
+        raise ParameterError(
+            f"a record of {count} periods with {integrator.points} samples each is too long; "
+            'lower experiment.recorded_periods, or record = "settled"'
+        )
+    try:
+        watch()
+        first = initial_motion(integrator, dwell.start)
+        late, _ = march(integrator, first, periods, watch)
+        motion, rows = observe(integrator, late, settings.measured_periods, watch)
+    except KeyboardInterrupt:
+        data = table.dataset().assign_coords(zc=dwell.zc)
+        data.attrs["interrupted"] = 1
+        return data
+    even = weights([tone.frequency for tone in problem.tones], len(rows))
+    values = finish(problem, integrator.scales, dwell.harmonics, rows, even)
+    values |= {"settling_periods": float(periods), "drift": np.nan}
+    table.put((), Steady(values, motion, True, False), problem)
+    table.status[()] = Status.OK if motion.is_finite else Status.FAILED
+    data = table.dataset().assign_coords(zc=dwell.zc)
+    data.attrs["samples_per_period"] = integrator.points
+    if motion.is_finite:
+        motion = record_traces(data, integrator, first if dwell.record == "all" else motion, count)
+        record_spectrum(data, integrator, motion, dwell.recorded_periods)
+    progress(1, 1, "")
+    return data

@@ -1,0 +1,163 @@
+r"""The fluid around a beam: the exact flow past a thin blade, free, and near a wall.
+
+Force per length on a blade of width b that moves across itself by :math:`W e^{-i \omega t}`:
+:math:`\tfrac{\pi}{4} \rho \omega^2 b^2 \Gamma W`, with :math:`\mathrm{Re} = \rho \omega b^2 / 4 \mu` and, near a wall, the gap
+g over the width, H. :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade; this is what it is
+checked by.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from importlib import resources
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce.core.errors import ParameterError
+from dforce.instrument import beam
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+FUNCTIONS = 12  # of the traction across the blade; with 10 there are 12 digits
+FARTHEST = 2.0e4  # wave number over half the width: what lies beyond is below 1e-12
+NODES = 8  # of the quadrature over each half turn of the Bessel functions
+STATIONS = 32  # along the lever, by Gauss's rule, where the gap counts
+LEAST_RE, MOST_RE = 0.01, 1000.0  # of the table near a wall
+LEAST_GAP, MOST_GAP = 0.05, 10.0  # widths
+
+
+@functools.lru_cache(maxsize=4096)
+def blade(reynolds: float) -> complex:
+    r"""Return :math:`\Gamma(\mathrm{Re})` of a thin blade, solved from the unsteady Stokes equations.
+
+    The traction across the blade is :math:`\sum_n c_n T_{2n}(s) / \sqrt{1 - s^2}`, whose transforms are Bessel functions, and
+    the blade's velocity is met in the mean with each of them (Galerkin). A sheet of forces moves the fluid by
+
+    .. math:: \hat u(k) = \frac{\hat f(k)}{2 \mu} \frac{k}{\kappa (\kappa + k)}, \qquad \kappa^2 = k^2 - i \mathrm{Re}
+
+    in units of half the width. Ten digits from Re = 0.01 to 1000.
+
+    Raises
+    ------
+    ParameterError
+        For a Reynolds number that is not above 0.
+    """
+    from scipy.special import iv, kv
+
+    if not reynolds > 0.0:
+        raise ParameterError(f"Re = {reynolds:g} is not above 0")
+    k, weights = _wave_numbers()
+    kappa = np.sqrt(k * k - 1j * reynolds)
+    flow = k / (2.0 * kappa * (kappa + k)) - 0.25 * k / (k * k + 1.0)
+    bessel = _bessel()
+    matrix = (bessel * (flow * weights)) @ bessel.T
+    for m in range(FUNCTIONS):
+        for n in range(FUNCTIONS):
+            low, high = sorted((2 * m, 2 * n))
+            # what was taken off, in closed form: G. N. Watson, Theory of Bessel Functions, 13.53
+            matrix[m, n] += 0.25 * (-1.0) ** (m - n) * float(iv(high, 1.0) * kv(low, 1.0))
+            matrix[m, n] *= (-1.0) ** (m + n)
+    c = np.linalg.solve(matrix, np.eye(FUNCTIONS)[0])
+    return complex(1j * c[0] / reynolds)
+
+
+@functools.cache
+def _wave_numbers() -> tuple[Array, Array]:
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    ends = np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 60), np.arange(1.0 + math.pi / 2.0, FARTHEST, math.pi / 2.0)])
+    half = 0.5 * np.diff(ends)
+    return (ends[:-1, None] + half[:, None] * (nodes + 1.0)).ravel(), (half[:, None] * weights).ravel()
+
+
+@functools.cache
+def _bessel() -> Array:
+    from scipy.special import jv
+
+    k, _ = _wave_numbers()
+    return np.array([jv(2 * n, k) for n in range(FUNCTIONS)])
+
+
+@functools.cache
+def _near_wall() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+    """Return splines of real part and log of the imaginary part, near the wall and without it."""
+    from scipy.interpolate import CubicSpline, RectBivariateSpline
+
+    text = (resources.files("dforce.library") / "hydrodynamic_wall.csv").read_text(encoding="utf-8")
+    rows = np.array([[float(item) for item in line.split(",")] for line in text.splitlines()[2:]])
+    re, gaps = np.unique(rows[:, 0]), np.unique(rows[:, 1])
+    real, imaginary = (np.empty((len(re), len(gaps))) for _ in range(2))
+    real[np.searchsorted(re, rows[:, 0]), np.searchsorted(gaps, rows[:, 1])] = rows[:, 2]
+    imaginary[np.searchsorted(re, rows[:, 0]), np.searchsorted(gaps, rows[:, 1])] = np.log(rows[:, 3])
+    x, y = np.log(re), np.log(gaps[:-1])
+    near = [RectBivariateSpline(x, y, values[:, :-1]) for values in (real, imaginary)]
+    free = [CubicSpline(x, values[:, -1]) for values in (real, imaginary)]
+    return near[0], near[1], free[0], free[1]
+
+
+def near_wall(reynolds: float, gap: float) -> complex:
+    r"""Return :math:`\Gamma(\mathrm{Re}, H)` of a thin blade at a gap, in widths, over a wall that the fluid sticks to.
+
+    A spline through a table of the exact solution; beyond ten widths the wall's part falls as the inverse square.
+
+    Raises
+    ------
+    ParameterError
+        For Re outside of 0.01 to 1000, or a gap below 0.05 widths.
+    """
+    if not LEAST_RE <= reynolds <= MOST_RE:
+        raise ParameterError(
+            f"Re = {reynolds:.4g} is outside of {LEAST_RE} to {MOST_RE:g}, where the flow at a wall is known"
+        )
+    if not gap >= LEAST_GAP:
+        raise ParameterError(
+            f"the gap is {gap:.3g} widths of the lever, below {LEAST_GAP}, where the flow at a wall is not known"
+        )
+    real, imaginary, free_real, free_imaginary = _near_wall()
+    x = math.log(reynolds)
+    y = math.log(min(gap, MOST_GAP))
+    close = complex(float(real(x, y)[0, 0]), math.exp(float(imaginary(x, y)[0, 0])))
+    if gap <= MOST_GAP:
+        return close
+    far = complex(float(free_real(x)), math.exp(float(free_imaginary(x))))
+    return far + (close - far) * (MOST_GAP / gap) ** 2
+
+
+class Wall(NamedTuple):
+    """A wall below the lever: distance to its end (m), tilt (rad), and the lever's length (m)."""
+
+    height: float
+    tilt: float
+    length: float
+
+
+def mode_near_wall(
+    n: int, vacuum_frequency: float, beam_density: float, width: float, thickness: float, density: float, viscosity: float,
+    wall: Wall,
+) -> beam.FluidMode:  # fmt: skip
+    r"""Return frequency (Hz), Q and added mass of mode `n` (from 1) of a beam over a wall.
+
+    As :func:`dforce.instrument.beam.fluid_mode`, with :math:`\Gamma` averaged along the lever with the square of the mode's
+    shape, at the gap :math:`g(x) = h + (L - x) \sin\alpha` of each place (strip theory).
+
+    Raises
+    ------
+    ParameterError
+        When no frequency satisfies the equation, or Re or gap leave what is known.
+    """
+    load = math.pi * density * width / (4.0 * beam_density * thickness)
+    nodes, weights = np.polynomial.legendre.leggauss(STATIONS)
+    places = 0.5 * (nodes + 1.0)
+    shares = weights * beam.shape(n, places) ** 2
+    shares /= shares.sum()
+    gaps = (wall.height + (1.0 - places) * wall.length * math.sin(wall.tilt)) / width
+    frequency = vacuum_frequency
+    for _ in range(beam.ITERATIONS):
+        reynolds = beam.reynolds_number(frequency, width, density, viscosity)
+        gamma = complex(sum(share * near_wall(reynolds, float(gap)) for share, gap in zip(shares, gaps, strict=True)))
+        before, frequency = frequency, vacuum_frequency / math.sqrt(1.0 + load * gamma.real)
+        if abs(frequency - before) <= 1e-13 * frequency:
+            fluid = load * gamma.real
+            return beam.FluidMode(frequency, (1.0 / load + gamma.real) / gamma.imag, fluid / (1.0 + fluid))
+    raise ParameterError("cantilever.beam has no resonance so near to the wall in this medium")

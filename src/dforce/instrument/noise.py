@@ -1,0 +1,114 @@
+"""Noise: thermal motion of the lever, and what the detector adds by itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import pydantic
+
+from dforce.core.parameters import MaybeNumber, Parameters, param
+
+BOLTZMANN = 1.380649e-23  # J/K, exact since 2019
+ROOM = 298.15  # K
+
+
+@dataclass(frozen=True)
+class NoiseNumbers:
+    """What shakes the lever and its reading.
+
+    Attributes
+    ----------
+    temperature
+        Of the medium (K).
+    thermal
+        Whether thermal motion counts.
+    detector
+        Noise of the detector (m/Hz^0.5), as it reads deflections.
+    bandwidth, poles
+        Equivalent noise bandwidth of the lock-in (Hz), and its poles; None where it is not given.
+    seed
+        Of the random numbers.
+    """
+
+    temperature: float = ROOM
+    thermal: bool = True
+    detector: float = 0.0
+    bandwidth: float | None = None
+    poles: int = 1
+    seed: int = 1
+
+    @property
+    def kT(self) -> float:
+        """Thermal energy (J); 0 where thermal motion does not count."""
+        return BOLTZMANN * self.temperature if self.thermal else 0.0
+
+
+class Noise(Parameters):
+    """Noise of the lever and of the detector: for `df.noise`, and for runs with `integrator = "langevin"`."""
+
+    thermal: bool = pydantic.Field(
+        default=True, title="Thermal motion", description="whether the medium's temperature shakes the lever"
+    )
+    detector: MaybeNumber = param(
+        None, unit="m/Hz^0.5", symbol="n_d", low="0 m/Hz^0.5", high="1e-9 m/Hz^0.5",
+        doc="noise of the detector beside the thermal one, as it reads deflections; white",
+    )  # fmt: skip
+    bandwidth: MaybeNumber = param(
+        None, unit="Hz", symbol="B", above="0 Hz", high="10 GHz", doc="equivalent noise bandwidth of the lock-in"
+    )
+    poles: int = pydantic.Field(default=1, ge=1, le=8, description="poles of the lock-in's low-pass filter, all equal")
+    seed: int = pydantic.Field(
+        default=1, ge=0, le=2**62, description="seed of the random numbers: the same one gives the same noise"
+    )
+
+    def resolve(self, temperature: float) -> NoiseNumbers:
+        """Return the numbers at a temperature (K)."""
+        return NoiseNumbers(temperature, self.thermal, self.detector or 0.0, self.bandwidth, self.poles, self.seed)
+
+
+def time_constant(bandwidth: float, poles: int) -> float:
+    r"""Return the time constant (s) of each of so many equal poles, of an equivalent noise bandwidth (Hz).
+
+    .. math:: \tau = \frac{\Gamma(n - \tfrac{1}{2})}{4 \sqrt{\pi}\, \Gamma(n)\, B}
+
+    which is :math:`1 / 4B` for one pole.
+    """
+    return math.gamma(poles - 0.5) / (4.0 * math.sqrt(math.pi) * math.gamma(poles) * bandwidth)
+
+
+def thermal_density(frequency: Any, f0: float, k: float, Q: float, kT: float) -> Any:
+    r"""Return the one-sided spectral density (m^2/Hz) of a mode's thermal motion at frequencies (Hz).
+
+    .. math:: S_z(f) = \frac{4 k_B T}{k \omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
+
+    so that the whole is :math:`\langle z^2 \rangle = k_B T / k`.
+    """
+    r = frequency / f0
+    return 4.0 * kT / (k * 2.0 * math.pi * f0 * Q) / ((1.0 - r * r) ** 2 + (r / Q) ** 2)
+
+
+def thermal_amplitude(f0: float, k: float, Q: float, kT: float, tau: float) -> float:
+    r"""Return the thermal noise (m) of an amplitude that a lock-in of one pole reads at resonance, for high Q.
+
+    .. math:: \delta A = \sqrt{\frac{k_B T}{k}\, \frac{t_c}{t_c + \tau}}, \qquad t_c = \frac{2 Q}{\omega_0}
+    """
+    ringing = Q / (math.pi * f0)
+    return math.sqrt(kT / k * ringing / (ringing + tau))
+
+
+def least_gradient(f0: float, k: float, Q: float, kT: float, amplitude: float, bandwidth: float) -> float:
+    r"""Return the smallest force gradient (N/m) that shows above thermal noise, for a bandwidth far below f0/2Q.
+
+    .. math:: F'_\mathrm{min} = \sqrt{\frac{8 k\, k_B T B}{\omega_0 Q A^2}}
+    """
+    return math.sqrt(8.0 * k * kT * bandwidth / (2.0 * math.pi * f0 * Q * amplitude**2))
+
+
+def frequency_noise(f0: float, k: float, Q: float, kT: float, amplitude: float, bandwidth: float) -> float:
+    r"""Return the thermal noise (Hz) of the frequency of a lever that oscillates at resonance with an amplitude (m).
+
+    .. math:: \delta f = \sqrt{\frac{f_0 k_B T B}{\pi k Q A^2}}
+    """
+    return math.sqrt(f0 * kT * bandwidth / (math.pi * k * Q * amplitude**2))

@@ -1,0 +1,67 @@
+"""The compiled tangent of each step of an orbit: how a small disturbance at its start arrives at its end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dforce.integrators.loops import TAU, grazes, passed, seconds, tabulate
+from dforce.integrators.rk4 import cut_at_kink, step
+from dforce.kernel.vocabulary import distance, force, from_vector, latch_count, memory_size, mode_count, rate_of, row
+
+ASIDE = 2e-6  # of the scale: steps are short, so that the rounding of their differences counts more than the bend of the force
+
+
+def tangents(
+    block: Any, period: int, tones: Any, bases: Any, kinks: Any, scale: Any, p: Any, change: Any, work: Any, ends: Any
+) -> None:
+    """Write the derivative of the end of each step of a recorded period by its start, change[i] (numbers, numbers).
+
+    Each is the difference of two steps that start beside the sample on both sides, cut at kinks and switches as any step is.
+
+    Parameters
+    ----------
+    block
+        Samples of the period, both ends included: motion, memory, branches.
+    scale
+        Scale of each number of the forces' memory.
+    work, ends
+        Scratch: (9, memory), and (2, numbers).
+    """
+    points, size, states = change.shape[0], 2 * mode_count(), memory_size()
+    h = TAU / points
+    table = np.empty((2 * points + 1, mode_count()))
+    tabulate(tones, bases, points, table)
+    memory, branch, motion = np.empty(states), np.empty(latch_count()), np.empty(size)
+    for i in range(points):
+        u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+        t = seconds(period * TAU + i * h, p)
+        for e in range(size + states):
+            apart = 0.0  # as the numbers have it: the steps' lengths are rounded
+            for side in range(2):
+                aside = ASIDE * (2.0 * side - 1.0)
+                for k in range(size):
+                    motion[k] = block[i, k] + (aside if k == e else 0.0)
+                for k in range(states):
+                    memory[k] = block[i, size + k] + (aside * scale[k] if size + k == e else 0.0)
+                reached = motion[e] if e < size else memory[e - size] / scale[e - size]
+                apart = reached - apart
+                for k in range(latch_count()):
+                    branch[k] = block[i, size + states + k]
+                y = from_vector(motion)
+                f = force(distance(y, p), rate_of(y, p), t, memory, branch, p)
+                end = step(y, f, u0, u1, u2, h, t, memory, branch, None, work[0], work, p)
+                if passed(y, end, t + seconds(h, p), branch, kinks, p) >= 0 or grazes(y, h, kinks, p):
+                    end = cut_at_kink(
+                        y, end, f, u0, u1, u2, i * h, h, period, memory, branch, tones, bases, kinks, work[0], work, p
+                    )
+                else:
+                    for k in range(states):
+                        memory[k] = work[0, k]
+                for k in range(size):
+                    ends[side, k] = end[k]
+                for k in range(states):
+                    ends[side, size + k] = memory[k] / scale[k]
+            for k in range(size + states):
+                change[i, k, e] = (ends[1, k] - ends[0, k]) / apart

@@ -1,0 +1,238 @@
+r"""The lever as thermal motion shakes it: a stochastic step that is exact for the free lever at any length.
+
+.. math:: m_n \ddot z_n + \frac{k_n}{\omega_n Q_n} \dot z_n + k_n z_n = \dots + \xi_n, \qquad
+          \langle \xi_n(t) \xi_n(t') \rangle = \frac{2 k_B T k_n}{\omega_n Q_n} \delta(t - t')
+
+A step is half a kick by the forces on the tip, the exact linear motion of the damped lever about its driven one, with the
+exact normal noise of that time, and half a kick. So frequency, quality factor, driven amplitude and equipartition of the
+free lever have no error; in contact it is of order 2. Drag and memory of the forces bring no noise of their own.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.core.errors import ParameterError
+from dforce.instrument import ModeNumbers
+from dforce.instrument.noise import time_constant
+from dforce.kernel import Array
+from dforce.problem import Problem
+from dforce.solvers import _langevin_loops as loops
+from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.philox import WORD
+from dforce.solvers.settings import SolverSettings
+
+ENTRIES: dict[str, Callable[..., Any]] = {"march_noisy": loops.march, "steepest": loops.steepest}
+STEEP, GRID = 2e-9, 512  # m above the least distance where the force's slope is looked for, and in how many places
+NODES = 32  # of the quadrature over a step: exact to rounding up to a period of the mode
+LONGEST = 1.0  # contact's angular frequency times the step: beyond, the step is no motion
+DEEPER = 0.05e-9  # m, that the motion gets nearer before the slope is looked for again
+
+
+def linear_step(mode: ModeNumbers, h: float) -> Array:
+    r"""Return the matrix that takes deflection (m) and velocity (m/s) of a free mode a time (s) further.
+
+    .. math:: M = e^{-gh} \begin{pmatrix} C + (g/\omega_1) S & S/\omega_1 \\ -(\omega_0^2/\omega_1) S & C - (g/\omega_1) S
+              \end{pmatrix}, \qquad g = \frac{\omega_0}{2 Q}, \quad \omega_1^2 = \omega_0^2 - g^2
+
+    with S and C sine and cosine of :math:`\omega_1 h`.
+    """
+    omega, g, turning = _rates(mode)
+    s, c = math.sin(turning * h), math.cos(turning * h)
+    matrix = [[c + g / turning * s, s / turning], [-omega * omega / turning * s, c - g / turning * s]]
+    return math.exp(-g * h) * np.array(matrix)
+
+
+def step_noise(mode: ModeNumbers, h: float, kT: float) -> Array:
+    r"""Return the covariance of what noise adds to deflection and velocity over a time (s), for a thermal energy (J).
+
+    .. math:: \Sigma = P - M P M^T = \frac{2 k_B T c}{m^2} \int_0^h M(s) e_2 e_2^T M(s)^T ds, \qquad
+              P = \mathrm{diag}(k_B T / k, k_B T / m)
+
+    by quadrature: the difference is rounding where a step is short and Q is high.
+    """
+    omega, g, turning = _rates(mode)
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    s = 0.5 * h * (nodes + 1.0)
+    decay, sine, cosine = np.exp(-g * s), np.sin(turning * s), np.cos(turning * s)
+    moved = decay * np.stack([sine / turning, cosine - g / turning * sine])
+    strength = 4.0 * g * kT * omega**2 / mode.k  # 2 kT c / m^2
+    return np.asarray(strength * 0.5 * h * (moved * weights) @ moved.T)
+
+
+def _rates(mode: ModeNumbers) -> tuple[float, float, float]:
+    """Return angular frequency, decay rate and angular frequency of the decaying motion (1/s)."""
+    omega = 2.0 * math.pi * mode.f0
+    g = omega / (2.0 * mode.Q)
+    return omega, g, math.sqrt(omega * omega - g * g)
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """Motions of one problem at the start of a period, each with random numbers of its own.
+
+    Attributes
+    ----------
+    y, memory, latched
+        Scaled motions, memories and branches, a row each.
+    keys
+        What the random numbers depend on, (lanes, 2).
+    period
+        Periods of the first tone since the start, of all of them.
+    lowest
+        Least distance so far (m), (lanes,).
+    lock_ins
+        What the poles of a lock-in hold, (lanes, tones, poles, 2).
+    """
+
+    y: Array
+    memory: Array
+    latched: Array
+    keys: np.ndarray[Any, np.dtype[np.int64]]
+    period: int
+    lowest: Array
+    lock_ins: Array
+
+    def part(self, which: Any) -> Lanes:
+        """Return some of them."""
+        return Lanes(
+            self.y[which], self.memory[which], self.latched[which], self.keys[which], self.period, self.lowest[which],
+            self.lock_ins[which],
+        )  # fmt: skip
+
+
+class Langevin(Integrator):
+    """Half kick, exact noisy linear step, half kick: thermal motion."""
+
+    name = "langevin"
+    order = "2; exact for the free lever"
+    source = "splitting after B. Leimkuhler, C. Matthews, Appl. Math. Res. Express 2013, 34 (2013)"
+
+    def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
+        if not problem.noise.thermal:
+            raise ParameterError(
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+            )
+        self._looked, self._decay, self._poles = math.inf, 0.0, 0
+        super().__init__(problem, settings, harmonics, points)
+
+    def take(self, problem: Problem) -> None:
+        """Go over to a problem with other numbers; see :class:`Integrator`."""
+        super().take(problem)
+        self.noisy = kernel.load(problem, ENTRIES)
+        h = 2.0 * math.pi / self.points / self.scales.omega
+        scale = np.array([self.scales.length, self.scales.speed])
+        self._carry = np.array([linear_step(mode, h) * scale / scale[:, None] for mode in problem.modes])
+        kT = problem.noise.kT
+        self._spread = np.array([_root(step_noise(mode, h, kT) / np.outer(scale, scale)) for mode in problem.modes])
+        drive, modes = kernel.drive_of(self.tones, len(problem.modes)), problem.modes
+        ratios = np.array([2.0 * math.pi * mode.f0 / self.scales.omega for mode in modes])
+        w, Q = self.tones[:, :1], np.array([mode.Q for mode in modes])
+        free = drive / (ratios**2 - w * w + 1j * w * ratios / Q)
+        self._free = np.stack([free.real, free.imag])
+        self._gains = np.array([r**2 / (mode.k * self.scales.length) for r, mode in zip(ratios, modes, strict=True)])
+        self._looked = math.inf
+
+    def place(self, zc: float) -> None:
+        """Go to an average distance (m)."""
+        super().place(zc)
+        self._looked = math.inf
+
+    def read_by(self, bandwidth: float, poles: int) -> None:
+        """Let lanes be read by a lock-in of an equivalent noise bandwidth (Hz) and so many equal poles."""
+        self._decay = 1.0 / (self.points * self.problem.tones[0].frequency * time_constant(bandwidth, poles))
+        self._poles = poles
+
+    def lanes(self, starts: Sequence[Motion], seeds: Sequence[int]) -> Lanes:
+        """Return motions as lanes, each with the noise of its seed."""
+        return Lanes(
+            np.array([start.y for start in starts]), np.array([start.memory for start in starts]),
+            np.array([start.latched for start in starts]), np.array([self.key(seed) for seed in seeds], dtype=np.int64),
+            starts[0].period, np.full(len(starts), np.inf), np.zeros((len(starts), len(self.tones), self._poles, 2)),
+        )  # fmt: skip
+
+    def key(self, seed: int) -> tuple[int, int]:
+        """Return what the random numbers of a seed depend on, at this distance of this problem."""
+        # nine digits: the last ones of a number may depend on the machine
+        text = " ".join(f"{number:.9g}" for number in (*self.p, *self.tones.ravel(), self.points))
+        case = zlib.crc32(text.encode())
+        return (seed & WORD) ^ case, (seed >> 32) & WORD ^ (case * 0x9E3779B1 & WORD)
+
+    def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, np.ndarray[Any, np.dtype[np.complex128]]]:
+        """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
+
+        It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.
+
+        Raises
+        ------
+        ParameterError
+            When the step is too long for the stiffness that the tip has met.
+        """
+        count = len(lanes.y)
+        y, memory, latched, lowest, held = (
+            np.array(part) for part in (lanes.y, lanes.memory, lanes.latched, lanes.lowest, lanes.lock_ins)
+        )
+        out = np.empty((count, periods, 2 * len(self.problem.tones)))
+        weights = np.array(self.problem.readout.weights)
+        self.noisy.entry("march_noisy")(
+            y, memory, latched, lanes.keys, lanes.period, periods, self.tones, self._free, self._carry, self._spread,
+            self._gains, self.p, self.kinks, self.block, self.turns(self.points), weights, self._decay,
+            held, out, lowest,
+        )  # fmt: skip
+        self._check_step(float(lowest.min()))
+        after = Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held)
+        return after, out[..., ::2] + 1j * out[..., 1::2]
+
+    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
+        lanes = self.lanes([motion], [self.problem.noise.seed])
+        if every:
+            for i in range(periods):
+                lanes, _ = self.run(lanes, 1)
+                self._measure(motion.period + i, out[i])
+        else:
+            lanes, c = self.run(lanes, periods)
+            out[:, ::2], out[:, 1::2] = c[0].real, c[0].imag
+        y = tuple(map(float, lanes.y[0]))
+        return replace(motion, y=y, memory=lanes.memory[0], latched=lanes.latched[0], period=lanes.period)
+
+    def _measure(self, period: int, row: Array) -> None:
+        """Write what is measured over the period that was computed last."""
+        bases, turns = np.empty(len(self.tones)), self.turns(self.points)
+        self.kernel.entry("phases")(self.tones, period, bases)
+        self.kernel.entry("measure")(self.block, period, turns, self.tones, bases, self.p, self.kinks, row)
+
+    def turn_rate(self, low: float) -> float:
+        r"""Return the largest :math:`\omega_c h`, step times the tip's angular frequency in contact, down to a distance (m)."""
+        memory, branch = np.zeros(self.memory_size), np.zeros(self.latch_count)
+        slope = self.noisy.entry("steepest")(low, low + STEEP, GRID, memory, branch, self.kinks, self.p)
+        own = max(mode.f0 / self.problem.tones[0].frequency for mode in self.problem.modes)
+        return 2.0 * math.pi / self.points * math.sqrt(own**2 + slope * self._gains.sum() * self.scales.length)
+
+    def _check_step(self, low: float) -> None:
+        if not math.isfinite(low) or low > self._looked - DEEPER:
+            return
+        self._looked = low
+        # a step that is far too long throws the tip deeper than any contact is
+        turn = self.turn_rate(max(low, self.problem.a0 - self.scales.length))
+        if turn > LONGEST:
+            wanted = 16 * math.ceil(self.points * turn / (0.3 * 16.0))
+            raise ParameterError(
+                f"solver.points_per_period = {self.points} is too few for the stiffness of the contact (the step turns it by "
+                f"{turn:.2g} rad, at most {LONGEST:g}); give {wanted}"
+            )
+
+
+def _root(covariance: Array) -> Array:
+    """Return the lower triangular root of a covariance; of one without noise zeros."""
+    if covariance[0, 0] <= 0.0:
+        return np.zeros((2, 2))
+    first = math.sqrt(covariance[0, 0])
+    cross = covariance[1, 0] / first
+    return np.array([[first, 0.0], [cross, math.sqrt(max(covariance[1, 1] - cross**2, 0.0))]])

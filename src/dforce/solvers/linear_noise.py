@@ -1,0 +1,193 @@
+r"""Noise of a periodic motion without Monte Carlo: its covariance from the tangent of each step.
+
+Small disturbances follow the tangent of the motion. Thermal noise adds to them on the way, and a lock-in, whose poles are part
+of the linear system, reads them. The covariance that comes back after a period obeys
+
+.. math:: P = A P A^T + D
+
+with the map A of a whole period and what noise adds in one, D. Both are products and sums over the steps; the tangent of
+each is the one of the Runge–Kutta step itself, kinks, jumps and memory of the force included. Near a fold the noise grows as
+:math:`1 / (1 - |\lambda|)`, until it is no longer small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.instrument.noise import time_constant
+from dforce.integrators import loops
+from dforce.kernel import Array
+from dforce.problem import Problem
+from dforce.solvers._tangents import tangents
+from dforce.solvers.integrator import Integrator, Motion
+
+DOUBLINGS = 60  # of the periods that are summed: with a multiplier below 1 by rounding they are still enough
+ENTRIES: dict[str, Callable[..., Any]] = {"tangents": tangents, "phases": loops.phases}
+
+
+@dataclass(frozen=True)
+class LinearNoise:
+    """The noise of a periodic motion.
+
+    Attributes
+    ----------
+    state
+        Covariance of deflection (m) and velocity (m/s) of each mode at the start of a period, (2 modes, 2 modes).
+    quadratures
+        Covariance (m^2) of real and imaginary part of what the lock-in reads at each tone, the mean over a period,
+        (tones, 2, 2).
+    """
+
+    state: Array
+    quadratures: Array
+
+    def amplitude_and_phase(self, read: np.ndarray[Any, np.dtype[np.complex128]]) -> tuple[Array, Array]:
+        """Return the standard deviation of amplitude (m) and phase (degrees) beside mean complex amplitudes (m)."""
+        turned = np.exp(-1j * np.angle(read))
+        along = np.stack([turned.real, -turned.imag], axis=-1)
+        across = np.stack([turned.imag, turned.real], axis=-1)
+        of_amplitude, of_phase = (
+            np.sqrt(np.einsum("jk,jkl,jl->j", way, self.quadratures, way)) for way in (along, across)
+        )
+        return of_amplitude, np.degrees(of_phase / np.abs(read))
+
+
+def linear_noise(
+    integrator: Integrator, motion: Motion, periods: int, bandwidth: float, poles: int
+) -> LinearNoise | None:
+    """Return the noise of a motion that repeats after so many periods of the first tone; None where it is not stable.
+
+    Parameters
+    ----------
+    integrator
+        Runge–Kutta, at the motion's distance.
+    motion
+        The motion at the start of a period.
+    periods
+        Periods of the first tone after which it repeats.
+    bandwidth, poles
+        Equivalent noise bandwidth (Hz) of the lock-in, and the number of its poles.
+    """
+    problem, scales = integrator.problem, integrator.scales
+    decay = 2.0 * math.pi / integrator.points / (time_constant(bandwidth, poles) * scales.omega)
+    steps = [step for row in _periods(integrator, motion, periods) for step in _augmented(problem, *row, decay, poles)]
+    size = len(steps[0][0])
+    whole, added = np.eye(size), np.zeros((size, size))
+    for A, D in steps:
+        whole, added = A @ whole, A @ added @ A.T + D
+    if np.abs(np.linalg.eigvals(whole)).max() >= 1.0:
+        return None
+    start = _stationary(whole, added)
+    now, tones = start, len(problem.tones)
+    total = np.zeros((size, size))
+    for A, D in steps:
+        now = A @ now @ A.T + D
+        total += now
+    total /= len(steps)
+    count = 2 * len(problem.modes)
+    units = np.tile([scales.length, scales.speed], len(problem.modes))
+    first = size - 2 * tones
+    last = total[first:, first:] * scales.length**2
+    read = np.array([last[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(tones)])
+    read += 2.0 * problem.noise.detector**2 * bandwidth * np.eye(2)
+    return LinearNoise(start[:count, :count] * np.outer(units, units), read)
+
+
+def _stationary(whole: Array, added: Array) -> Array:
+    """Return the covariance that comes back after each period: the sum over all periods before, doubled until it stays."""
+    total, power = added, whole
+    for _ in range(DOUBLINGS):
+        more = power @ total @ power.T
+        total, power = total + more, power @ power
+        if np.abs(more).max() <= 1e-15 * np.abs(total).max():
+            break
+    return total
+
+
+def _periods(integrator: Integrator, motion: Motion, periods: int) -> Sequence[tuple[Array, Array, float]]:
+    """Return the tangents of all steps of each period, the phases of the tones at its start, and the step."""
+    problem = integrator.problem
+    compiled = kernel.load(problem, ENTRIES)
+    size, states = 2 * len(problem.modes), integrator.memory_size
+    rows = []
+    for _ in range(periods):
+        bases, change = np.empty(len(problem.tones)), np.empty((integrator.points, size + states, size + states))
+        compiled.entry("phases")(integrator.tones, motion.period, bases)
+        period = motion.period
+        motion, block = integrator.record(motion)
+        compiled.entry("tangents")(
+            block, period, integrator.tones, bases, integrator.kinks, np.maximum(integrator.sizes, 1e-300), integrator.p,
+            change, np.zeros((9, max(states, 1))), np.empty((2, size + states)),
+        )  # fmt: skip
+        rows.append((change, bases, 2.0 * math.pi / integrator.points))
+    return rows
+
+
+def _augmented(
+    problem: Problem, change: Array, bases: Array, h: float, decay: float, poles: int
+) -> list[tuple[Array, Array]]:
+    """Return map and added covariance of each step, of motion, memory and lock-in together.
+
+    The lock-in's poles follow the motion, tone after tone, real and imaginary part; `decay` is the step over their time
+    constant. Between the ends of a step the deflection is a cubic.
+    """
+    points, inner, _ = change.shape
+    tones, modes = len(problem.tones), len(problem.modes)
+    outer = 2 * tones * poles
+    kept, half = math.exp(-decay), math.exp(-0.5 * decay)
+    place, speed = np.zeros((tones, inner)), np.zeros((tones, inner))
+    place[:, : 2 * modes : 2] = problem.readout.weights
+    speed[:, 1 : 2 * modes : 2] = problem.readout.weights
+    before, after = 0.5 * place + h / 8.0 * speed, 0.5 * place - h / 8.0 * speed
+    ratios = np.array([tone.frequency / problem.tones[0].frequency for tone in problem.tones])
+
+    def turns(share: float) -> Array:
+        angles = bases + np.multiply.outer(h * (np.arange(points) + share), ratios)
+        return np.stack([np.cos(angles), -np.sin(angles)], axis=-1)  # (points, tones, 2)
+
+    weight = decay / 3.0  # 2 z e^-iwt, by Simpson's rule
+    first = weight * kept * np.einsum("ijc,jx->ijcx", turns(0.0), place)
+    middle = 4.0 * weight * half * turns(0.5)
+    from_start = (first + np.einsum("ijc,jx->ijcx", middle, before)).reshape(points, 2 * tones, inner)
+    last = weight * np.einsum("ijc,jx->ijcx", turns(1.0), place)
+    from_end = (last + np.einsum("ijc,jx->ijcx", middle, after)).reshape(points, 2 * tones, inner)
+    A = np.zeros((points, inner + outer, inner + outer))
+    noise_in = np.zeros((points, inner + outer, inner))  # how noise at the end of a step enters
+    A[:, :inner, :inner] = change
+    noise_in[:, :inner] = np.eye(inner)
+    for pole in range(poles):
+        rows = slice(inner + 2 * tones * pole, inner + 2 * tones * (pole + 1))
+        if pole == 0:
+            A[:, rows, :inner] = from_start + from_end @ change
+            noise_in[:, rows] = from_end
+        else:
+            pre = slice(rows.start - 2 * tones, rows.start)
+            A[:, rows] = 0.5 * (1.0 - kept) * A[:, pre]
+            A[:, rows, pre] += 0.5 * (1.0 - kept) * np.eye(2 * tones)
+            noise_in[:, rows] = 0.5 * (1.0 - kept) * noise_in[:, pre]
+        A[:, rows, rows] += kept * np.eye(2 * tones)
+    added = noise_in @ _step_noise(problem, change, h) @ noise_in.transpose(0, 2, 1)
+    return list(zip(A, added, strict=True))
+
+
+def _step_noise(problem: Problem, change: Array, h: float) -> Array:
+    """Return the covariance that thermal noise adds to motion and memory over each step, by Simpson's rule."""
+    inner = change.shape[1]
+    strength, scale = np.zeros((inner, inner)), kernel.scales(problem)
+    for n, mode in enumerate(problem.modes):
+        omega = 2.0 * math.pi * mode.f0
+        # 2 kT c / m^2 in scaled units of velocity and time
+        strength[2 * n + 1, 2 * n + 1] = (
+            2.0 * problem.noise.kT * omega**3 / (mode.k * mode.Q) / (scale.speed**2 * scale.omega)
+        )
+    rest = change - np.eye(inner)
+    # the root of the tangent, which leads over half a step
+    root = np.eye(inner) + 0.5 * rest @ (np.eye(inner) - 0.25 * rest @ (np.eye(inner) - 0.5 * rest))
+    whole = change @ strength @ change.transpose(0, 2, 1)
+    return np.asarray(h / 6.0 * (strength + 4.0 * root @ strength @ root.transpose(0, 2, 1) + whole))

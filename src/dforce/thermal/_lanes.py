@@ -1,0 +1,200 @@
+"""A motion under thermal noise, simulated in many lanes at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case, case_of
+from dforce.core.errors import ParameterError, ResultError, checked
+from dforce.core.quantities import MOTION
+from dforce.runs import dwell, watched
+from dforce.thermal._along import Progress, lock_in_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.instrument import NoiseNumbers
+    from dforce.problem import Problem
+    from dforce.solvers.integrator import Motion
+    from dforce.solvers.langevin import Lanes, Langevin
+
+CHUNK = 64  # periods between looks at the watch
+MOST_NUMBERS = 200_000_000  # of a record: more than a GB
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+
+
+@checked
+def noisy_motion(
+    case: Case | xr.Dataset, zc: Any = None, seeds: int | Sequence[int] = 200, periods: int = 1000,
+    settling: int | None = None, bandwidth: Any = None, poles: int | None = None, progress: Progress = None,
+) -> xr.Dataset:  # fmt: skip
+    """Return amplitude and phase of each period under thermal noise, of many runs at once.
+
+    Each run has a seed of its own and is the same alone as among others. All start from the motion without noise.
+
+    Parameters
+    ----------
+    case
+        A case, or one point of a result: the motion there is the start.
+    zc
+        Average distance (m, or text with a unit); left out: that of the point.
+    seeds
+        Number of runs, counted on from the case's `noise.seed`, or the seed of each.
+    periods
+        Periods of the first tone that are kept.
+    settling
+        Periods before; left out: ten decay times of the slowest mode and of the lock-in.
+    bandwidth, poles
+        Equivalent noise bandwidth (Hz) of a lock-in that reads the periods, far below the drive frequency, and its poles;
+        left out: each period alone.
+    progress
+        See :func:`run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, detector noise included;
+        `min_distance` (m) of each run.
+    """
+    import xarray as xr
+
+    from dforce.results.dataset import describe, provenance
+
+    asked, problem, place, start = start_of(case, zc)
+    given = range(problem.noise.seed, problem.noise.seed + seeds) if isinstance(seeds, int) else seeds
+    band = None if bandwidth is None else lock_in_of(problem, bandwidth, poles)
+    if periods < 1 or not len(given):
+        raise ParameterError("a noisy motion takes at least one period and one seed")
+    if len(given) * periods * len(problem.tones) > MOST_NUMBERS:
+        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; take fewer of either")
+    wait = settling_periods(problem, band) if settling is None else settling
+    integrator = langevin(asked, problem, place)
+    if band is not None:
+        integrator.read_by(*band)
+    lanes = integrator.lanes([start] * len(given), list(given))
+    with watched(progress, f"noisy motion: {asked.title}") as tell:
+        parts, lanes = march(integrator, lanes, wait + periods, tell)
+        c = read_out(integrator, parts, list(given), band)[:, wait:]
+        tell(wait + periods, wait + periods, "")
+    turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
+    times = (np.arange(c.shape[1]) + 0.5) / problem.tones[0].frequency
+    data = xr.Dataset(
+        {
+            "amplitude": (("seed", "time", "tone"), np.abs(c)),
+            "phase": (("seed", "time", "tone"), _lag(c * np.exp(-1j * turns))),
+            "min_distance": ("seed", lanes.lowest),
+        },
+        {"seed": list(given), "time": times, "tone": np.arange(1, len(problem.tones) + 1), "zc": place},
+    )
+    if c.shape[1] < periods:
+        data.attrs["interrupted"] = 1
+    data.attrs |= provenance(asked.to_toml(complete=True), asked.title) | {"samples_per_period": integrator.points}
+    return describe(data)
+
+
+def _lag(c: Complex) -> Any:
+    from dforce.observables.finish import phase_lag
+
+    return phase_lag(c)
+
+
+def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Motion]:
+    """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
+    from dforce.experiments.motion import motion_of
+
+    if isinstance(case, Case):
+        quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
+        asked, point = case, dwell(case.replace(solver=quiet), zc)
+        problem = case.problem
+    else:
+        if zc is not None:
+            raise ParameterError("a point of a result has its distance; leave zc out")
+        asked, point = case_of(case), case
+        if asked.experiment is None:
+            raise ParameterError("the result does not say which experiment it is from")
+        if MOTION not in point.variables or point["status"].ndim:
+            raise ResultError(
+                "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
+            )
+        problem = asked.experiment.problem_at(asked.problem, point, asked)
+    if MOTION not in point.variables:
+        raise ResultError("there is no motion at this distance")
+    motion = motion_of(point, problem)
+    if not motion.is_finite:
+        raise ResultError("there is no motion at this point")
+    return asked, problem, float(point["zc"]), motion
+
+
+def langevin(case: Case, problem: Problem, zc: float) -> Langevin:
+    """Return the integrator of a problem under thermal noise, at a distance (m)."""
+    from dforce.solvers.langevin import Langevin
+
+    settings = case.solver.replace(method="transient", integrator="langevin")
+    integrator = Langevin(problem, settings, 1)
+    integrator.place(zc)
+    return integrator
+
+
+def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
+    """Return after how many periods of the first tone start and lock-in are forgotten."""
+    from dforce.instrument.noise import time_constant
+    from dforce.solvers.transient import LATE, decay_periods
+
+    of_lock_in = 0.0 if band is None else LATE * band[1] * time_constant(*band) * problem.tones[0].frequency
+    return LATE * decay_periods(problem) + math.ceil(of_lock_in)
+
+
+def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complex, Lanes]:
+    """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
+
+    Ctrl-C ends it with what there is.
+    """
+    parts, done = [np.empty((len(lanes.y), 0, len(integrator.tones)), dtype=complex)], 0
+    try:
+        while done < periods:
+            tell(done, periods, "periods")
+            count = min(CHUNK, periods - done)
+            lanes, c = integrator.run(lanes, count)
+            parts.append(c)
+            done += count
+    except KeyboardInterrupt:
+        pass
+    return np.concatenate(parts, axis=1), lanes
+
+
+def read_out(integrator: Langevin, c: Complex, seeds: list[int], band: tuple[float, int] | None) -> Complex:
+    """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
+    problem = integrator.problem
+    if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
+        raise ParameterError("a lever of light is read by a lock-in: give its bandwidth")
+    seen = np.array([weights[tone.mode] for weights, tone in zip(problem.readout.weights, problem.tones, strict=True)])
+    read = c * integrator.scales.length + (problem.readout.base - seen) * problem.base
+    return np.asarray(read + _detector(problem.noise, c.shape, seeds, problem, band))
+
+
+def _detector(
+    noise: NoiseNumbers, shape: tuple[int, ...], seeds: list[int], problem: Problem, band: tuple[float, int] | None
+) -> Any:
+    """Return what the detector adds to the reading of each period (m): white, so independent before the lock-in."""
+    if not noise.detector:
+        return 0.0
+    frequency = problem.tones[0].frequency
+    rows = [np.random.Generator(np.random.Philox(seed)).standard_normal((*shape[1:], 2)) for seed in seeds]
+    added = noise.detector * math.sqrt(frequency) * np.array(rows) @ np.array([1.0, 1j])
+    return added if band is None else _low_pass(added, frequency, *band)
+
+
+def _low_pass(read: Complex, frequency: float, bandwidth: float, poles: int) -> Complex:
+    """Return noise of periods behind equal poles."""
+    from scipy.signal import lfilter
+
+    from dforce.instrument.noise import time_constant
+
+    kept = math.exp(-1.0 / (frequency * time_constant(bandwidth, poles)))
+    for _ in range(poles):
+        read = lfilter([1.0 - kept], [1.0, -kept], read, axis=1)
+    return read

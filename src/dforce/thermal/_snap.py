@@ -1,0 +1,118 @@
+"""The snap of a still lever into contact by thermal motion, by Kramers' rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core import units
+from dforce.core.errors import ParameterError, UnitError, checked
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GRID = 4000  # places between the surface and the rest position where the balance is looked at
+SLOPE = 1e-4  # of the barrier's distance: step of the numerical slope
+LEAST_BARRIER = 3.0  # thermal energies: below, Kramers' rate is no longer one
+HIGHEST_Q = 3.0  # above, energy comes and goes too slowly for it
+
+
+@checked
+def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
+    r"""Return how often thermal motion takes a still, undriven lever across the barrier to the surface.
+
+    .. math:: \Gamma = \frac{\sqrt{\gamma^2 / 4 + \omega_b^2} - \gamma / 2}{\omega_b}\, \frac{\omega_a}{2 \pi}\,
+              e^{-\Delta U / k_B T}, \qquad U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \quad
+              \gamma = \frac{\omega_0}{Q}
+
+    with the curvatures of U at its minimum, a, and on its barrier, b. The lever moves in its first mode, the force is that
+    at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for higher Q the true rate is lower.
+
+    Parameters
+    ----------
+    case
+        Lever, medium and forces; the drive does not count.
+    zc
+        Distance of the rest position (m, or text with a unit).
+
+    Returns
+    -------
+    xarray.Dataset
+        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m); ``attrs["note"]`` says where the
+        rate is no more than a bound.
+
+    Raises
+    ------
+    ParameterError
+        When the lever has no barrier at this distance, or a force has memory or branches.
+
+    Source: H. A. Kramers, Physica 7, 284 (1940).
+    """
+    import xarray as xr
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    from dforce.results.dataset import describe, provenance
+
+    try:
+        place = units.parse(zc, "m")
+    except UnitError as error:
+        raise UnitError(f"zc {error}") from None
+    problem = case.problem
+    mode, force = problem.modes[0], _at_rest(case, place)
+
+    def net(d: float) -> float:
+        return mode.k * (d - place) - force(d)
+
+    ways = np.linspace(place, problem.a0, GRID)
+    values = np.array([net(d) for d in ways])
+    turns = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
+    if len(turns) < 2 or not values[0] > 0.0:
+        raise ParameterError(
+            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is held, or it snaps in by itself"
+        )
+    rest, top = (float(brentq(net, ways[i + 1], ways[i], xtol=1e-22, rtol=1e-14)) for i in turns[:2])
+    barrier = -quad(net, top, rest, epsrel=1e-12)[0]
+    step = SLOPE * (rest - top)
+    omega = 2.0 * math.pi * mode.f0
+    well, crest = (math.sqrt(abs(_slope(net, d, step)) / mode.k) * omega for d in (rest, top))
+    gamma, kT = omega / mode.Q, problem.noise.kT
+    if kT <= 0.0:
+        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
+    prefactor = (math.sqrt(0.25 * gamma**2 + crest**2) - 0.5 * gamma) / crest * well / (2.0 * math.pi)
+    notes = [
+        note
+        for low, note in (
+            (barrier < LEAST_BARRIER * kT, "The barrier is below 3 kT, where Kramers' rate is only a scale."),
+            (mode.Q > HIGHEST_Q, "Q is above 3, where energy comes slowly: the true rate is lower."),
+        )
+        if low
+    ]
+    data = xr.Dataset(
+        {
+            "barrier": barrier, "switching_rate": prefactor * math.exp(-barrier / kT), "rest_distance": rest,
+            "barrier_distance": top,
+        },
+        {"zc": place},
+    )  # fmt: skip
+    data.attrs = provenance(case.to_toml(), case.title) | {"note": " ".join(notes)}
+    return describe(data)
+
+
+def _at_rest(case: Case, zc: float) -> Callable[[float], float]:
+    """Return the force (N) on a tip that does not move, at a distance (m)."""
+    forces = case.problem.forces
+    for force in forces:
+        if force.memory or force.switch is not None:
+            raise ParameterError(f"{force.name} has memory or two branches, so that no energy belongs to a distance")
+    laws = [(force.law_function(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
+    return lambda d: sum(float(law(d, 0.0, 0.0, *place, *values)) for law, place, values in laws)
+
+
+def _slope(function: Callable[[float], float], x: float, h: float) -> float:
+    """Return a derivative by differences of fourth order."""
+    return (8.0 * (function(x + h) - function(x - h)) - function(x + 2.0 * h) + function(x - 2.0 * h)) / (12.0 * h)

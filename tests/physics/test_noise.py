@@ -1,0 +1,460 @@
+"""Thermal motion and noise: deterministic statements about the step, its statistics in seconds, and what follows from it."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+from scipy.linalg import solve_discrete_lyapunov
+
+import dforce as df
+from dforce.core.errors import ParameterError, ResultError
+from dforce.experiments.motion import motion_of
+from dforce.instrument import ModeNumbers
+from dforce.instrument.noise import (
+    BOLTZMANN,
+    frequency_noise,
+    least_gradient,
+    thermal_amplitude,
+    thermal_density,
+    time_constant,
+)
+from dforce.solvers.integrator import RK4, free_amplitudes, with_amplitudes
+from dforce.solvers.langevin import Langevin, linear_step, step_noise
+from dforce.solvers.linear_noise import linear_noise
+from dforce.solvers.philox import normals, philox
+from dforce.validity import advice_in
+
+KT = BOLTZMANN * 298.15
+AIR = ModeNumbers(75e3, 2.8, 200.0)
+NOISY = {"integrator": "langevin", "points_per_period": 64}
+
+
+def case(forces=(), solver=NOISY, Q=50, A0="20 nm", **others):
+    return df.Case(
+        cantilever={"f0": 75e3, "k": 2.8, "Q": Q}, drive={"A0": A0}, tip={"radius": 10e-9},
+        sample={"youngs_modulus": 1e9, "poisson_ratio": 0.3}, forces=list(forces), solver=solver, **others,
+    )  # fmt: skip
+
+
+def langevin(asked, zc):
+    integrator = Langevin(asked.problem, asked.solver, 1)
+    integrator.place(zc)
+    return integrator, with_amplitudes(integrator, free_amplitudes(integrator))
+
+
+# random numbers
+
+
+@pytest.mark.parametrize(
+    ("counter", "key", "words"),
+    [  # the known answers that are published with Random123
+        ((0, 0, 0, 0), (0, 0), (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
+        ((0xFFFFFFFF,) * 4, (0xFFFFFFFF,) * 2, (0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD)),
+        (
+            (0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344), (0xA4093822, 0x299F31D0),
+            (0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1),
+        ),
+    ],
+)  # fmt: skip
+def test_philox_gives_its_published_words(counter, key, words):
+    assert philox(*counter, *key) == words
+
+
+def test_normal_numbers_have_the_moments_of_a_normal_distribution():
+    out = np.empty((5000, 4))
+    for step in range(len(out)):
+        normals(step, 1, 2, out[step])
+    spread = 1.0 / math.sqrt(len(out))
+    assert np.abs(out.mean(axis=0)).max() < 4.0 * spread
+    assert np.abs((out**2).mean(axis=0) - 1.0).max() < 4.0 * math.sqrt(2.0) * spread
+    apart = np.corrcoef(out.T) - np.eye(4)
+    assert np.abs(apart).max() < 4.0 * spread
+
+
+# the step
+
+
+def test_step_of_the_free_lever_and_its_noise_have_their_exact_values():
+    h = 1.0 / 75e3 / 50.0
+    M, S = linear_step(AIR, h), step_noise(AIR, h, KT)
+    assert (
+        pytest.approx(np.array([[0.9921163521134, 2.6588184408531e-7], [-59043.34391747, 0.9914898827773]]), rel=1e-12)
+        == M
+    )
+    assert [S[0, 0], S[0, 1], S[1, 1]] == pytest.approx(
+        [9.6892933768e-27, 5.4378951448e-20, 4.0784475447e-13], rel=1e-10
+    )
+
+
+@pytest.mark.parametrize("turns", [1e-3, 0.1, 0.9])
+def test_noise_of_a_step_keeps_equipartition(turns):
+    h = turns / 75e3
+    P = np.diag([KT / AIR.k, KT * (2.0 * math.pi * AIR.f0) ** 2 / AIR.k])
+    M, S = linear_step(AIR, h), step_noise(AIR, h, KT)
+    scale = np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    assert np.abs(S - (P - M @ P @ M.T)).max() < 1e-14 * scale.max()
+    assert (S + M @ P @ M.T) / scale == pytest.approx(P / scale, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("points", "place", "speed"),
+    [
+        (16, 1.02019010825, 0.97402973906),
+        (32, 1.00487403033, 0.99355790135),
+        (64, 1.00120818334, 0.99839258600),
+    ],
+)
+def test_equipartition_in_contact_has_the_second_order_error_that_is_derived(points, place, speed):
+    spring = df.forces.Custom(law="-P1*(d - 20e-9)", P1=2.8)
+    asked = case([spring], {"integrator": "langevin", "points_per_period": points}, Q=200)
+    h, omega = 1.0 / 75e3 / points, 2.0 * math.pi * 75e3
+    M, S = linear_step(AIR, h), step_noise(AIR, h, KT)
+    K = np.array([[1.0, 0.0], [-0.5 * h * omega**2, 1.0]])
+    # the compiled step is that one: its map of a period, by differences of motions with the same noise
+    integrator, start = langevin(asked, 20e-9)
+    assert integrator.points == (points if points >= 32 else 32)
+    if integrator.points == points:
+        ends = []
+        for aside in ((0.0, 0.0), (1e-3, 0.0), (0.0, 1e-3)):
+            begun = replace(start, y=tuple(np.add(start.y, aside)))
+            ends.append(np.array(integrator.lock_in(begun, 1)[0].y))
+        scale = np.array([1.0, integrator.scales.omega])
+        found = np.stack([ends[1] - ends[0], ends[2] - ends[0]], axis=1) / 1e-3 * scale[:, None] / scale
+        assert found == pytest.approx(np.linalg.matrix_power(K @ M @ K, points), rel=1e-8, abs=1e-8)
+    unit = np.array([1.0, omega])  # so that both numbers are alike
+    P = solve_discrete_lyapunov(
+        K @ M @ K * unit / unit[:, None], K @ S @ K.T / np.outer(unit, unit) / KT, method="direct"
+    )
+    assert P[0, 0] * 5.6 == pytest.approx(place, abs=2e-11)
+    assert P[1, 1] * 2.8 == pytest.approx(speed, abs=2e-11)
+
+
+def test_step_is_of_order_two_in_contact():
+    cold = {"temperature": "1e-6 K"}
+    ends = []
+    for points in (128, 256, 512, 4096):
+        asked = case([df.forces.DMT(hamaker=2e-20)], NOISY | {"points_per_period": points}, medium=cold)
+        integrator, start = langevin(asked, 18e-9)
+        ends.append(np.array(integrator.lock_in(start, 20)[0].y))
+    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    # where the steps fall beside the kink of the force differs, which scatters the error
+    assert 1.5 < orders.mean() < 2.6
+    assert errors[-1] < 1e-3
+
+
+def test_driven_free_lever_has_no_error_at_any_step():
+    asked = case(solver={"integrator": "langevin", "points_per_period": 32}, medium={"temperature": "1e-20 K"})
+    integrator, start = langevin(asked, 50e-9)
+    motion, c = integrator.lock_in(start, 300)
+    assert np.abs(np.array(motion.y) - start.y).max() < 1e-9
+    assert np.abs(c[-1, 0] - (-1j)) < 1e-9  # amplitude A0, lag 90 degrees
+
+
+# lanes
+
+
+def test_many_lanes_are_the_single_runs_to_the_last_bit():
+    asked = case([df.forces.DMT(hamaker=2e-20)])
+    integrator, start = langevin(asked, 18e-9)
+    lanes, c = integrator.run(integrator.lanes([start] * 200, range(200)), 3)
+    for seed in range(200):
+        alone, own = langevin(asked.replace("noise.seed", seed), 18e-9)
+        motion, single = alone.lock_in(own, 3)
+        assert np.array_equal(np.array(motion.y), lanes.y[seed])
+        assert np.array_equal(single, c[seed])
+
+
+def test_run_goes_on_from_any_period_to_the_last_bit_and_seeds_differ():
+    integrator, start = langevin(case([df.forces.DMT(hamaker=2e-20)]), 18e-9)
+    whole, _ = integrator.lock_in(start, 50)
+    half, _ = integrator.lock_in(start, 17)
+    assert integrator.lock_in(half, 33)[0].y == whole.y
+    other, _ = langevin(case([df.forces.DMT(hamaker=2e-20)], noise={"seed": 2}), 18e-9)
+    assert other.lock_in(start, 50)[0].y != whole.y
+    integrator.place(18.1e-9)  # another distance has noise of its own
+    assert abs(integrator.lock_in(start, 1)[0].y[0] - langevin(case([df.forces.DMT(hamaker=2e-20)]), 18e-9)[0]
+               .lock_in(start, 1)[0].y[0]) > 1e-6  # fmt: skip
+
+
+def test_equipartition_holds_in_a_long_run():
+    integrator, start = langevin(case(), 50e-9)
+    lanes, _ = integrator.run(integrator.lanes([start] * 2000, range(2000)), 160)  # ten decay times
+    apart = (lanes.y - np.array(start.y)) * [integrator.scales.length, integrator.scales.speed]
+    omega, spread = 2.0 * math.pi * 75e3, math.sqrt(2.0 / 2000)
+    assert (apart[:, 0] ** 2).mean() * 2.8 / KT == pytest.approx(1.0, abs=3.5 * spread)
+    assert (apart[:, 1] ** 2).mean() * 2.8 / omega**2 / KT == pytest.approx(1.0, abs=3.5 * spread)
+
+
+# spectra and lock-in
+
+
+def test_spectral_density_and_formulas_have_their_values():
+    roots = [math.sqrt(thermal_density(75e3 * r, 75e3, 2.8, 200.0, KT)) for r in (1.0, 0.0, 2.0)]
+    assert roots == pytest.approx([1.57980855077e-12, 7.89904275384e-15, 2.63299962354e-15], rel=1e-11)
+    taus = [thermal_amplitude(75e3, 2.8, 200.0, KT, tau) for tau in (1e-3, 1e-4, 1e-5)]
+    assert taus == pytest.approx([2.59801e-11, 3.62657e-11, 3.81186e-11], rel=3e-6)
+    assert least_gradient(75e3, 2.8, 200.0, KT, 10e-9, 1e3) == pytest.approx(9.891166e-5, rel=1e-7)
+    assert frequency_noise(75e3, 2.8, 200.0, KT, 10e-9, 1e3) == pytest.approx(1.32470974, rel=1e-8)
+    assert time_constant(1e3, 1) == pytest.approx(0.25e-3, rel=1e-14)
+    whole = sum(
+        quad(lambda f: thermal_density(f, 75e3, 2.8, 2.0, KT), *ends)[0] for ends in ((0.0, 2e5), (2e5, np.inf))
+    )
+    assert whole == pytest.approx(KT / 2.8, rel=1e-9)
+
+
+@pytest.mark.parametrize("poles", [1, 2, 4])
+def test_bandwidth_is_that_of_so_many_poles(poles):
+    tau = time_constant(100.0, poles)
+    assert quad(lambda f: (1.0 + (2.0 * math.pi * f * tau) ** 2) ** -poles, 0.0, np.inf)[0] == pytest.approx(
+        100.0, rel=1e-8
+    )
+
+
+def orbit(asked, zc):
+    """The integrator and the periodic motion of a case at a distance, and what was found of it."""
+    found = df.dwell(asked, zc=zc)
+    integrator = RK4(asked.problem, asked.solver, 1)
+    integrator.place(zc)
+    return integrator, motion_of(found, asked.problem), found
+
+
+@pytest.mark.parametrize(("tau", "poles"), [(1e-3, 1), (1e-4, 1), (1e-5, 1), (1e-4, 2)])
+def test_noise_of_the_free_lever_is_the_integral_over_its_spectrum(tau, poles):
+    asked = case(solver={"points_per_period": 512}, Q=200)
+    integrator, motion, _ = orbit(asked, 50e-9)
+    bandwidth = 0.25 / tau
+    found = linear_noise(integrator, motion, 1, bandwidth, poles)
+    pole = time_constant(bandwidth, poles)
+
+    def seen(f):
+        # both sidebands of a lock-in of so many poles
+        passed = sum((1.0 + (2.0 * math.pi * (f - side * 75e3) * pole) ** 2) ** -poles for side in (1.0, -1.0))
+        return thermal_density(f, 75e3, 2.8, 200.0, KT) * passed
+
+    ends = [0.0, 60e3, 74e3, 74.8e3, 75e3, 75.2e3, 76e3, 90e3, 1e6]
+    wanted = sum(quad(seen, *pair, epsabs=0.0, epsrel=1e-10, limit=400)[0] for pair in itertools.pairwise(ends))
+    assert np.trace(found.quadratures[0]) / 2.0 == pytest.approx(wanted, rel=1e-6)
+    omega = 2.0 * math.pi * 75e3
+    assert np.diag(found.state) == pytest.approx([KT / 2.8, KT / 2.8 * omega**2], rel=1e-6)
+
+
+def test_covariance_of_a_tapping_lever_is_that_of_the_equations_along_its_orbit():
+    asked = case([df.forces.DMT(hamaker=1e-40)], {"points_per_period": 4096})
+    integrator, motion, found = orbit(asked, 15e-9)
+    assert np.array(motion.y) * [20.0, 20e-3 * 2.0 * math.pi * 75e3 * 1e-3] == pytest.approx(
+        [9.7709836905, 5.899884535], rel=2e-9
+    )
+    assert found.multiplier_modulus.values == pytest.approx(abs(0.9119062608 + 0.2243620952j), rel=1e-7)
+    state = linear_noise(integrator, motion, 1, 1e3, 1).state * 1e18
+    values = [state[0, 0], state[0, 1] * 1e-6, state[1, 1] * 1e-12]
+    # what a tap of the Runge-Kutta method itself is off by
+    assert values == pytest.approx([0.0128156336, -0.0039652721, 0.0014728902], rel=5e-6)
+    assert values == pytest.approx(_covariance(motion, integrator), rel=5e-6)
+
+
+def _covariance(motion, integrator):
+    """The same by the equations of the covariance, by DOP853 from contact to contact, in nm and microseconds."""
+    k, Q, w, zc, n, a0 = 2.8, 50.0, 2.0 * math.pi * 75e3, 15e-9, 4.0 / 3.0 / 0.91e-9 * math.sqrt(10e-9), 0.165e-9
+    m, F0 = k / w**2, k * 20e-9 / Q
+
+    def right(t, y):
+        z, v = y[:2]
+        depth = max(a0 - zc - z, 0.0)
+        J = np.array([[0.0, 1.0], [-(k + 1.5 * n * math.sqrt(depth)) / m, -w / Q]])
+        P, M = y[2:6].reshape(2, 2), y[6:].reshape(2, 2)
+        grown = J @ P + P @ J.T + np.diag([0.0, 2.0 * KT * w / (Q * m)])
+        return [v, (F0 * math.cos(w * t) + n * depth**1.5 - k * z) / m - w / Q * v, *grown.ravel(), *(J @ M).ravel()]
+
+    def touches(t, y):
+        return y[0] + zc - a0
+
+    y = np.array([*np.array(motion.y) * [integrator.scales.length, integrator.scales.speed], 0, 0, 0, 0, 1, 0, 0, 1])
+    now, end = 0.0, 1.0 / 75e3
+    touches.terminal = True
+    while now < end:
+        scale = np.array([1e-9, 1e-3, 1e-21, 1e-15, 1e-15, 1e-9, 1.0, 1e-6, 1e6, 1.0])
+        way = solve_ivp(right, (now, end), y, "DOP853", events=touches, rtol=1e-11, atol=1e-12 * scale)
+        now, y = float(way.t[-1]), way.y[:, -1]
+        if way.status == 1:
+            step = 1e-15
+            y = y + step * np.array(right(now, y))
+            now += step
+    M, D = y[6:].reshape(2, 2), y[2:6].reshape(2, 2)
+    scale = np.diag([1e9, 1e3])
+    M, D = scale @ M @ np.linalg.inv(scale), scale @ D @ scale
+    P = np.linalg.solve(np.eye(4) - np.kron(M, M), D.ravel()).reshape(2, 2)
+    return [P[0, 0], P[0, 1], P[1, 1]]
+
+
+# along curves
+
+
+def test_noise_along_a_curve_agrees_with_lanes():
+    # cold, so that the noise is small against the lengths on which the force changes
+    asked = case([df.forces.DMT(hamaker=2e-20)], solver={"points_per_period": 512}, medium={"temperature": "3 K"})
+    _compare(asked, ["17 nm", "12 nm"])
+
+
+def _compare(asked, zc):
+    curve = df.noise(df.approach(asked, zc=zc), "2 kHz", poles=2)
+    for place in range(len(zc)):
+        lanes = df.noisy_motion(curve.isel(zc=place), seeds=100, periods=200, bandwidth="2 kHz", poles=2)
+        for name in ("amplitude", "phase"):
+            runs = lanes[name].values[..., 0]
+            squares = ((runs - runs.mean()) ** 2).mean(axis=1)
+            spread = squares.std(ddof=1) / math.sqrt(len(squares))
+            assert curve[f"{name}_noise"].values[place, 0] ** 2 == pytest.approx(squares.mean(), abs=3.5 * spread)
+
+
+def test_unstable_states_have_no_noise_and_fragile_ones_much():
+    states = df.noise(df.run(df.example("figure-3-branches")), "1 kHz")
+    known = np.isfinite(states.phase_noise.values[:, 0])
+    assert not known[~states.stable.values].any()
+    assert known[states.stable.values].mean() > 0.9
+    fragile = states.where(states.stable, drop=True)
+    nearest = fragile.phase_noise.values[np.nanargmin(fragile.escape.values), 0]
+    assert nearest > 3.0 * np.nanmedian(fragile.phase_noise.values)
+
+
+def test_detector_adds_its_density_times_the_bandwidth():
+    asked = case(noise={"detector": "100 fm/Hz^0.5", "bandwidth": "500 Hz"})
+    quiet = case(noise={"bandwidth": "500 Hz"})
+    curves = [df.noise(df.dwell(one.replace("solver", {}), zc="50 nm")) for one in (asked, quiet)]
+    squares = [one.amplitude_noise.item() ** 2 for one in curves]
+    assert squares[0] - squares[1] == pytest.approx(2.0 * (100e-15) ** 2 * 500.0, rel=1e-6)
+    still = df.noise(df.dwell(asked.replace("solver", {}).replace("noise.thermal", False), zc="50 nm"))
+    assert still.amplitude_noise.item() == pytest.approx(100e-15 * math.sqrt(1000.0), rel=1e-9)
+
+
+def test_noise_of_two_tones_and_modes_is_that_of_each():
+    modes = [{"f0": 50e3, "k": 1.0, "Q": 100}, {"f0": 300e3, "k": 40.0, "Q": 300}]
+    asked = df.Case(cantilever={"modes": modes}, drive={"tones": [{"A0": 10e-9}, {"A0": 1e-9}], "acts_on": "own_mode"})
+    found = df.noise(df.dwell(asked, zc="30 nm"), "100 Hz").amplitude_noise.values
+    for n, mode in enumerate(modes):
+        S = thermal_amplitude(mode["f0"], mode["k"], mode["Q"], KT, 0.25 / 100.0)
+        # the formula is that of high Q, of one mode
+        assert found[n] == pytest.approx(S, rel=2e-3)
+
+
+def test_force_with_memory_has_noise_as_its_lanes():
+    soft = df.forces.SLSSimple(instant_modulus="1 GPa", relaxed_modulus="0.3 GPa", relaxation_time="3 us")
+    _compare(case([soft], solver={"points_per_period": 256}, medium={"temperature": "3 K"}), ["15 nm"])
+
+
+# calibration and switching
+
+
+def test_each_calibration_gives_the_spring_constant_that_it_should():
+    beam = {
+        "youngs_modulus": 169e9,
+        "density": 2330,
+        "length": "225 um",
+        "width": "28 um",
+        "thickness": "3 um",
+        "modes": 2,
+    }
+    lever = df.Case(cantilever={"beam": beam}, medium="air", drive={"A0": "10 nm"}, noise={"detector": "30 fm/Hz^0.5"})
+    found = df.thermal_spectrum(lever, duration="0.5 s")
+    error = found.spring_constant_error.item()
+    first = lever.problem.modes[0]
+    assert error == pytest.approx(math.sqrt(first.Q / (math.pi * first.f0 * 0.5)), rel=1e-12)
+    ratio = found.spring_constant_ratio.to_pandas()
+    assert ratio["static, 0.817"] == pytest.approx(1.0, abs=3.5 * error)
+    assert ratio["static, no factor"] / ratio["static, 0.817"] == pytest.approx(1.0 / 0.8174347867, rel=1e-9)
+    assert ratio["each mode"] == pytest.approx(ratio["static, 0.817"], rel=1e-9)
+    assert ratio["each mode, 0.817"] / ratio["each mode"] == pytest.approx(0.8174347867 * 1.03019694736, rel=1e-9)
+    assert ratio["Sader"] == pytest.approx(1.0, abs=5.0 * error)
+    assert found.fitted_f0.values == pytest.approx([mode.f0 for mode in lever.problem.modes], rel=1e-3)
+    sure = math.sqrt(lever.problem.modes[1].Q / (math.pi * lever.problem.modes[1].f0 * 0.5))
+    assert found.mode_spring_constant.values[1] == pytest.approx(lever.problem.modes[1].k, rel=4.0 * sure)
+
+
+SNAP = df.Case(
+    cantilever={"f0": 20e3, "k": 0.3, "Q": 1}, drive={"A0": "0.1 pm"}, tip={"radius": 20e-9},
+    forces=[df.forces.VanDerWaals(hamaker=4e-20)], solver=NOISY | {"points_per_period": 128},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("zc", "barrier", "rate"),
+    [(1.55e-9, 2.7857407, 598.8347), (1.60e-9, 4.9625221, 75.962895), (1.65e-9, 7.5416573, 6.2089786)],
+)
+def test_snap_in_by_thermal_motion_has_kramers_rate(zc, barrier, rate):
+    found = df.snap_in_rate(SNAP, zc)
+    assert found.barrier.item() / KT == pytest.approx(barrier, abs=1e-7)
+    assert found.switching_rate.item() == pytest.approx(rate, rel=1e-7)
+    assert bool(found.attrs["note"]) == (barrier < 3.0)
+
+
+def test_simulated_lanes_snap_in_at_that_rate():
+    integrator, start = langevin(SNAP, 1.6e-9)
+    kramers = df.snap_in_rate(SNAP, 1.6e-9)
+    running = integrator.lanes([start] * 500, range(500))
+    events, at_risk = 0, 0
+    for period in range(300):
+        running, _ = integrator.run(running, 1)
+        gone = running.lowest < kramers.barrier_distance.item() - 0.15e-9
+        if period >= 10:
+            events, at_risk = events + int(gone.sum()), at_risk + len(gone)
+        running = running.part(np.flatnonzero(~gone))
+    rate = events / at_risk * 20e3
+    # Kramers' rate is 4 % above that of long simulations, 72.8(2.7)
+    assert rate == pytest.approx(72.8, rel=3.0 / math.sqrt(events) + 0.04)
+
+
+def test_fragile_state_switches_more_often_when_it_is_warmer():
+    air = df.example("figure-3-air").replace("solver.points_per_period", 128)
+    repulsive = df.dwell(air, zc="9.5 nm")
+    attractive = df.dwell(air, zc="9.5 nm", start={"amplitude": "10.5 nm", "phase": "60 deg"})
+    found = df.switching_rate(repulsive, attractive, lanes=100, periods=1000, temperature=["400 K", "800 K"])
+    rates = found.switches.values / found.watched_time.values
+    assert rates[1] > 1.5 * rates[0]
+    assert (found.switching_rate_low.values <= rates).all() and (rates < found.switching_rate_high.values).all()
+    known = found.switches.values >= 10
+    assert known[1] and np.array_equal(np.isfinite(found.switching_rate.values), known)
+    with pytest.raises(ParameterError, match="the same state"):
+        df.switching_rate(repulsive, repulsive)
+
+
+# a dwell, and what is refused
+
+
+def test_dwell_under_noise_scatters_about_the_steady_motion():
+    asked = case([df.forces.DMT(hamaker=2e-20)])
+    noisy = df.dwell(asked, zc="18 nm", recorded_periods=20)
+    steady = df.dwell(asked.replace("solver", {}), zc="18 nm")
+    assert noisy.attrs["case"] and int(noisy.status) == 0
+    assert not {piece.name for piece in advice_in(noisy)} & {"sampling", "step_error", "energy_gained"}
+    assert noisy.amplitude.item() != steady.amplitude.item()
+    sigma = df.noise(steady, "10 kHz").amplitude_noise.item()
+    assert noisy.amplitude.item() == pytest.approx(steady.amplitude.item(), abs=5.0 * sigma)
+    again = df.dwell(asked, zc="18 nm", recorded_periods=20)
+    assert np.array_equal(again.deflection.values, noisy.deflection.values)
+    with pytest.raises(ResultError, match="does not come again"):
+        df.motion_at(noisy)
+
+
+@pytest.mark.parametrize(
+    ("do", "message"),
+    [
+        (lambda: df.approach(case(), zc=["20 nm"]), "simulates a dwell, not approach"),
+        (lambda: df.dwell(case(noise={"thermal": False}), zc="20 nm"), "but noise.thermal = false"),
+        (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm")), 'give bandwidth = "1 kHz"'),
+        (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "80 kHz"), "is not between 0 Hz and the drive frequency"),
+        (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "1 kHz", poles=9), "poles = 9 is not a whole number"),
+        (lambda: df.thermal_spectrum(case(), "1 ms"), "is too short to resolve the resonance; it takes"),
+        (lambda: df.snap_in_rate(SNAP, "5 nm").close() or df.snap_in_rate(SNAP, "1 nm"), "has no barrier to the surface"),
+        (
+            lambda: df.dwell(case([df.forces.DMT(hamaker=2e-20)]).replace("sample.youngs_modulus", "10 TPa"), zc="15 nm"),
+            "is too few for the stiffness of the contact",
+        ),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_in_a_sentence(do, message):
+    with pytest.raises(ParameterError) as raised:
+        do()
+    assert message in str(raised.value)
