@@ -6,11 +6,23 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-from dforce_docs import cases, cli, commands, costs, forces, mathml, misprints, offline, others, quantities, validation
+from dforce_docs import (
+    cases,
+    cli,
+    commands,
+    costs,
+    forces,
+    mathml,
+    misprints,
+    offline,
+    public_names,
+    quantities,
+    validation,
+)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register everything with Sphinx."""
-    for part in (mathml, commands, forces, quantities, cases, cli, costs, misprints, offline, others, validation):
+    for part in (mathml, commands, forces, quantities, cases, cli, costs, misprints, offline, public_names, validation):
         part.setup(app)
     return {"parallel_read_safe": False, "parallel_write_safe": True}

@@ -38,7 +38,7 @@ SECTIONS: tuple[tuple[str, type[Parameters]], ...] = (
 )
 INNER: tuple[tuple[str, type[Parameters]], ...] = (
     ("zc = { ... }, a grid of distances", df.experiments.Grid),
-    ("zc = { ... }, distances as shares of A0", df.RelativeGrid),
+    ("zc = { ... }, distances as shares of A0", df.experiments.RelativeGrid),
     ("zc = { ... }, a range of distances", df.experiments.Span),
     ("frequency = { ... }", df.experiments.FrequencyGrid),
     ("start = { ... }", df.experiments.InitialMotion),

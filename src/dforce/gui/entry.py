@@ -21,7 +21,7 @@ class Entry(ui.element, component="entry.js"):
     path
         Name of the parameter in the case, shown as help.
     label, symbol, help
-        Words for it; `symbol` is HTML made by :func:`dforce.html_symbol`, the others are text.
+        Words for it; `symbol` is HTML made by :func:`dforce.core.notation.html_symbol`, the others are text.
     kind
         "text", "choice" or "switch".
     known

@@ -23,7 +23,7 @@ def cost_of_accuracy(
     Parameters
     ----------
     result
-        What :func:`dforce.cost_of_accuracy` returns.
+        What :func:`dforce.checks.benchmark.accuracy.cost_of_accuracy` returns.
     case
         The shipped case that the point belongs to.
     figure

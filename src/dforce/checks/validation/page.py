@@ -14,7 +14,7 @@ PIVOTED = ("identities", "curves")  # parts whose groups are columns
 
 @checked
 def validation_page(result: Mapping[str, Any]) -> str:
-    """Return the page of a result of :func:`dforce.validate`, in Markdown.
+    """Return the page of a result of :func:`dforce.checks.validation.validate`, in Markdown.
 
     Raises
     ------
