@@ -4,12 +4,14 @@
 
 The cases are those of the validation, half of them driven beside their resonance. Each is found at the default accuracy, and
 again from the same state by the reference: RK4 with 16384 samples a period, or the adaptive integrator. A deviation is the
-largest over all quantities, as a share of each one's scale.
+largest over all quantities, as a share of each one's scale. Ctrl-C reports what was compared so far; --family takes some of
+the cases alone.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import time
 import warnings
 from collections import defaultdict
@@ -28,7 +30,7 @@ from dforce.solvers.lot import Lot
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.transient import Steady
 from dforce.validation.comparison import reference
-from dforce.validation.draws import FAMILIES, draw
+from dforce.validation.draws import FAMILIES, Draw, draw
 
 FINE = 16_384  # samples a period of the reference by RK4
 NOTHING = 3e-8  # below such an error neither the estimate nor the reference means anything
@@ -64,11 +66,9 @@ def settled(problem: Problem, zc: float, settings: SolverSettings, near: Steady 
     return settle_at(block, start, zc)
 
 
-def compare(
-    number: int, seed: int, families: tuple[str, ...], settings: SolverSettings, exactly: str
-) -> Outcome | None:
+def compare(drawn: Draw, seed: int, settings: SolverSettings, exactly: str) -> Outcome | None:
     """Return what became of a case; None where its motion does not repeat with the tones, or has no reference."""
-    drawn = draw(seed, number, families)
+    number = drawn.number
     problem = beside(drawn.case.problem, number, seed)
     found = settled(problem, drawn.zc, settings)
     if "error_estimate" not in found.values:
@@ -142,9 +142,10 @@ def main() -> None:
     if given.samples:
         settings = SolverSettings(points_per_period=given.samples)
     outcomes, left, start = [], 0, time.process_time()
-    with warnings.catch_warnings(action="ignore"):
-        for number in range(given.cases):
-            one = compare(number, given.seed, tuple(given.family), settings, given.reference)
+    drawn = (draw(given.seed, number) for number in range(given.cases))
+    with warnings.catch_warnings(action="ignore"), contextlib.suppress(KeyboardInterrupt):
+        for case in (case for case in drawn if case.family in given.family):
+            one = compare(case, given.seed, settings, given.reference)
             left += one is None
             outcomes += [] if one is None else [one]
     report(outcomes, given.accuracy, given.worst)

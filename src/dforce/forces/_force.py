@@ -57,7 +57,8 @@ class Force(Parameters):
             the energy U (J); then the law must equal -dU/dd.
         `kinks()`, `jumps()`
             distances (m) at which the law is not smooth, and those of them at which it is not even
-            continuous; solvers that can, land on them.
+            continuous; solvers that can, land on them. `is_rooted` tells whether the law is like a root of the
+            distance beside one; it is found out by trying, unless a class knows.
         `memory`, `evolve(d, rate, t, memory, change, *arguments)`
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale`
