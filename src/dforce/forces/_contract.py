@@ -8,12 +8,16 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Mapping
+from itertools import product
 from typing import Any, ClassVar, Self, get_args
 
 from dforce.core.errors import ForceError, ParameterError, nearest
 from dforce.core.parameters import Parameters
 
 MOTION = ("d", "rate", "t")
+ROOT_DEPTHS = (1e-17, 1e-13, 1e-11)  # m behind a kink
+ROOT_RATES = (0.0, -1e-3, 1e-3)  # m/s
+ROOT_SHARE, ROUNDING = 1.0 / 30.0, 1e-10
 REGISTRY: dict[str, type[Force]] = {}
 
 INTERACTIONS = (
@@ -53,7 +57,8 @@ class Force(Parameters):
             the energy U (J); then the law must equal -dU/dd.
         `kinks()`, `jumps()`
             distances (m) at which the law is not smooth, and those of them at which it is not even
-            continuous; solvers that can, land on them.
+            continuous; solvers that can, land on them. `is_rooted` tells whether the law is like a root of the
+            distance beside one; it is found out by trying, unless a class knows.
         `memory`, `evolve(d, rate, t, memory, change, *arguments)`
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale`
@@ -117,6 +122,11 @@ class Force(Parameters):
     def fastest_rate(self) -> float:
         """Inverse of the shortest time in which the force's memory relaxes (1/s); 0 without such a time."""
         return 0.0
+
+    @property
+    def is_rooted(self) -> bool:
+        """Whether the law begins like a root of the distance on the near side of a kink: solvers take shorter steps there."""
+        return _is_rooted(self.law_function(), self.leading(), self.memory, self.kinks(), self.values())
 
     @property
     def is_passive(self) -> bool:
@@ -203,6 +213,23 @@ def _leading(cls: type[Force], law: Callable[..., float]) -> tuple[str, ...]:
     latch = ("latched",) if cls.switch is not None else ()
     place = ("zc",) if "zc" in names_of(law) else ()
     return (*MOTION, *memory, *latch, *place)
+
+
+@functools.lru_cache(maxsize=256)
+def _is_rooted(
+    law: Callable[..., float], leading: tuple[str, ...], memory: int, kinks: tuple[float, ...], values: tuple[Any, ...]
+) -> bool:
+    """Try a law at some depths behind its kinks: from a hundredth of a depth to the whole a root grows by 10, a line by 100."""
+    for kink, rate, latched in product(kinks, ROOT_RATES, (0.0, 1.0)):
+        given = {"rate": rate, "t": 0.0, "memory": [0.0] * memory, "latched": latched, "zc": kink}
+        rest = [given[name] for name in leading[1:]]
+        try:
+            edge, near, deep = (law(kink - depth, *rest, *values) for depth in ROOT_DEPTHS)
+        except (ArithmeticError, ValueError):  # no number, no root
+            continue
+        if abs(near - edge) > ROOT_SHARE * abs(deep - edge) and abs(deep - edge) > ROUNDING * abs(edge):
+            return True
+    return False
 
 
 def makes_its_laws(cls: type[Force]) -> bool:

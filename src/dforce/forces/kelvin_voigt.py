@@ -96,6 +96,11 @@ class KelvinVoigt(Force):
             return drag if drag > -elastic else -elastic
         return drag
 
+    @property
+    def is_rooted(self) -> bool:
+        """Whether the contact radius grows like a root, as it does without viscosity, too: that decides the kernel."""
+        return self.geometry == "sphere"
+
     def kinks(self) -> tuple[float, ...]:
         return (self.a0,)
 

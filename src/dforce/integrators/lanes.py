@@ -10,8 +10,27 @@ from typing import Any
 
 import numpy as np
 
+from dforce.integrators.divided_lanes import (
+    BEGIN,
+    BESIDE,
+    COUNTS,
+    CROSSED,
+    END,
+    HIGH,
+    LANES,
+    LOW,
+    STATES,
+    copy_columns,
+    divide_lanes,
+    divide_whole,
+    room_of,
+    strides,
+    weigh_roots,
+    weigh_spikes,
+)
 from dforce.integrators.loops import INSIDE, TAU, held, seconds
-from dforce.integrators.rk4 import CLOSE, NEAR, TRIES, cut_at_kink, step
+from dforce.integrators.rk4 import CLOSE, NEAR, TRIES, cut_at_kink
+from dforce.integrators.steps import REACH, STRIDE, step
 from dforce.kernel.linker import by_address, inlined
 from dforce.kernel.vocabulary import (
     arrived,
@@ -29,12 +48,12 @@ from dforce.kernel.vocabulary import (
     pushed,
     put_column,
     rate_of,
+    root_count,
     waves_at,
     yielding,
 )
 from dforce.observables.interpolant import cubic, cubic_rate
 
-LANES = 8  # the compiler takes so many at once: fewer go one by one, and take longer
 SCRATCH = 9  # numbers of each lane while steps are cut, beside the motion
 FAR = 1000.0  # times the free amplitude: a motion so much farther from the surface meets no force to speak of
 
@@ -87,6 +106,7 @@ def advance_lanes(
     rows, size = block.shape[0], block.shape[2]
     place = 2 * mode_count()
     cuts = np.empty((place + SCRATCH, LANES))
+    room = room_of()
     for i in range(points):
         here, there = block[i % rows], block[(i + 1) % rows]
         c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
@@ -98,10 +118,13 @@ def advance_lanes(
             f = force(distance(y, p), rate_of(y, p), t, None, None, p)
             here[place, j] = f
             put_column(there, j, smooth_step(y, f, u0, u1, u2, h, t, dt, None, None, p))
-        if mark_crossed(here, there, numbers, kinks, h, crossed):
+        marked = mark_crossed(here, there, numbers, kinks, h, crossed)
+        if marked & BESIDE:
+            divide_whole(here, there, numbers, kinks, drive, c0, c1, c2, h, period * TAU + i * h, crossed, room, work)
+        if marked & CROSSED:
             for first in range(0, size, LANES):
                 cut_lanes(
-                    here, there, numbers, kinks, drive, c0, c1, c2, h, period * TAU + i * h, first, crossed, cuts,
+                    here, there, numbers, kinks, drive, c0, c1, c2, h, period * TAU + i * h, first, crossed, cuts, room,
                     nothing, work,
                 )  # fmt: skip
             for j in range(size):
@@ -124,7 +147,7 @@ def advance_lanes(
 
 def cut_lanes(
     here: Any, there: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float,
-    first: int, crossed: Any, cuts: Any, nothing: Any, work: Any,
+    first: int, crossed: Any, cuts: Any, room: Any, nothing: Any, work: Any,
 ) -> None:  # fmt: skip
     """Cut the steps of some lanes, from the first one on, where they pass one kink, and unmark those for which it is done.
 
@@ -138,6 +161,7 @@ def cut_lanes(
         return
     limits, level, passes = cuts[size : size + 4], cuts[size + 4], cuts[size + 5]
     share, back, more = cuts[size + 6], cuts[size + 7], cuts[size + 8]
+    careful = root_count() > 0 or strides(here, there, numbers, first, count)
     surround(here, there, numbers, kinks, first, limits, level, passes)
     for i in range(count):
         j = first + i
@@ -153,10 +177,17 @@ def cut_lanes(
             u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
             um, uh = drive_between(u0, u1, u2, 0.5 * at / h), drive_between(u0, u1, u2, at / h)
             landed = step(y, f, u0, um, uh, at, t, nothing, nothing, (limits[0, i], limits[1, i]), nothing, work, p)
+            share[i] = at
+            put_column(cuts, i, landed)
+        if careful:
+            copy_columns(here, first, room, 0)
+            divide_part(cuts, limits, 0, share, passes, numbers, kinks, drive, c0, c1, c2, h, tau, first, room, work)
+        for i in range(count):
+            p = parameters_of(numbers, first + i)
+            y, landed = column(here, first + i), column(cuts, i)
             past = distance(landed, p) - level[i]
             past = -past if distance(y, p) > level[i] else past
-            share[i], back[i] = at, 0.5 * NEAR * h - past * p[3] / abs(rate_of(landed, p))
-            put_column(cuts, i, landed)
+            back[i] = 0.5 * NEAR * h - past * p[3] / abs(rate_of(landed, p))
         astray = False
         for i in range(count):
             more[i] = 0.0 if abs(back[i]) < CLOSE * h else back[i]
@@ -177,6 +208,8 @@ def cut_lanes(
         done = done and (distance(landed, p) > level[i]) != (distance(y, p) > level[i])
         share[i], passes[i] = at + back[i], passes[i] if done else 0.0
         put_column(cuts, i, landed)
+    if careful:
+        copy_columns(cuts, 0, room, 0)
     for i in range(count):
         j = first + i
         p = parameters_of(numbers, j)
@@ -185,14 +218,34 @@ def cut_lanes(
         uh, um = drive_between(u0, u1, u2, at / h), drive_between(u0, u1, u2, 0.5 + 0.5 * at / h)
         f = force(held(distance(landed, p), (limits[2, i], limits[3, i])), rate_of(landed, p), t, nothing, nothing, p)
         end = step(landed, f, uh, um, u2, h - at, t, nothing, nothing, (limits[2, i], limits[3, i]), nothing, work, p)
-        d = distance(end, p)
-        passes[i] = passes[i] if limits[2, i] < d < limits[3, i] else 0.0
         put_column(cuts, i, end)
+    if careful:
+        divide_part(cuts, limits, 2, share, passes, numbers, kinks, drive, c0, c1, c2, h, tau, first, room, work)
+    for i in range(count):
+        d = distance(column(cuts, i), parameters_of(numbers, first + i))
+        passes[i] = passes[i] if limits[2, i] < d < limits[3, i] else 0.0
     for i in range(count):
         if crossed[first + i] and passes[i] == 1.0:
             crossed[first + i] = 0
             for k in range(size):
                 there[k, first + i] = cuts[k, i]
+
+
+def divide_part(
+    cuts: Any, limits: Any, side: int, share: Any, passes: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any,
+    c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
+) -> None:  # fmt: skip
+    """Divide the part of steps before their cut (0) or behind it (2), which leads to `cuts`; the room holds its start."""
+    copy_columns(cuts, 0, room, 2 * mode_count())
+    for i in range(share.shape[0]):
+        room[BEGIN, i], room[END, i] = (0.0, share[i] / h) if side == 0 else (share[i] / h, 1.0)
+        room[LOW, i], room[HIGH, i], room[COUNTS, i] = limits[side, i], limits[side + 1, i], passes[i]
+    weigh_roots(numbers, kinks, h, first, room)
+    weigh_spikes(numbers, kinks, h, tau, first, room)
+    if divide_lanes(numbers, drive, c0, c1, c2, h, tau, first, room, work):
+        for i in range(share.shape[0]):
+            for k in range(2 * mode_count()):
+                cuts[k, i] = room[STATES + 6 * mode_count() + k, i]
 
 
 def surround(here: Any, there: Any, numbers: Any, kinks: Any, first: int, limits: Any, level: Any, passes: Any) -> None:
@@ -224,7 +277,7 @@ def passed_at(level: float, h: float, d0: float, v0: float, d1: float, v1: float
 
 
 def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, crossed: Any) -> int:
-    """Mark the lanes that pass a kink between two samples, or may touch one (see `grazes`); return whether there is any."""
+    """Mark the lanes that pass a kink between two samples, may touch one (see `grazes`), or lie near one; return all marks."""
     for j in range(crossed.shape[0]):
         crossed[j] = 0
     for k in range(kinks.shape[0]):
@@ -233,7 +286,14 @@ def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, cros
             before = distance(column(here, j), p) > kinks[k, j]
             middle = distance(coasted(column(here, j), 0.5 * h), p) > kinks[k, j]
             after = distance(column(there, j), p) > kinks[k, j]
-            crossed[j] |= (1 if before != after else 0) | (1 if before != middle else 0)
+            crossed[j] |= (CROSSED if before != after else 0) | (CROSSED if before != middle else 0)
+            d0, d1 = distance(column(here, j), p), distance(column(there, j), p)
+            far0 = 2.0 * REACH * abs(distance(coasted(column(here, j), 0.5 * h), p) - d0)
+            far1 = 2.0 * REACH * abs(distance(coasted(column(there, j), 0.5 * h), p) - d1)
+            close = abs(d0 - kinks[k, j]) < far0 or abs(d1 - kinks[k, j]) < far1
+            inside = root_count() > 0 and not before and not after
+            outside = before and after and abs(d1 - d0) > STRIDE * min(d0, d1)
+            crossed[j] |= BESIDE if close and (inside or outside) else 0
     found = 0
     for j in range(crossed.shape[0]):
         found |= crossed[j]

@@ -25,15 +25,14 @@ from dforce.integrators.loops import (
     touches_a_jump,
     turn_behind,
 )
-from dforce.kernel.linker import by_address, inlined
+from dforce.integrators.steps import divided, part_step, step
+from dforce.kernel.linker import by_address
 from dforce.kernel.vocabulary import (
-    arrived,
     bent,
     coasted,
     distance,
     drive_at,
     drive_between,
-    evolve,
     force,
     forced,
     free_acceleration,
@@ -43,7 +42,6 @@ from dforce.kernel.vocabulary import (
     pushed,
     rate_of,
     row,
-    yielding,
 )
 from dforce.observables.interpolant import crossing
 from dforce.observables.lockin import lock_in_turned
@@ -54,53 +52,6 @@ NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for 
 TRIES = 4  # to land behind a kink
 CLOSE = 1e-5  # how near there a landing must be, relative to the step
 LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
-
-
-@inlined
-def step(
-    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
-    work: Any, p: Any,
-) -> Any:  # fmt: skip
-    """Return the motion one step later; the memory then is in `stage`. Forces are evaluated within the limits."""
-    half = seconds(0.5 * h, p)
-    full = seconds(h, p)
-    size = memory_size()
-    d = distance(y, p)
-    rate = rate_of(y, p)
-    middle, last = coasted(y, 0.5 * h), coasted(y, h)
-    # distances are those of the motions to come without the latest force, and what it adds: the next one is known sooner
-    b1 = free_acceleration(u0, y, p)
-    a1 = forced(b1, f, p)
-    ya = pushed(middle, 0.5 * h, a1)
-    da, ra = held(distance(middle, p), limits), rate_of(ya, p)
-    if size:
-        evolve(d, rate, t, memory, latched, work[1], p)
-        for i in range(size):
-            stage[i] = memory[i] + 0.5 * h * work[1, i]
-        evolve(da, ra, t + half, stage, latched, work[2], p)
-    fa = force(da, ra, t + half, stage, latched, p)
-    b2 = free_acceleration(u1, ya, p)
-    a2 = forced(b2, fa, p)
-    bend = 0.25 * h * h
-    yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
-    db, rb = held(distance(bent(middle, bend, b1), p) + bend * yielding(p) * f, limits), rate_of(yb, p)
-    if size:
-        for i in range(size):
-            stage[i] = memory[i] + 0.5 * h * work[2, i]
-        evolve(db, rb, t + half, stage, latched, work[3], p)
-    a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
-    bend = 0.5 * h * h
-    yc = pushed(bent(last, bend, a2), h, a3)
-    dc, rc = held(distance(bent(last, bend, b2), p) + bend * yielding(p) * fa, limits), rate_of(yc, p)
-    if size:
-        for i in range(size):
-            stage[i] = memory[i] + h * work[3, i]
-        evolve(dc, rc, t + full, stage, latched, work[4], p)
-    a4 = forced(free_acceleration(u2, yc, p), force(dc, rc, t + full, stage, latched, p), p)
-    if size:
-        for i in range(size):
-            stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
-    return arrived(last, h, a1, a2, a3, a4)
 
 
 def cut_at_kink(
@@ -130,7 +81,7 @@ def cut_at_kink(
             if not 0.0 < first < h:
                 break
             um, uh = drive_between(u0, u1, u2, 0.5 * first / h), drive_between(u0, u1, u2, first / h)
-            landed = part_step(y, f, u0, um, uh, first, t, memory, latched, limits, stage, work, p)
+            landed = part_step(y, f, u0, um, uh, first, t, memory, latched, limits, kinks, stage, work, p)
             past = margin(which, y, landed, t, latched, kinks, p)
             wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
             off = (past - 0.5 * wanted) / wanted
@@ -148,7 +99,7 @@ def cut_at_kink(
             limits = interval(landed, kinks, p)
             behind = force(held(distance(landed, p), limits), rate_of(landed, p), between, memory, latched, p)
             um = drive_between(u0, u1, u2, 0.5 + 0.5 * first / h)
-            end = part_step(landed, behind, uh, um, u2, left, between, memory, latched, limits, stage, work, p)
+            end = part_step(landed, behind, uh, um, u2, left, between, memory, latched, limits, kinks, stage, work, p)
             if passed(landed, end, t + dt, latched, kinks, p) >= 0:
                 break
             return end
@@ -251,15 +202,7 @@ def driven_step(
     u0 = drive_at(tones, bases, tau)
     u1 = drive_at(tones, bases, tau + 0.5 * h)
     u2 = drive_at(tones, bases, tau + h)
-    return part_step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
-
-
-def part_step(
-    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
-    work: Any, p: Any,
-) -> Any:  # fmt: skip
-    """Return the motion after a part of a step: `step`, not inlined, so that it is compiled once."""
-    return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+    return part_step(y, f, u0, u1, u2, h, t, memory, latched, limits, kinks, stage, work, p)
 
 
 @by_address("{y}({y},f8[::1],f8[::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],f8[::1],f8[:,::1],f8[:,::1],{p})")
@@ -283,6 +226,7 @@ def advance(
                 y, end, f, u0, u1, u2, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p
             )
         else:
+            end = divided(y, end, f, u0, u1, u2, h, t, memory, latched, kinks, stage, work, p)
             for k in range(memory_size()):
                 memory[k] = stage[k]
         y = end

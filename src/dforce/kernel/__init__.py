@@ -171,8 +171,8 @@ class Kernel:
 
 
 def signature(force: Force) -> tuple[Any, ...]:
-    """Return what of a force decides its compiled form: its law, its numbers of states and arguments, no parameter."""
-    return type(force), force.law_function(), force.memory, force.layout()
+    """Return what of a force decides its compiled form: its law, its numbers of states and arguments, and its roots."""
+    return type(force), force.law_function(), force.memory, force.layout(), force.is_rooted
 
 
 def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:

@@ -115,7 +115,8 @@ def parameter_count(modes: int) -> int:
 def _sizes(modes: int, forces: Sequence[Force]) -> dict[str, int]:
     memory = sum(force.memory for force in forces)
     latches = sum(force.switch is not None for force in forces)
-    return {"mode_count": modes, "memory_size": memory, "latch_count": latches}
+    roots = sum(force.is_rooted for force in forces)
+    return {"mode_count": modes, "memory_size": memory, "latch_count": latches, "root_count": roots}
 
 
 def _tuple(parts: Sequence[str]) -> str:

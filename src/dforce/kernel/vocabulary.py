@@ -23,6 +23,11 @@ def latch_count() -> int:
     raise NotImplementedError
 
 
+def root_count() -> int:
+    """Return the number of forces that begin like a root of the distance beside a kink."""
+    raise NotImplementedError
+
+
 def mode_count() -> int:
     """Return the number of modes."""
     raise NotImplementedError

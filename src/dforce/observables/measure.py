@@ -218,7 +218,7 @@ def highest(
     if top[STEP] == at:
         return refine(block, h, start + at * h, rates, stage, sign, best, top, p)
     for i in (max(at - 1, 0), at):
-        if kind[i] == STEEP or kind[i] == CUTS:
+        if kind[i] != BROKEN:
             piece[FROM], piece[TO], piece[BEGIN], piece[END], piece[LATE], piece[STEP] = 0.0, 1.0, 0.0, 1.0, 0.0, i
             piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1] = (
                 d[i],

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from dforce.integrators.loops import TAU, grazes, passed, seconds, tabulate
-from dforce.integrators.rk4 import cut_at_kink, step
+from dforce.integrators.rk4 import cut_at_kink
+from dforce.integrators.steps import step
 from dforce.kernel.vocabulary import distance, force, from_vector, latch_count, memory_size, mode_count, rate_of, row
 
 ASIDE = 2e-6  # of the scale: steps are short, so that the rounding of their differences counts more than the bend of the force

@@ -59,7 +59,8 @@ class _Orbits:
         """Estimate all errors."""
         coarse = self.block.finer(self.block.points // 2)
         rows = coarse.remeasure(self.cases, self.states, self.at, self.monodromy)
-        self.error = left(self.apart(self.measured(self.rows), self.measured(rows)), 2.0)
+        change = self.apart(self.measured(self.rows), self.measured(rows))
+        self.error, self.change = left(change, 2.0), change.max(axis=1)
 
     def find_again(self, some: Indices, times: int, finer: float) -> Indices:
         """Find some again with so many times the block's samples, and their own before; return those that were found."""
@@ -93,7 +94,7 @@ def assure(block: Block, values: Array, points: Points) -> None:
     orbits, accuracy = _Orbits(block, values, points, places), block.settings.accuracy
     orbits.judge()
     if accuracy is not None:
-        doubtful, before = np.flatnonzero(orbits.error > SURE * accuracy), 1
+        doubtful, before = np.flatnonzero((orbits.error > SURE * accuracy) | (orbits.change > accuracy)), 1
         for times in FINER:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break

@@ -31,8 +31,8 @@ SMOOTH = np.array([10.6e-9, 10.8e-9, 11e-9])  # the tip stays outside contact
 TEXT = (
     "Errors after four periods, as root mean squares over a dozen distances, against the adaptive integrator at a tolerance "
     "of 1e-13; the order is the slope of their logarithms. RK4 cuts its steps at kinks and jumps of the force, so these cost "
-    "no order. A force that starts like a root does: Hertz' force starts like δ^1.5, where a step errs by h^2.5, and viscous "
-    "drag like δ^0.5, h^1.5."
+    "no order. A force that starts like a root does: Hertz' force starts like δ^1.5, where a step errs by h^2.5. Viscous drag "
+    "starts like δ^0.5, where a step would err by h^1.5, and is taken in parts."
 )
 
 

@@ -1,0 +1,267 @@
+"""One step of the classical Runge–Kutta method, and steps that become shorter beside a kink, at roots and spikes.
+
+A force may be like a root of the distance to a kink, or have a spike there that is narrower than a step.
+
+Beside such a kink, on its near side, the force goes like the root of the time since it was passed, or until it is reached: a
+step of the length h leaves an error like h^1.5 there. Its parts end where the cube root of that time has grown by equal
+amounts; so the error of each part is like that of any other. Where the kink is farther away, what the parts change is counted
+less and less, so that the motion after the step has no jumps as a function of that before. A spike, as the attraction just
+before contact is to a tip that moves by many times its range in a step, is treated the same way in steps cut at a kink.
+
+Source: H. Brunner, Collocation Methods for Volterra Integral and Related Functional Differential Equations, Cambridge (2004),
+chapter 6.2: graded meshes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dforce.integrators.loops import held, interval, seconds
+from dforce.kernel.linker import inlined
+from dforce.kernel.vocabulary import (
+    arrived,
+    bent,
+    blend,
+    coasted,
+    distance,
+    drive_between,
+    evolve,
+    force,
+    forced,
+    free_acceleration,
+    memory_size,
+    pushed,
+    rate_of,
+    root_count,
+    yielding,
+)
+from dforce.observables.interpolant import cubic, cubic_rate
+
+PARTS = 8  # of a step beside such a kink
+REACH = 2.0  # steps from it, within which steps are divided
+# second difference of the force over a part, as a share of the forces there, from which on it counts as a spike, and from
+# which on fully; and the same for what it changes in the velocity, of omega A0
+SPIKE, SPIKE_FULLY = 0.2, 0.35
+PUSH, PUSH_FULLY = 1e-6, 1e-5
+STRIDE = 1.0  # lengths of a step against the distance: a shorter one holds no spike, one of twice that may count fully
+
+
+@inlined
+def step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
+    work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later; the memory then is in `stage`. Forces are evaluated within the limits."""
+    half = seconds(0.5 * h, p)
+    full = seconds(h, p)
+    size = memory_size()
+    d = distance(y, p)
+    rate = rate_of(y, p)
+    middle, last = coasted(y, 0.5 * h), coasted(y, h)
+    # distances are those of the motions to come without the latest force, and what it adds: the next one is known sooner
+    b1 = free_acceleration(u0, y, p)
+    a1 = forced(b1, f, p)
+    ya = pushed(middle, 0.5 * h, a1)
+    da, ra = held(distance(middle, p), limits), rate_of(ya, p)
+    if size:
+        evolve(d, rate, t, memory, latched, work[1], p)
+        for i in range(size):
+            stage[i] = memory[i] + 0.5 * h * work[1, i]
+        evolve(da, ra, t + half, stage, latched, work[2], p)
+    fa = force(da, ra, t + half, stage, latched, p)
+    b2 = free_acceleration(u1, ya, p)
+    a2 = forced(b2, fa, p)
+    bend = 0.25 * h * h
+    yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
+    db, rb = held(distance(bent(middle, bend, b1), p) + bend * yielding(p) * f, limits), rate_of(yb, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + 0.5 * h * work[2, i]
+        evolve(db, rb, t + half, stage, latched, work[3], p)
+    a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
+    bend = 0.5 * h * h
+    yc = pushed(bent(last, bend, a2), h, a3)
+    dc, rc = held(distance(bent(last, bend, b2), p) + bend * yielding(p) * fa, limits), rate_of(yc, p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + h * work[3, i]
+        evolve(dc, rc, t + full, stage, latched, work[4], p)
+    a4 = forced(free_acceleration(u2, yc, p), force(dc, rc, t + full, stage, latched, p), p)
+    if size:
+        for i in range(size):
+            stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
+    return arrived(last, h, a1, a2, a3, a4)
+
+
+def whole_step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
+    work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later: `step`, not inlined, so that it is compiled once."""
+    return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+
+
+@inlined
+def weight(steps: float) -> float:
+    """Return how much parts count in a step that begins, or ends, so many of its lengths from a root."""
+    return float(1.0 - smooth(steps / REACH))
+
+
+@inlined
+def smooth(x: float) -> float:
+    """Return 0 for a number below 0, 1 for one above 1, and a cubic between."""
+    x = min(max(x, 0.0), 1.0)
+    return float(x * x * (3.0 - 2.0 * x))
+
+
+@inlined
+def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> float:
+    """Return how much parts count in a step for a spike of the force, given at its beginning, middle and end.
+
+    `stride` is the length of the step against the distance from the surface.
+    """
+    bend = abs(f0 - 2.0 * fm + f1)
+    share = bend / (abs(f0) + 2.0 * abs(fm) + abs(f1) + 1e-300)
+    push = bend * h * yielding(p) / p[1]
+    counts = smooth((share - SPIKE) / (SPIKE_FULLY - SPIKE)) * smooth((push - PUSH) / (PUSH_FULLY - PUSH))
+    return float(counts * smooth(stride / STRIDE - 1.0))
+
+
+@inlined
+def node(steps: float, k: int) -> float:
+    """Return the share of a step at which part k ends, where the step begins so many of its lengths behind a root."""
+    first, last = steps ** (1.0 / 3.0), (steps + 1.0) ** (1.0 / 3.0)
+    return float((first + (last - first) * k / PARTS) ** 3 - steps)
+
+
+def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
+    """Return how many steps ago a motion came in over a kink; `REACH` stands for all that is more."""
+    d, rate, ago = distance(y, p), rate_of(y, p), REACH
+    for kink in kinks:
+        if d < kink and rate < 0.0:
+            ago = min(ago, (d - kink) / rate * p[3] / h)
+    return ago
+
+
+def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
+    """Return in how many steps from its end a step leads out over a kink that it began within, as `since_root` does."""
+    d, rate, left = distance(end, p), rate_of(end, p), REACH
+    for kink in kinks:
+        if distance(y, p) < kink and rate > 0.0:
+            left = min(left, max(kink - d, 0.0) / rate * p[3] / h)
+    return left
+
+
+def part_step(
+    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, kinks: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion after a part of a step on one side of all kinks, divided where that is near a root, or a spike."""
+    end = whole_step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+    around = near_roots(y, end, h, kinks, p)
+    around = near_spikes(y, end, f, h, t, memory, latched, limits, kinks, stage, around, p)
+    if around[2] == 0.0 and around[3] == 0.0:
+        return end
+    return with_parts(y, end, around, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+
+
+def divided(
+    y: Any, whole: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return where a step that passes no kink leads in parts where that is needed; the whole step leads to `whole`."""
+    around = near_roots(y, whole, h, kinks, p)
+    if strides(y, whole, h, kinks, p):
+        limits = interval(y, kinks, p)
+        around = near_spikes(y, whole, f, h, t, memory, latched, limits, kinks, stage, around, p)
+    if around[2] == 0.0 and around[3] == 0.0:
+        return whole
+    return with_parts(y, whole, around, u0, u1, u2, h, t, memory, latched, interval(y, kinks, p), stage, work, p)
+
+
+def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
+    """Say whether a step outside a kink, and near it, is long against the distance: there it may hold a spike."""
+    d0, d1, far, found = distance(y, p), distance(end, p), REACH * h / p[3], False
+    if abs(d1 - d0) > STRIDE * min(d0, d1):
+        for kink in kinks:
+            found |= 0.0 < d0 - kink < far * abs(rate_of(y, p)) or 0.0 < d1 - kink < far * abs(rate_of(end, p))
+    return found
+
+
+def near_spikes(
+    y: Any, end: Any, f: float, h: float, t: float, memory: Any, latched: Any, limits: Any, kinks: Any, stage: Any,
+    around: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return how much parts count, see `with_parts`, with what they count for a spike beside a kink."""
+    before, after, at_begin, at_end = around
+    dt, d0, v0, d1, v1 = seconds(h, p), distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
+    dm, vm = held(cubic(0.5, dt, d0, v0, d1, v1), limits), cubic_rate(0.5, dt, d0, v0, d1, v1)
+    fm = force(dm, vm, t + 0.5 * dt, memory, latched, p)
+    f1 = force(held(d1, limits), v1, t + dt, stage if memory_size() else memory, latched, p)
+    steep, first = spike(f, fm, f1, abs(d1 - d0) / min(d0, d1), h, p), abs(f) > abs(f1)
+    steps = REACH
+    for kink in kinks:
+        steps = min(steps, abs(d0 - kink) / abs(v0) * p[3] / h, abs(d1 - kink) / abs(v1) * p[3] / h)
+    steep *= weight(steps)
+    if first and steep > at_begin:
+        before, at_begin = 0.0, steep
+    if not first and steep > at_end:
+        after, at_end = 0.0, steep
+    return before, after, at_begin, at_end
+
+
+def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
+    """Return how many steps a step begins behind a root and ends before one, and how much parts count for that."""
+    if root_count():
+        before, after = since_root(y, h, kinks, p), until_root(y, end, h, kinks, p)
+        return before, after, weight(before), weight(after)
+    return REACH, REACH, 0.0, 0.0
+
+
+def with_parts(
+    y: Any, whole: Any, around: Any, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any,
+    stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Add to where a step leads, and to its memory in `stage`, what parts change.
+
+    `around` says how many steps it begins behind a root and ends before one, and how much the parts count: those that become
+    longer from its beginning, and those that become shorter to its end.
+    """
+    size, (before, after, at_begin, at_end) = memory_size(), around
+    for k in range(size):
+        work[5, k], work[6, k] = stage[k], stage[k]
+    first, last = whole, whole
+    if at_begin > 0.0:
+        first = in_parts(y, before, False, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+        for k in range(size):
+            work[6, k] += at_begin * (stage[k] - work[5, k])
+    if at_end > 0.0:
+        last = in_parts(y, after, True, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+        for k in range(size):
+            work[6, k] += at_end * (stage[k] - work[5, k])
+    for k in range(size):
+        stage[k] = work[6, k]
+    weights = (at_begin, at_end, -at_begin - at_end, 0.0, 0.0, 0.0, 0.0)
+    return blend(whole, 1.0, weights, first, last, whole, whole, whole, whole, whole)
+
+
+def in_parts(
+    y: Any, steps: float, mirrored: bool, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any,
+    limits: Any, stage: Any, work: Any, p: Any,
+) -> Any:  # fmt: skip
+    """Return the motion one step later, taken in parts; `mirrored` counts the lengths to the root from the step's end."""
+    share, now = 0.0, work[7]
+    for k in range(memory_size()):
+        now[k] = memory[k]
+    for k in range(1, PARTS + 1):
+        end = 1.0 - node(steps, PARTS - k) if mirrored else node(steps, k)
+        f = force(held(distance(y, p), limits), rate_of(y, p), t + seconds(share * h, p), now, latched, p)
+        y = whole_step(
+            y, f, drive_between(u0, u1, u2, share), drive_between(u0, u1, u2, 0.5 * (share + end)),
+            drive_between(u0, u1, u2, end), (end - share) * h, t + seconds(share * h, p), now, latched, limits, stage,
+            work, p,
+        )  # fmt: skip
+        for i in range(memory_size()):
+            now[i] = stage[i]
+        share = end
+    return y
