@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
+from dforce import kernel
 from dforce.kernel import cache, texts
 from dforce.kernel.codegen import compose
 from dforce.solvers.integrator import ENTRIES
@@ -49,6 +50,26 @@ def test_other_forces_or_other_sources_have_another_text(monkeypatch):
     assert texts.remembered((1, 1), forces("figure-5"), Composer("another")) == "another"
     monkeypatch.setattr(texts, "sources", lambda: "changed")
     assert texts.remembered((1, 1), forces(), Composer("anew")) == "anew"
+
+
+@pytest.mark.parametrize("place", [2, 3, 4])  # of a force's signature, behind type and law
+def test_every_number_that_decides_a_kernel_decides_its_text(place, monkeypatch):
+    seen, known = [], kernel.signature
+    problem = df.example("figure-5").problem
+
+    def remembered(parts, forces, compose):
+        seen.append(repr(parts))
+        return compose()
+
+    def other(force):
+        return tuple("other" if i == place else part for i, part in enumerate(known(force)))
+
+    monkeypatch.setattr(texts, "remembered", remembered)
+    monkeypatch.setattr(kernel, "_KERNELS", {})
+    kernel.load(problem, ENTRIES)
+    monkeypatch.setattr(kernel, "signature", other)
+    kernel.load(problem, ENTRIES)
+    assert seen[0] != seen[1]
 
 
 def test_laws_from_elsewhere_are_composed_each_time():

@@ -193,6 +193,7 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
             modes,
             tones,
             problem.lagging,
+            [rest for _, _, *rest in forces],
             [(name, entry.__module__, entry.__qualname__) for name, entry in entries.items()],
         )
         text = texts.remembered(

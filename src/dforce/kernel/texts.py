@@ -45,9 +45,9 @@ def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callab
     Parameters
     ----------
     parts
-        What else than the forces decides the text; each says by its ``repr`` all that matters.
+        What else than the forces' laws decides the text; each says by its ``repr`` all that matters.
     forces
-        The bound forces.
+        The bound forces, of which only the laws are looked at.
     compose
         Makes the text.
     """
@@ -56,7 +56,7 @@ def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callab
         if not is_shipped(force):
             return compose()
         law = force.law_function()
-        given.append(repr((type(force).__module__, type(force).__name__, law.__name__, force.memory, force.layout())))
+        given.append(repr((type(force).__module__, type(force).__name__, law.__name__)))
     key = hashlib.sha256("\0".join([sources(), *given]).encode()).hexdigest()[:20]
     file = cache_folder() / TEXTS / f"{key}.text"
     content = kept(file)
