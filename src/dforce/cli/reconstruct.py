@@ -26,7 +26,7 @@ def reconstruct(
         typer.Argument(
             metavar="CURVE",
             show_default=False,
-            help="A result (.nc) of an approach or of branches, or a measured curve.",
+            help="A result (.nc) of an approach or of branches, or a measured curve; --case says how other files are read.",
         ),
     ],
     case: Annotated[
@@ -76,10 +76,10 @@ def reconstruct(
         check_target(plot, df.plot.FORMATS)
     if formulas and plot is None:
         raise df.ParameterError("--formulas are drawn in a picture, and none is drawn; give --plot as well")
-    data = df.read(curve)
+    instrument = None if case is None else df.load_case(case)
+    data = _read(curve, instrument)
     if direction is not None:
         data = _walk(data, direction)
-    instrument = None if case is None else df.load_case(case)
     with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not quiet) as bar:
         found = df.reconstruct(data, instrument, amplitude_error, phase_error, progress=bar)
     if output is not None:
@@ -99,6 +99,20 @@ def reconstruct(
         for line in notes:
             say(line)
     return code
+
+
+def _read(curve: Path, instrument: df.Case | None) -> xr.Dataset:
+    """Return a result, or a measured curve, read and calibrated as the table `[data]` of the instrument's case says."""
+    if curve.suffix == ".nc":
+        return df.read(curve)
+    if instrument is None:
+        raise df.ParameterError(
+            f"'{shorten(curve.name)}' is no result: give the instrument by --case, whose table [data] says how to read the "
+            "curve, or read it first (dforce read) and write curve.nc"
+        )
+    from dforce.inverse.fitting.load import measured_curve
+
+    return measured_curve(instrument, curve)
 
 
 def _walk(data: xr.Dataset, direction: str) -> xr.Dataset:
