@@ -8,7 +8,7 @@ import io
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from dforce.core.errors import checked
+from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, html_table
 from dforce.findings.summary import Finding, Findings, summary
 from dforce.validity import Advice, advice_in
@@ -63,10 +63,13 @@ class Report:
             f"({html.escape(piece.figures)}; {html.escape(piece.source)})</li>"
             for piece in self.advice
         )
-        picture = base64.b64encode(self.picture()).decode()
+        try:
+            drawn = base64.b64encode(self.picture()).decode()
+            picture = f'<br><img alt="overview of the result" src="data:image/png;base64,{drawn}">'
+        except ParameterError:  # some results are numbers alone
+            picture = ""
         return (
-            f"<div><strong>{html.escape(self.title)}</strong>"
-            f'<br><img alt="overview of the result" src="data:image/png;base64,{picture}">'
+            f"<div><strong>{html.escape(self.title)}</strong>{picture}"
             f"{html_table(self.rows())}" + (f"<p>Advice</p><ul>{advice}</ul>" if advice else "") + "</div>"
         )
 

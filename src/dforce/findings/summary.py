@@ -13,8 +13,10 @@ from dforce.case import case_of
 from dforce.core.errors import DForceError, ParameterError, checked
 from dforce.core.listing import Listing, aligned, html_table
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
+from dforce.findings.others import rows_of
 from dforce.results.curves import goes_along, swept
 from dforce.results.dataset import Status, unit_for
+from dforce.results.kinds import kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,6 +67,8 @@ def summary(dataset: xr.Dataset) -> Findings:
 
 
 def _found(dataset: xr.Dataset) -> list[Finding]:
+    if kind := kind_of(dataset):
+        return [Finding(*row) for row in rows_of(dataset, kind)]
     if swept(dataset):
         return list(_sweep(dataset, swept(dataset)))
     if "point" in dataset.dims:

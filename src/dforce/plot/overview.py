@@ -14,9 +14,14 @@ from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.fits import fit
 from dforce.plot.forces import force_curve, force_distance
+from dforce.plot.maps import map
+from dforce.plot.measured import measured
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
+from dforce.plot.plans import plan
+from dforce.plot.reconstruction import reconstruction
 from dforce.results.curves import swept
 from dforce.results.dataset import check_computed
+from dforce.results.kinds import kind_of
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
 FORCES = ("peak_force", "min_force")
@@ -30,7 +35,7 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
     gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
     of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves; a fit gives data,
-    model and residuals. A sweep gives
+    model and residuals; measured curves, reconstructed forces, plans and regime maps give their own pictures. A sweep gives
     some of its cases, laid over each other.
 
     Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, the
@@ -44,8 +49,8 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     """
     if states is not None:
         check_under(states, dataset)
-    if dataset.attrs.get("kind") == "fit":
-        return fit(dataset, figure)
+    if kind := kind_of(dataset):
+        return _of_kind(dataset, kind, figure)
     if swept(dataset):
         from dforce.plot.sweeps import (
             sweep_overview,
@@ -66,6 +71,22 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
         return resonance(dataset, figure=figure)
     check_computed(dataset)
     raise ParameterError("this dataset is the result of no experiment, nor a force curve; there is no overview of it")
+
+
+def _of_kind(dataset: xr.Dataset, kind: str, figure: FigureBase | None) -> list[Axes]:
+    """Draw a result that is none of an experiment."""
+    if kind == "fit":
+        return fit(dataset, figure)
+    if kind == "measured":
+        return list(measured(dataset, figure))
+    if kind == "reconstruction":
+        return [reconstruction(dataset, figure)]
+    if kind == "plan":
+        return [plan(dataset, figure)]
+    if kind == "regimes":
+        x, y = (str(name) for name in dataset["regime"].dims if name != "state")
+        return [map(dataset, x, y, "regime", figure=figure)]
+    raise ParameterError(f"there is no picture of this result ({kind.replace('_', ' ')}); df.summary gives its numbers")
 
 
 def _approach(dataset: xr.Dataset, figure: FigureBase | None, states: xr.Dataset | None) -> list[Axes]:

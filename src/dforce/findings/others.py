@@ -1,0 +1,105 @@
+"""What a reader looks for first in results that are none of an experiment: plans, maps, measured curves, fits, spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.units import show
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIGITS = 3
+Row = tuple[str, str, str, float, str]  # name, label, text, value in SI, unit
+
+
+def rows_of(dataset: xr.Dataset, kind: str) -> list[Row]:
+    """Return the rows of a result of a kind that :func:`dforce.results.kinds.kind_of` tells."""
+    return list(READERS[kind](dataset))
+
+
+def _number(name: str, label: str, value: Any, unit: str = "1") -> Row:
+    number = float(value)
+    text = show(number, unit, DIGITS) if np.isfinite(number) else "unknown"
+    return name, label, text, number, unit
+
+
+def _count(name: str, label: str, count: Any) -> Row:
+    return name, label, str(int(count)), float(count), "1"
+
+
+def _measured(dataset: xr.Dataset) -> Iterator[Row]:
+    yield _count("points", "points", dataset.sizes["point"])
+    for name, label, unit in (
+        ("free_amplitude", "free amplitude", "m"),
+        ("amplitude_error", "noise of the amplitude", "m"),
+        ("phase_error", "noise of the phase", "degree"),
+    ):
+        if name in dataset.attrs and unit == "m":
+            yield _number(name, label, dataset.attrs[name], unit)
+        elif name in dataset.attrs:
+            value = float(dataset.attrs[name])
+            yield name, label, f"{value:.{DIGITS}g}°", value, unit
+
+
+def _fit(dataset: xr.Dataset) -> Iterator[Row]:
+    for name in dataset["parameter"].values:
+        one = dataset.sel(parameter=name)
+        value, error = float(one["value"]), float(one["error"])
+        spread = f" ± {error:.2g}" if np.isfinite(error) else ", error unknown"
+        yield str(name), f"{name} (SI)", f"{value:.5g}{spread}", value, "SI"
+    yield (
+        "chi2",
+        "chi2",
+        f"{dataset.attrs['chi2']:.1f} for {dataset.attrs['degrees_of_freedom']}",
+        dataset.attrs["chi2"],
+        "1",
+    )
+    yield _count("lost_points", "lost points", dataset.attrs["lost_points"])
+
+
+def _identification(dataset: xr.Dataset) -> Iterator[Row]:
+    curves = dataset["error"].isel({dim: 0 for dim in dataset["error"].dims if dim not in ("parameter", "known")})
+    for name in dataset["parameter"].values:
+        at = curves.sel(parameter=name)
+        smallest = float(np.nanmin(at.values)) if np.isfinite(at.values).any() else np.nan
+        text = f"{smallest:.2g}" if np.isfinite(smallest) else "not told"
+        yield str(name), f"smallest error of {name}", text, smallest, "1"
+
+
+def _reconstruction(dataset: xr.Dataset) -> Iterator[Row]:
+    force = dataset["force"]
+    if np.isfinite(force.values).any():
+        lowest = int(np.nanargmin(force.values))
+        yield _number("lowest_force", "lowest force", force[lowest], "N")
+        yield _number("at", "its distance", dataset["distance"][lowest], "m")
+    yield _count("gaps", "gaps", dataset.sizes.get("gap", 0))
+
+
+def _plan(dataset: xr.Dataset) -> Iterator[Row]:
+    allowed = dataset["allowed"].values
+    yield "allowed", "allowed settings", f"{int(allowed.sum())} of {allowed.size}", float(allowed.sum()), "1"
+    yield "limits", "limits", str(dataset.attrs.get("limits", "")), float("nan"), "1"
+
+
+def _regimes(dataset: xr.Dataset) -> Iterator[Row]:
+    yield _count("boundaries", "points of boundaries", dataset.sizes.get("edge", 0))
+    yield _count("states", "most stable states at one setting", np.nanmax(dataset["states"].values))
+
+
+def _spectrum(dataset: xr.Dataset) -> Iterator[Row]:
+    for mode in range(dataset.sizes["mode"]):
+        one = dataset.isel(mode=mode)
+        which = f" of mode {mode + 1}" if dataset.sizes["mode"] > 1 else ""
+        yield _number("fitted_f0", f"fitted f0{which}", one["fitted_f0"], "Hz")
+        yield _number("fitted_Q", f"fitted Q{which}", one["fitted_Q"])
+    yield _number("true_spring_constant", "true spring constant", np.ravel(dataset["true_spring_constant"])[0], "N/m")
+
+
+READERS = {
+    "plan": _plan, "regimes": _regimes, "reconstruction": _reconstruction, "fit": _fit,
+    "identification": _identification, "thermal_spectrum": _spectrum, "measured": _measured,
+}  # fmt: skip

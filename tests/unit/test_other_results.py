@@ -1,0 +1,48 @@
+"""Results that are none of an experiment have a summary, a report and a picture, or say that there is none."""
+
+from __future__ import annotations
+
+import fitted_curves
+import measured_curve
+import numpy as np
+import pytest
+import xarray as xr
+
+import dforce as df
+from dforce.results.kinds import MARKS, kind_of
+
+
+def identification() -> xr.Dataset:
+    error = xr.DataArray([[0.1, np.nan]], dims=("curve", "parameter"), coords={"parameter": ["E", "R"]})
+    return xr.Dataset({"error": error, "verdict": ("parameter", ["told", "dead"])})
+
+
+RESULTS = {
+    "measured": measured_curve.dataset,
+    "fit": fitted_curves.result,
+    "identification": identification,
+    "thermal_spectrum": lambda: df.thermal_spectrum(df.example("figure-3-air")),
+}
+
+
+@pytest.fixture(scope="module", params=sorted(RESULTS))
+def known(request: pytest.FixtureRequest) -> tuple[str, xr.Dataset]:
+    return request.param, RESULTS[request.param]()
+
+
+def test_a_kind_is_known_and_its_numbers_are_told(known: tuple[str, xr.Dataset]) -> None:
+    kind, result = known
+    assert kind in MARKS and kind_of(result) == kind
+    found = df.summary(result)
+    assert len(found) > 0 and all(one.text for one in found)
+    assert found[0].label in repr(df.report(result))
+    assert "<table" in df.report(result)._repr_html_()
+
+
+def test_results_of_experiments_are_no_other_kind() -> None:
+    assert kind_of(df.dwell(df.example("figure-3-air"), zc="8 nm")) == ""
+
+
+def test_where_there_is_no_picture_a_sentence_says_so() -> None:
+    with pytest.raises(df.ParameterError, match="gives its numbers"):
+        df.plot.overview(identification())
