@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import fitted_curves
 import measured_curve
 import numpy as np
@@ -46,3 +48,9 @@ def test_results_of_experiments_are_no_other_kind() -> None:
 def test_where_there_is_no_picture_a_sentence_says_so() -> None:
     with pytest.raises(df.ParameterError, match="gives its numbers"):
         df.plot.overview(identification())
+
+
+def test_the_window_says_that_it_does_not_show_other_results(tmp_path: Path) -> None:
+    rehearsal = pytest.importorskip("dforce.gui.rehearsal")
+    with pytest.raises(df.ResultError, match="another kind \\(identification\\)"):
+        rehearsal.rehearse(identification(), tmp_path)

@@ -10,6 +10,7 @@ import dforce as df
 from dforce.gui import compare, figures, setpoint
 from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.results.curves import Picture, drawable, pictures_of
+from dforce.results.kinds import kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,8 +33,13 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
     Raises
     ------
     ResultError
-        When something of that fails.
+        When something of that fails, and for a result that is none of an experiment.
     """
+    if kind := kind_of(result):
+        raise df.ResultError(
+            f"the window shows results of experiments, and this is another kind ({kind.replace('_', ' ')}); "
+            "df.plot.overview in Python draws it, and so does --plot of the command that made it"
+        )
     try:
         df.write(result, folder / "again.nc")
         df.write(result.isel({dim: slice(2) for dim in result.dims}), folder / "again.csv")
