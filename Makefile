@@ -61,6 +61,7 @@ docs: $(DOCS_READY) browser
 # Some minutes: everything that dForce is held against, on a page; ARGS=--quick for the part that tests run.
 validate: $(READY)
 	$(BIN)/dforce validate -o validation.md $(ARGS)
+	$(BIN)/pytest -n auto --dist loadfile -q -m long
 
 # The pictures of the window in the README and the documentation.
 screenshots: $(READY) browser

@@ -112,7 +112,7 @@ def test_a_table_in_a_pipe_has_a_line_for_each_row(monkeypatch):
     table = {
         "rows": [row | {"name": name} for name in names], "window": window, "machine": {"cores": "2"}, "note": "a note " * 40,
     }  # fmt: skip
-    monkeypatch.setattr(df, "benchmark", lambda quick, progress: table)
+    monkeypatch.setattr("dforce.checks.benchmark.benchmark", lambda quick, progress: table)
     head, *lines = CliRunner().invoke(app, ["benchmark"], env={"COLUMNS": "80"}).stdout.splitlines()
     assert head.split() == ["what", "time", "ratio", "to", "meant", "to", "be", "below", "slowest/best"]
     assert [line[: len(name)] for line, name in zip(lines, names, strict=False)] == names

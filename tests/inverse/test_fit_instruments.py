@@ -28,6 +28,7 @@ def simulated(case: df.Case, noise: float = 0.0) -> object:
     return data
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["deflection", "optical_lever"])
 def test_a_shaken_base_in_liquid_is_part_of_the_model(kind: str) -> None:
     case = fc.case_of("liquid")
@@ -62,6 +63,7 @@ def test_two_tones_tell_the_modulus_and_Q() -> None:
     assert float(fit["value"].sel(parameter="cantilever.modes.1.Q")) == pytest.approx(3.0, rel=1e-3)
 
 
+@pytest.mark.long
 def test_forces_with_two_branches_are_followed_anew_on_both_sides() -> None:
     adhesion = df.forces.AdhesionHysteresis(approach_energy="0.05 mJ/m^2", retract_energy="0.1 mJ/m^2")
     case = df.Case(

@@ -131,6 +131,7 @@ def test_without_a_loss_there_is_no_damping(found, air):
     assert "damping" not in found and "damping" not in air[1]
 
 
+@pytest.mark.long
 def test_the_predicted_noise_is_the_spread_of_noisy_repeats():
     grid = np.linspace(0.25e-9, 1e-9, 60)
     forces, noises = [], []

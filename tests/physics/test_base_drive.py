@@ -249,6 +249,7 @@ def test_traces_hold_the_base_apart_from_the_deflection():
     assert trace.spectrum.values[at : at + 9].max() == pytest.approx(A, rel=1e-9)
 
 
+@pytest.mark.long
 def test_energy_balances_close_over_random_bases():
     rng = np.random.default_rng(5)
     closed = 0

@@ -155,6 +155,7 @@ def test_the_drive_frequency_is_varied_at_constant_force(case):
     assert far["amplitude"].values[:, 0] == pytest.approx(exact, rel=1e-5, abs=0.0)
 
 
+@pytest.mark.long
 def test_a_curve_that_closes_ends_where_it_began(case):
     # with fewer samples the instants at which the neck forms and breaks fold the curve a few times more
     fine = case.replace("solver.points_per_period", 4096)

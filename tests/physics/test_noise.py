@@ -330,6 +330,7 @@ def test_detector_adds_its_density_times_the_bandwidth():
     assert still.amplitude_noise.item() == pytest.approx(100e-15 * math.sqrt(1000.0), rel=1e-9)
 
 
+@pytest.mark.long
 def test_noise_of_two_tones_and_modes_is_that_of_each():
     modes = [{"f0": 50e3, "k": 1.0, "Q": 100}, {"f0": 300e3, "k": 40.0, "Q": 300}]
     asked = df.Case(cantilever={"modes": modes}, drive={"tones": [{"A0": 10e-9}, {"A0": 1e-9}], "acts_on": "own_mode"})
@@ -340,6 +341,7 @@ def test_noise_of_two_tones_and_modes_is_that_of_each():
         assert found[n] == pytest.approx(S, rel=2e-3)
 
 
+@pytest.mark.long
 def test_force_with_memory_has_noise_as_its_lanes():
     soft = df.forces.SLSSimple(instant_modulus="1 GPa", relaxed_modulus="0.3 GPa", relaxation_time="3 us")
     _compare(case([soft], solver={"points_per_period": 256}, medium={"temperature": "3 K"}), ["15 nm"])

@@ -220,6 +220,7 @@ def test_settings_that_only_a_transient_has_choose_it_or_are_refused():
         df.SolverSettings(method="periodic", settle="fixed")
 
 
+@pytest.mark.long
 def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():
     """From the free motion over a rested sample the corrections take the memory along."""
     case = df.Case(

@@ -83,6 +83,7 @@ def test_second_mode_of_a_statically_calibrated_lever_reads_three_and_a_half_tim
     assert ratio == pytest.approx(3.187185606808 / 0.917670323115, rel=1e-10)
 
 
+@pytest.mark.long
 def test_the_reference_stays_where_it_was_set():
     drive = {"A0": 10e-9, "excitation": "base", "frequency": "peak"}
     tuned, plain = case(drive), case(drive, {"phase_reference": "drive"})

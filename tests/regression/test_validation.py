@@ -90,7 +90,7 @@ def test_page_says_what_is_not_met(quick):
 
 
 def test_page_is_written_whole_and_a_miss_is_the_exit_code(tmp_path, monkeypatch, quick):
-    monkeypatch.setattr(df, "validate", lambda quick, progress: given)
+    monkeypatch.setattr("dforce.checks.validation.validate", lambda quick, progress: given)
     given = quick
     target = tmp_path / "page.md"
     assert CliRunner().invoke(app, ["validate", "-o", str(target)]).exit_code == 0

@@ -123,6 +123,7 @@ def test_a_cluster_finds_the_numbers_of_threads_and_its_workers_may_be_killed(pr
     same(killed, threads)
 
 
+@pytest.mark.long
 def test_a_plug_in_travels_with_its_case(client, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "spring.py").write_text(PLUGIN)
@@ -133,6 +134,7 @@ def test_a_plug_in_travels_with_its_case(client, tmp_path, monkeypatch):
     same(cluster, df.sweep(swept, over, store=tmp_path / "threads.zarr"))
 
 
+@pytest.mark.long
 def test_without_its_scheduler_a_sweep_ends_with_a_sentence_and_goes_on_elsewhere(processes, client, tmp_path):
     def kill(done: int, total: int, note: str) -> None:
         if done > total // 3:

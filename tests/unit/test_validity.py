@@ -410,6 +410,7 @@ def test_a_still_lever_snaps_in_where_the_gradient_of_the_attraction_reaches_its
     assert piece.limit == pytest.approx(d + c / (0.9 * d**2), rel=0.03)  # sampled by 24 distances
 
 
+@pytest.mark.long
 def test_a_steep_wall_passed_in_too_few_samples_is_told():
     wall = df.forces.LennardJones(work_of_adhesion="50 mJ/m^2")
     case = over(wall, cantilever__Q=5, drive__A0="10 nm", solver__method="transient")

@@ -25,6 +25,12 @@ CURVE, TRACES = synthetic.approach(), synthetic.dwell()
 WAYS = {"case": CASE, "zc": "8 nm"}
 MOST_CHARACTERS = 1000  # of a sentence that lists all known names
 LONG = (
+    "approach",
+    "frequency_sweep",
+    "noisy_motion",
+    "reconstruct",
+    "switching_rate",
+    "thermal_spectrum",
     "checks.benchmark:benchmark",
     "checks.benchmark.accuracy:cost_of_accuracy",
     "checks.validation:validate",
@@ -68,6 +74,8 @@ CALLS = {
     "motion_at": {"point": CURVE},
     "core.errors:nearest": {"name": "a", "known": ["b"]},
     "load_plan": {"path": "plan.toml"},
+    "noise": {"curve": CURVE, "bandwidth": "1 kHz"},
+    "noisy_motion": {"case": CASE, "zc": "8 nm", "seeds": 2, "periods": 10},
     "param": {"default": "1 nm", "doc": "a length"},
     "parse": {"given": "1 nm", "unit": "m"},
     "results.curves:pictures_of": {"dataset": CURVE},
@@ -95,6 +103,9 @@ CALLS = {
     "summary": {"dataset": CURVE},
     "sweep": {"case": CASE, "over": {"tip.radius": ["2 nm"]}},
     "core.units:unit_choices": {"unit": "m"},
+    "snap_in_rate": {"case": CASE, "zc": "8 nm"},
+    "switching_rate": {"state": CURVE, "other": CURVE, "lanes": 2, "periods": 10},
+    "thermal_spectrum": {"case": CASE, "duration": "1 ms"},
     "core.notation:unmarked": {"text": "one"},
     "core.units:usual_unit": {"unit": "m"},
     "checks.validation:validate": {},

@@ -62,7 +62,7 @@ def _volts(given: Any) -> float | None:
     if not isinstance(given, str):
         return None
     parts = units.split_unit(given)
-    if parts is None or not parts[1]:
+    if parts is None or not parts[1] or units.QUICK.get(parts[1], ("V",))[0] != "V":
         return None
     try:
         return units.parse(given, "V")

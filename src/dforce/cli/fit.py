@@ -9,13 +9,11 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
-from dforce.cli._report import advice_as_json, quoted
+from dforce.cli._report import advice_as_json, advice_of, quoted
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
-from dforce.experiments import Approach
-from dforce.validity import advice_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,7 +84,7 @@ def fit(
         df.plot.save(df.plot.fit(result, df.plot.Sheet()), plot)
     written = [str(path) for path in (output, plot) if path is not None]
     stopped = bool(result.attrs.get("interrupted"))
-    code = STOPPED if stopped else SOME_POINTS_FAILED if advice_in(result) else DONE
+    code = STOPPED if stopped else SOME_POINTS_FAILED if advice_of(result) else DONE
     if json:
         print_json({**_answer(result), "files": written, "exit_code": code})
     elif not quiet:
@@ -101,7 +99,7 @@ def fit(
 def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> int:
     """Print what curves of a case can tell."""
     experiment = source.case.experiment
-    zc = experiment.distances() if isinstance(experiment, Approach) else None
+    zc = experiment.distances() if isinstance(experiment, df.experiments.Approach) else None
     errors = {} if source.case.fit is None else source.case.fit.errors
     result = df.identify(
         source.case, zc, errors={name: value for name, value in errors.items() if value != "from free part"}
@@ -170,5 +168,5 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
             for name in names
         },
         "correlation": result["correlation"].values.tolist(),
-        "advice": advice_as_json(advice_in(result)),
+        "advice": advice_as_json(advice_of(result)),
     }  # fmt: skip

@@ -89,6 +89,7 @@ class Stepwise:
         if block.is_periodic:
             walk = Walk(block, np.array([[value]]), States.of(motion), lambda _: None)
             walk.run()
+            assure(block, walk.values, walk.points)  # at once: a jump is told by the amplitude that its point will have
             points.put(case, place, walk.points)
             motion = walk.state.motion(0)
         else:
