@@ -19,6 +19,8 @@ from dforce.checks.benchmark.server import Server
 from dforce.checks.benchmark.table import Table
 from dforce.cli import app
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 # the window's packages are left out where the lowest versions of all others are tried
 with_window = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, reason="NiceGUI is not installed")
 

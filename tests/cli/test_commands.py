@@ -22,6 +22,8 @@ from dforce.cli._streams import plain
 from dforce.findings.summary import count_status
 from dforce.validity import attributes
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 CASE = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "12 nm", stop = "1 nm", points = 111 }\n'
 
 

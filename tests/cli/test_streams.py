@@ -24,7 +24,10 @@ PRINTING = [
     ["cache", "--json"],
 ]
 
-pytestmark = pytest.mark.skipif(not FULL.exists(), reason="Linux alone has a file that is always full")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not FULL.exists(), reason="Linux alone has a file that is always full"),
+]
 
 
 def ran(*words, redirected="", cwd=None, **new):

@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 import dforce as df
 from dforce.cli import app
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 CASE = """
 [cantilever]
 f0 = "50 kHz"

@@ -16,6 +16,8 @@ from dforce.core.errors import ParameterError
 from dforce.forces import DMT, Custom
 from dforce.kernel.codegen import compose
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 A0, R, E_EFF = INSTRUMENT["contact.a0"], INSTRUMENT["tip.radius"], INSTRUMENT["contact.E_eff"]
 AS_DMT = "where(d > a0, -H*R/(6*d**2), 4/3*E_eff*sqrt(R)*indentation**1.5 - H*R/(6*a0**2))"
 SPRING = f"{AS_DMT} - P1*k/Q*z"  # and beside it a spring P1/Q times as stiff as the cantilever

@@ -18,6 +18,7 @@ import dforce as df
 
 distributed = pytest.importorskip("distributed")
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL"),
     pytest.mark.filterwarnings("ignore"),  # of distributed, when its processes are killed
 ]

@@ -27,6 +27,8 @@ from dforce.problem import Problem
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.problem_batch import Lot
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 PROBE = """
 import os
 import sys

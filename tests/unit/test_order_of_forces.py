@@ -12,6 +12,8 @@ from dforce.maps.axes import make_axes
 from dforce.solvers.problem_batch import Lot
 from dforce.validity._evidence import Evidence
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 F = df.forces
 SOFT = "1e-3*indentation*exp(-d*1e9)"
 MIXED = (  # a memory, a branch, two of one model, and a plain law

@@ -10,6 +10,8 @@ import dforce as df
 from dforce import runs
 from dforce.solvers import transient
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 CHUNK = 64  # points that a slow change goes through in one stretch, at whose start it can go on
 
 

@@ -10,6 +10,8 @@ import xarray as xr
 
 import dforce as df
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 
 @pytest.mark.parametrize("name", list(df.examples()))
 def test_the_script_of_every_example_builds_the_same_case(name):

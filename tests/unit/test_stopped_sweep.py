@@ -13,6 +13,8 @@ import xarray as xr
 import dforce as df
 from dforce.core.parallel import Crew
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 CURVE = df.experiments.Approach(zc={"start": "18 nm", "stop": "6 nm", "points": 17}, direction="both")
 NUMBERS = {"sample.youngs_modulus": ["3 GPa", "0.5 GPa", "1 GPa"], "drive.A0": ["15 nm", "17 nm"]}
 AROUND_A_CHOICE = {

@@ -19,6 +19,8 @@ from dforce.maps import _hands
 from dforce.maps._map import Map
 from dforce.results import store as stores
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 pytest.importorskip("zarr")
 
 OVER = {

@@ -14,6 +14,8 @@ from dforce.maps.axes import make_axes
 from dforce.solvers.problem_batch import Lot
 from dforce.validity import advice_in
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 NM = 1e-9
 
 

@@ -23,6 +23,8 @@ from dforce.core import files
 from dforce.core.errors import CaseError, ResultError
 from dforce.results.dataset import SEAL_LENGTH
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 HERE = str(Path(synthetic.__file__).parent)
 POSIX = pytest.mark.skipif(os.name != "posix", reason="limits, locks and signals of POSIX")
 

@@ -19,6 +19,8 @@ import xarray as xr
 import dforce as df
 from dforce.core import kinds
 
+pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+
 TEXT = synthetic.CASE + '\n[experiment]\nkind = "approach"\nzc = { start = "9 nm", stop = "8 nm", points = 3 }\n'
 CASE = df.Case.from_toml(TEXT)
 CURVE, TRACES = synthetic.approach(), synthetic.dwell()
