@@ -80,7 +80,7 @@ class Page:
                 done = CliRunner().invoke(program, words[1:], env={"COLUMNS": COLUMNS, "NO_COLOR": "1"})
             if done.exit_code != expected:
                 raise BlockError(f"{line} ended with {done.exit_code}: {done.output}") from done.exception
-            printed.append(done.output)
+            printed.append(done.output if expected else done.stdout)  # progress and notices are no output
         return "\n".join(printed)
 
     def python(self, code: str) -> str:

@@ -7,7 +7,7 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
-from fitted_curves import ETA, H
+from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.inverse.fitting.minimize import Objective
@@ -29,6 +29,14 @@ def test_a_fit_is_read_back_as_it_was_written_and_repeats_itself(air: xr.Dataset
     for name in ("value", "error", "correlation", "amplitude_residual", "profile_chi2"):
         np.testing.assert_array_equal(again[name].values, air[name].values, err_msg=name)
     assert again.attrs["chi2"] == air.attrs["chi2"]
+
+
+def test_a_fit_done_again_gives_the_same_advice() -> None:
+    # noise found in few points is as uncertain the second time: no advice on a chi2 that it explains
+    case = fc.case_of("stiff")
+    data = df.calibrate(df.read_measured(FILES / "stiff.csv", phase_convention="lag"), case)
+    first = df.fit(case, data, free=[E, H, ETA], search=False)
+    assert [piece.name for piece in advice_in(df.fit_again(first))] == [piece.name for piece in advice_in(first)]
 
 
 def test_the_case_of_a_fit_is_the_best_one_and_runs(air: xr.Dataset, tmp_path: Path) -> None:

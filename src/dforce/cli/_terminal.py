@@ -76,11 +76,20 @@ def printable(text: str) -> str:
 
 def say(text: str) -> None:
     """Print sentences on stderr, each on a line of its own, wrapped where a terminal is."""
-    room = columns(sys.stderr)
-    lines = printable(text).split("\n")
+    typer.echo(_in_lines(text, sys.stderr), err=True)
+
+
+def tell(text: str) -> None:
+    """Print lines on stdout, those that are longer than a terminal's wrapped."""
+    typer.echo(_in_lines(text, sys.stdout, "    "))
+
+
+def _in_lines(text: str, stream: TextIO, then: str = "") -> str:
+    room, lines = columns(stream), printable(text).split("\n")
     if room is not None:
-        lines = [wrapped(line, min(room, WIDEST)) for line in lines]
-    typer.echo("\n".join(lines), err=True)
+        room = min(room, WIDEST)
+        lines = [line if len(line) <= room else wrapped(line, room, then=then) for line in lines]
+    return "\n".join(lines)
 
 
 def print_json(content: Any) -> None:

@@ -10,7 +10,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._report import advice_as_json, advice_of, quoted
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -88,7 +88,7 @@ def fit(
     if json:
         print_json({**_answer(result), "files": written, "exit_code": code})
     elif not quiet:
-        typer.echo(df.fit_report(result))
+        tell(df.fit_report(result))
         if written:
             typer.echo(f"written: {', '.join(written)}")
     if stopped:
@@ -121,8 +121,8 @@ def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> i
         "prior": "A0 to 0.5 %, Q to 2 %, the phase offset to 0.5 degrees",
     }
     for known in KNOWN if not quiet else ():
-        typer.echo(f"{words.get(known, 'A0, Q and the phase offset free, too')}:")
-        typer.echo(df.identify_report(result, known) + "\n")
+        tell(f"{words.get(known, 'A0, Q and the phase offset free, too')}:")
+        tell(df.identify_report(result, known) + "\n")
     if output is not None and not quiet:
         typer.echo(f"written: {output}")
     return DONE
@@ -145,7 +145,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
         print_json({**table, "exit_code": code})
         return code
     if not quiet:
-        typer.echo(df.fit_report(result))
+        tell(df.fit_report(result))
         if output is not None:
             typer.echo(f"written: {output}")
     if not whole:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.units import show
@@ -60,9 +60,9 @@ def plan(
         print_json({"allowed": allowed, "states": _states(found), "exit_code": code, **points})
         return code
     if not quiet:
-        typer.echo(f"{allowed} of {_states(found)} states are allowed")
+        tell(f"{allowed} of {_states(found)} states are allowed")
         for name, point in points.items():
-            typer.echo(f"{NAMED[name]}: {_text(found, point)}")
+            tell(f"{NAMED[name]}: {_text(found, point)}")
         written = [str(path) for path in (output, plot) if path is not None]
         if written:
             typer.echo(f"written: {', '.join(written)}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say, tell
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
@@ -93,7 +93,7 @@ def reconstruct(
         print_json({**_found(found), "notes": notes, "files": files, "exit_code": code})
     elif not quiet:
         for line in _lines(found):
-            typer.echo(line)
+            tell(line)
         if files:
             typer.echo(f"written: {', '.join(files)}")
         for line in notes:

@@ -10,6 +10,7 @@ from typing import Any, SupportsIndex, TypeVar, overload
 T = TypeVar("T")
 Rows = Sequence[Sequence[str]]
 WIDTH = 100  # characters of a line of prose
+TABLE = 84  # of a row of a table
 LEFT = 'style="text-align: left; vertical-align: top"'
 
 
@@ -49,6 +50,20 @@ class Listing(Shown, list[T]):
     def __getitem__(self, place: SupportsIndex | slice) -> T | Listing[T]:
         """Return an item, or a part of the list that looks the same."""
         return type(self)(super().__getitem__(place)) if isinstance(place, slice) else super().__getitem__(place)
+
+
+def in_parts(rows: Rows) -> list[Rows]:
+    """Return a table as tables that are no wider than `TABLE`, each with the first column."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    parts: list[list[int]] = []
+    used = TABLE
+    for place, width in enumerate(widths[1:], 1):
+        if used + 3 + width > TABLE:
+            parts.append([0])
+            used = widths[0]
+        parts[-1].append(place)
+        used += 3 + width
+    return [[[row[place] for place in part] for row in rows] for part in parts]
 
 
 def aligned(rows: Rows) -> str:

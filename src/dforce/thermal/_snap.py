@@ -32,6 +32,8 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     with the curvatures of U at its minimum, a, and on its barrier, b. The lever moves in its first mode, the force is that
     at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for higher Q the true rate is lower.
 
+    Source: H. A. Kramers, Physica 7, 284 (1940).
+
     Parameters
     ----------
     case
@@ -49,8 +51,6 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     ------
     ParameterError
         When the lever has no barrier at this distance, or a force has memory or branches.
-
-    Source: H. A. Kramers, Physica 7, 284 (1940).
     """
     import xarray as xr
     from scipy.integrate import quad

@@ -324,6 +324,9 @@ def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
 def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     """Return as text what curves can tell: a row each, with the relative errors of positive parameters.
 
+    An error in brackets is so large that the parameter is not told. Below stands the pair of parameters that each curve
+    tells apart least.
+
     Parameters
     ----------
     result
@@ -336,20 +339,22 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     ParameterError
         When it is no such result.
     """
-    from dforce.core.listing import aligned
+    from dforce.core.listing import aligned, in_parts
 
     if result.attrs.get("kind") != "identify" or known not in result["known"].values:
         raise ParameterError("this result does not say what a curve can tell; df.identify(case, free=[...]) does")
     part = result.sel(known=known)
     names = [name for name in part["parameter"].values.tolist() if np.isfinite(part["error"].sel(parameter=name)).any()
              or (part["verdict"].sel(parameter=name) != "").any()]  # fmt: skip
-    rows = [("", *(name.split(".")[-1] for name in names), "worst pair")]
+    rows = [("", *(name.split(".")[-1] for name in names))]
+    pairs = [("", "closest pair", "correlation")]
     for curve in part["curve"].values.tolist():
         row = part.sel(curve=curve)
         cells = [_cell(row.sel(parameter=name)) for name in names]
         pair = ", ".join(name.split(".")[-1] for name in str(row["worst_pair"].values).split(", "))
-        rows.append((curve, *cells, f"{pair} {float(row['worst_correlation']):+.4f}"))
-    lines = [aligned(rows)]
+        rows.append((curve, *cells))
+        pairs.append((curve, pair, f"{float(row['worst_correlation']):+.4f}"))
+    lines = ["\n\n".join(aligned(part) for part in [*in_parts(rows), pairs])]
     mine = [line for line in result.attrs["products"].splitlines() if f", {known}: " in line]
     return "\n".join([*lines, *(f"only products are known: {line}" for line in mine)])
 
@@ -360,5 +365,6 @@ def _cell(one: xr.Dataset) -> str:
     if not math.isfinite(error):
         return verdict or "-"
     if unit == "1":
-        return f"{100 * error:.2g} %" + ("" if error <= NOT_TOLD else " (not told)")
+        told = f"{100 * error:.0f} %" if error >= 1 else f"{100 * error:.2g} %"
+        return told if error <= NOT_TOLD else f"({told})"
     return f"{error:.2g} deg" if unit == DEGREE else units.show(error, unit, 2)

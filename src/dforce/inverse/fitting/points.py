@@ -124,11 +124,13 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
         amplitude.append(_column(data, "amplitude_2"))
         phase.append(_column(data, "phase_2"))
     names = ("", "_2")[: len(amplitude)]
+    points = _noise_points(data, reading)
+    attrs = {**data.attrs, **({"noise_points": points} if math.isfinite(points) else {})}
     found = Measured(
         height, np.stack(amplitude, axis=1), np.stack(phase, axis=1), np.ones(len(height), np.int64),
         np.ones(len(height), bool), np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
         np.array([_error(data, reading, f"phase{name}", "deg") for name in names]),
-        float(data.attrs.get("neighbor_correlation", 0.0)), dict(data.attrs), _noise_points(data, reading),
+        float(data.attrs.get("neighbor_correlation", 0.0)), attrs, points,
     )  # fmt: skip
     branch, beside = _branches(data, found, reading.margin)
     used = ~beside & _chosen(data, height, reading)
@@ -166,7 +168,11 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
 
 def _noise_points(data: xr.Dataset, reading: Reading) -> float:
     """Return from how many points the noise is known; infinite where it was given."""
-    if reading.errors or "free" not in data.variables:
+    if reading.errors:
+        return math.inf
+    if "noise_points" in data.attrs:  # of a fit that is done again
+        return float(data.attrs["noise_points"])
+    if "free" not in data.variables:
         return math.inf
     return max(float(np.asarray(data["free"].values, dtype=bool).sum()), 2.0)
 

@@ -35,8 +35,9 @@ def fit_report(result: xr.Dataset) -> str:
     check_fit(result)
     lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
     lines += [_data_line(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
-    pairs = _correlations(result)
-    if pairs:
+    if given := _given(result):
+        lines += ["", "errors from what is given, to be added in squares", *given]
+    if pairs := _correlations(result):
         lines += ["", f"correlations above {TELLING:g}", *pairs]
     notes = [piece.text for piece in advice_in(result)]
     return "\n".join([*lines, *([""] if notes else []), *(f"advice: {note}" for note in notes)])
@@ -104,14 +105,23 @@ def _parameters(result: xr.Dataset) -> list[str]:
         told = f"+- {error} {unit}".rstrip()
         if "offset" not in name:
             told += f" ({100 * abs(float(one['error']) / float(one['value'])):.2g} %)"
-        given = float(one["error_given"])
-        if given > LITTLE * float(one["error"]):
-            told += f" +- {shown(float(one['value']), given, str(one['unit'].values))[1]} {unit}".rstrip() + " (given)"
         prior = (
             f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
         )
         start = shown(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
+    return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _given(result: xr.Dataset) -> list[str]:
+    """Return the part of each error that what was given as known brings, where it counts."""
+    rows = []
+    for name in result["parameter"].values.tolist():
+        one = result.sel(parameter=name)
+        given = float(one["error_given"])
+        if given > LITTLE * float(one["error"]):
+            _, error, unit = shown(float(one["value"]), given, str(one["unit"].values))
+            rows.append((name, f"+- {error} {unit}".rstrip()))
     return ["  " + line for line in aligned(rows).splitlines()]
 
 

@@ -58,7 +58,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         if row is not None and name != "branch":
             words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
             variable.attrs.update({key: word for key, word in words.items() if word})
-    out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in data.attrs.items()}
+    out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}
     out.attrs |= attributes(advice_on(found)) | {"runs_test": runs_test(out)}
     if found.interrupted:
         out.attrs["interrupted"] = 1
