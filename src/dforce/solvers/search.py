@@ -1,7 +1,8 @@
 r"""The search for all periodic orbits at one value of a parameter, and a check that none is missing.
 
 Orbits are fixed points of the map P over a common period. Transients lead to the stable ones, the edge between two basins to
-a saddle, and Newton's method from many starts to any; deflation keeps it from what is known.
+a saddle, and Newton's method from many starts to any; deflation keeps it from what is known. In a plane, that of one mode
+without memory, squares are quartered whose edge tells of an orbit inside that is not known.
 
 The check: where the map is continuous and all motions end in a bounded region, the indices of its fixed points,
 :math:`\mathrm{sign} \det(1 - M)` with the monodromy matrix M, add up to one. Turn the tip–sample force down by a factor
@@ -9,7 +10,8 @@ s from 1 to 0. No fixed point comes from or goes to infinity on the way, as the 
 region, so the degree of 1 - P there stays what it is at s = 0: that of the free lever, whose one orbit has its multipliers
 in complex pairs within the unit circle, and so the index +1. Stable states and saddles with one multiplier below -1 count
 +1, saddles with one above +1 count -1. A sum other than one says that a state is missing. It is one, too, where two of
-opposite index are missing. A force that jumps or has branches leaves the map discontinuous, and proves nothing.
+opposite index are missing. In a plane the sum of the indices inside a square is how often P(x) - x turns around its edge.
+A force that jumps or has branches leaves the map discontinuous, and proves nothing.
 
 Sources: N. Levinson, Ann. Math. 45, 723 (1944), for one mode; M. A. Krasnosel'skii, The Operator of Translation along the
 Trajectories of Differential Equations, AMS (1968), for any number; P. E. Farrell, Á. Birkisson, S. W. Funke, SIAM J. Sci.
@@ -32,6 +34,7 @@ from dforce.solvers.continuation import Curve
 from dforce.solvers.integrator import free_amplitudes, with_amplitudes
 from dforce.solvers.newton import LARGEST
 from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
+from dforce.solvers.squares import Square
 from dforce.solvers.transient import Watch, decay_periods
 
 SAME = 1e-5  # of the free amplitude: orbits nearer to each other are one
@@ -41,13 +44,17 @@ LAGS = (20.0, 60.0, 100.0, 140.0)  # degrees: phase lags with which it starts
 SEARCH_DECAYS, MOST_SEARCH = 6, 1000  # decay times and periods after which Newton's method takes a transient over
 EDGE = 1e-12  # of the free amplitude: how near to the edge between two basins a saddle is sought
 EDGE_STARTS = 7  # motions between two states that are integrated side by side
-EDGE_PERIODS = 300  # common periods for which a motion on the edge is watched
+EDGE_TRIES = 5  # of Newton's method, where a motion on the edge moves least
 ALIKE = 0.02  # of the free amplitude: a motion so near to an orbit settles there
-STARTS, MOST_STARTS = 24, 240  # of Newton's method with deflation: side by side; in all, while states are missing
+STARTS, ROUNDS = 24, 10  # of Newton's method with deflation: side by side; how often, while states are missing
 STEPS = 20  # of it, from each start
 CLOSE = 1e-3  # of the free amplitude: shorter Newton steps are left to the corrector
 ROOMY = 1.5  # times the known motions: the box of starts
 DEEPEST = 10.0  # free amplitudes: no starts are put near a sample that is farther away
+LARGER = 2.0  # times that: half the side of the square in which a missing orbit is enclosed
+OFF_CENTER = np.array([0.0414, 0.0732])  # of it: orbits on an axis shall not lie on the edges of its quarters
+MOST_SQUARES = 400  # that are looked at
+SMALLEST = 1e-6  # free amplitudes: half the side of the smallest square
 STILL = 1e-12  # m/s, of a tip that turns
 ROUNDING = 1e-12
 JUMPS = 1e-6  # of the force: more than rounding
@@ -165,8 +172,15 @@ def search(known: Known, watch: Watch) -> Iterator[Curve]:
 def _candidates(known: Known, watch: Watch) -> Iterator[Orbit]:
     yield from _of_transients(known, watch)
     yield from _of_edges(known, watch)
-    if not why_unproven(known.among.problem):
-        yield from _of_newton(known, watch)
+    if why_unproven(known.among.problem):
+        return
+    starts = _starts(known)
+    for turn in range(ROUNDS):
+        yield from _of_newton(known, starts, watch)
+        if turn == 0 and known.among.size == 2:
+            yield from _of_squares(known, watch)
+        if known.index_sum == 1:
+            return
 
 
 def _of_transients(known: Known, watch: Watch) -> Iterator[Orbit]:
@@ -240,13 +254,11 @@ def _of_edges(known: Known, watch: Watch) -> Iterator[Orbit]:
     for a, b in combinations(stable, 2):
         if known.index_sum <= 1:
             return
-        found = _on_the_edge(known.among, a, b, known.value, watch)
-        if found is not None:
-            yield found
+        yield from _on_the_edge(known.among, a, b, known.value, watch)
 
 
-def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch: Watch) -> Orbit | None:
-    """Return the saddle on the edge between the basins of two stable orbits, found by cutting the way between them."""
+def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch: Watch) -> Iterator[Orbit]:
+    """Give saddles on the edge between the basins of two stable orbits, found by cutting the way between them."""
     near_a, near_b = a.x, b.x
     # where motions march one after the other, halving takes the fewest
     shares = np.arange(1.0, EDGE_STARTS + 1.0)[:, None] / (EDGE_STARTS + 1.0) if among.is_smooth else np.array([[0.5]])
@@ -255,32 +267,54 @@ def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch:
         way = np.concatenate([near_a[None], near_a + shares * (near_b - near_a), near_b[None]])
         ends = among.vectors(among.later(among.states(way[1:-1], a.kept.branch), value, _periods(among)))
         if not np.isfinite(ends).all():
-            return None
+            return
         to_a, to_b = (np.abs(ends - end.x).max(axis=1) for end in (a, b))
         first = int(np.argmax(np.append(to_a >= to_b, True)))
         near_a, near_b = way[first], way[first + 1]
-    # on the edge the motion comes to the saddle, and leaves it in the end: it is nearest where it moves least
-    state, slowest, least = among.states(near_a[None], a.kept.branch), near_a, math.inf
-    for _ in range(EDGE_PERIODS):
-        x, state = among.vectors(state), among.later(state, value, 1)
-        change = float(np.abs(among.vectors(state) - x).max())
-        if change < least:
-            slowest, least = x[0], change
-    return among.find(np.append(slowest, value), a.kept.branch)
+    # until the time at which the ends were told apart, the motion on the edge stays near a saddle, where it moves least
+    path, state = [near_a], among.states(near_a[None], a.kept.branch)
+    for _ in range(_periods(among)):
+        state = among.later(state, value, 1)
+        path.append(among.vectors(state)[0])
+    changes = np.abs(np.diff(path, axis=0)).max(axis=1)
+    is_least = np.diff(np.sign(np.diff(changes, prepend=math.inf, append=math.inf))) > 0
+    for i in sorted(np.flatnonzero(is_least), key=lambda place: changes[place])[:EDGE_TRIES]:
+        found = among.find(np.append(path[i], value), a.kept.branch)
+        if found is not None:
+            yield found
 
 
-def _of_newton(known: Known, watch: Watch) -> Iterator[Orbit]:
-    """Give orbits that Newton's method finds from many starts, deflated by those known, as long as any must be missing."""
-    among, starts = known.among, _starts(known)
-    for _ in range(0, MOST_STARTS, STARTS):
-        watch()
-        x = _deflated(among, known.value, np.array(list(islice(starts, STARTS))), [one.x for one in known.single()])
-        for one in x:
-            found = among.find(np.append(one, known.value), np.zeros((1, 0)))
-            if found is not None:
-                yield found
-        if known.index_sum == 1:
+def _of_squares(known: Known, watch: Watch) -> Iterator[Orbit]:
+    """Give orbits in squares of the plane around which P(x) - x turns otherwise than the known indices inside tell."""
+    among = known.among
+    half = LARGER * max(float(_size(known)[1].max()), 1.0)
+    root = Square(half * OFF_CENTER, half)
+    squares = [root]
+    for _ in range(MOST_SQUARES):
+        if not squares or known.index_sum == 1:
             return
+        watch()
+        square = squares.pop()
+        turns = square.turns(among, known.value)
+        inside = [orbit.index for orbit in known.single() if square.holds(orbit.x)]
+        if turns == sum(inside) and square is not root:
+            continue
+        found = among.find(np.append(square.center, known.value), np.zeros((1, 0)))
+        if found is not None:
+            yield found
+        if square.half > SMALLEST:
+            squares += square.parts()
+
+
+def _of_newton(known: Known, starts: Iterator[Array], watch: Watch) -> Iterator[Orbit]:
+    """Give orbits that Newton's method finds from the next starts, deflated by those known."""
+    watch()
+    among = known.among
+    x = _deflated(among, known.value, np.array(list(islice(starts, STARTS))), [one.x for one in known.single()])
+    for one in x:
+        found = among.find(np.append(one, known.value), np.zeros((1, 0)))
+        if found is not None:
+            yield found
 
 
 def _starts(known: Known) -> Iterator[Array]:
@@ -289,25 +323,26 @@ def _starts(known: Known) -> Iterator[Array]:
     The points are frac(i sqrt(p)), with a prime p for each number of the state: H. Niederreiter, Random Number Generation and
     Quasi-Monte Carlo Methods, SIAM (1992), chapter 3.
     """
-    among = known.among
-    orbits = [orbit.x for orbit in known.single()]
-    yield from (0.5 * (a + b) for a, b in combinations(orbits, 2))
-    integrator, n = among.integrator(known.value), among.size
+    yield from (0.5 * (a.x + b.x) for a, b in combinations(known.single(), 2))
+    boxes, steps = _size(known), np.sqrt(_primes(known.among.size))
+    i = 0
+    while True:
+        i += 1
+        yield (2.0 * ((i * steps) % 1.0) - 1.0) * boxes[i % 2]
+
+
+def _size(known: Known) -> Array:
+    """Return half the sides of a box that holds the known orbits with room around, and of one that reaches the sample."""
+    integrator, n = known.among.integrator(known.value), known.among.size
     first = integrator.problem.tones[0].frequency
     speeds = np.array([mode.f0 / first for mode in integrator.problem.modes])
     free = np.abs(free_amplitudes(integrator)).sum(0) / integrator.scales.length
-    reach = np.abs([np.zeros(n), *orbits]).max(0)
+    reach = np.abs([np.zeros(n), *(orbit.x for orbit in known.single())]).max(0)
     size = ROOMY * np.maximum(reach[::2], np.maximum(reach[1::2] / speeds, free))
     gap = integrator.p[0] / integrator.scales.length
     deep = size.copy()
     deep[0] = max(deep[0], ROOMY * gap) if gap < DEEPEST else deep[0]
-    steps = np.sqrt(_primes(n))
-    i = 0
-    while True:
-        i += 1
-        place = 2.0 * ((i * steps) % 1.0) - 1.0
-        box = deep if i % 2 else size
-        yield place * np.column_stack([box, box * speeds]).ravel()
+    return np.array([np.column_stack([box, box * speeds]).ravel() for box in (size, deep)])
 
 
 def _primes(count: int) -> list[int]:

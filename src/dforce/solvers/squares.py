@@ -1,0 +1,50 @@
+"""How often the change over a period turns around a square of the plane of motions: the sum of the indices inside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.solvers.orbit import ParameterRange
+
+SAMPLES, FINER, TURN = 64, 12, 0.7  # of a side, how often those are halved, and between neighbors the largest turn
+CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
+
+
+@dataclass(frozen=True)
+class Square:
+    """A square of the plane of scaled motions."""
+
+    center: Array
+    half: float
+
+    def parts(self) -> list[Square]:
+        """Return its four quarters."""
+        return [
+            Square(self.center + 0.5 * self.half * np.array(way), 0.5 * self.half)
+            for way in product((-1.0, 1.0), repeat=2)
+        ]
+
+    def holds(self, x: Array) -> bool:
+        """Say whether a state lies in it."""
+        return bool(np.abs(x - self.center).max() < self.half)
+
+    def turns(self, among: ParameterRange, value: float) -> int | None:
+        """Return how often P(x) - x turns around its edge; None where samples cannot tell."""
+        none = np.zeros((1, 0))
+        places = np.linspace(0.0, 4.0, 4 * SAMPLES + 1)
+        for _ in range(FINER):
+            edge = np.column_stack([np.interp(places, np.arange(5.0), CORNERS[:, i]) for i in range(2)])
+            x = self.center + self.half * edge
+            moves = among.vectors(among.later(among.states(x, none), value, 1)) - x
+            angles = np.arctan2(moves[:, 1], moves[:, 0])
+            turned = (np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi
+            coarse = ~(np.abs(turned) < TURN)
+            if not coarse.any():
+                return round(float(turned.sum()) / (2.0 * math.pi))
+            places = np.sort(np.append(places, 0.5 * (places[1:] + places[:-1])[coarse]))
+        return None
