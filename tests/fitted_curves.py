@@ -64,9 +64,9 @@ def result() -> xr.Dataset:
         {name: ("parameter", np.array(column)) for name, column in values.items()}
         | {"at_bound": ("parameter", np.zeros(2, bool)), "seen": ("parameter", np.ones(2, bool))}
         | {"correlation": (("parameter", "parameter_2"), np.array([[1.0, 0.9], [0.9, 1.0]]))}
-        | {name: (point, height) for name in ("height", "zc")}
-        | {name: (both, column) for name in ("amplitude", "amplitude_fit")}
-        | {name: (both, 1e10 * column) for name in ("phase", "phase_fit")}
+        | dict.fromkeys(("height", "zc"), (point, height))
+        | dict.fromkeys(("amplitude", "amplitude_fit"), (both, column))
+        | dict.fromkeys(("phase", "phase_fit"), (both, 10000000000.0 * column))
         | {name: (both, np.zeros((12, 1))) for name in ("amplitude_residual", "phase_residual")}
         | {"used": (point, height > 3e-9), "lost": (point, height > 9.5e-9)},
         {

@@ -115,7 +115,7 @@ def test_equipartition_in_contact_has_the_second_order_error_that_is_derived(poi
     K = np.array([[1.0, 0.0], [-0.5 * h * omega**2, 1.0]])
     # the compiled step is that one: its map of a period, by differences of motions with the same noise
     integrator, start = langevin(asked, 20e-9)
-    assert integrator.points == (points if points >= 32 else 32)
+    assert integrator.points == (max(points, 32))
     if integrator.points == points:
         ends = []
         for aside in ((0.0, 0.0), (1e-3, 0.0), (0.0, 1e-3)):

@@ -68,7 +68,7 @@ FILES = files()
 
 def component(name: str) -> str:
     """Return the module or folder at the top of the package that a dotted name belongs to."""
-    return name.split(".")[0] or "__init__"
+    return name.split(".", maxsplit=1)[0] or "__init__"
 
 
 def parse(path: Path) -> ast.Module:

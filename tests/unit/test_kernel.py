@@ -272,7 +272,7 @@ def slow_to_compile(folder, begun, over):
         return 1.0
 
     # as numba's, with nothing compiled
-    function.signatures, function._cache = [], types.SimpleNamespace(files=lambda: [])
+    function.signatures, function._cache = [], types.SimpleNamespace(files=list)
     module = types.ModuleType("slow")
     module.__file__, module.probe = str(folder / "slow.py"), function
     return kernel.Kernel(module, "a slow one")

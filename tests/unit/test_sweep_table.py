@@ -28,7 +28,7 @@ def case(**changes: object) -> df.Case:
 def same(one: xr.Dataset, other: xr.Dataset) -> None:
     """Assert that two results differ in date and case at most."""
     without = ("date", "case")
-    one, other = (d.assign_attrs({key: "" for key in without}) for d in (one, other))
+    one, other = (d.assign_attrs(dict.fromkeys(without, "")) for d in (one, other))
     xr.testing.assert_identical(one, other)
 
 

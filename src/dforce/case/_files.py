@@ -111,7 +111,7 @@ def _case_of_results(content: bytes) -> str:
         with h5py.File(io.BytesIO(content), "r") as results:
             text = results.attrs.get("case")
             text = text if isinstance(text, str | None) else bytes(text).decode("utf-8")
-    except Exception:  # as any error of h5py
+    except Exception:  # as any error of h5py  # noqa: BLE001
         raise damaged from None
     if text is None:
         raise CaseError("the file of results holds no case")

@@ -140,7 +140,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             raise typer.Exit(STOPPED) from None
         except (typer.Exit, BrokenPipeError):  # a broken pipe: its reader has seen enough
             raise
-        except Exception as error:
+        except Exception as error:  # whatever it is ends in one sentence  # noqa: BLE001
             say(f"dforce: an error inside dForce, please report it: {type(error).__name__}: {error}")
             code, cause = INSIDE_ERROR, error
         if kwargs.get("traceback"):

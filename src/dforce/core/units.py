@@ -61,7 +61,7 @@ def registry() -> pint.UnitRegistry[Any]:
 
     try:
         return pint.UnitRegistry(cache_folder=_cache_folder(Path(pint.__file__)))
-    except Exception:  # what was kept is cut short, or may not be written: the definitions are read anew
+    except Exception:  # what was kept is cut short, or may not be written: the definitions are read anew  # noqa: BLE001
         return pint.UnitRegistry()
 
 

@@ -27,7 +27,7 @@ for _file in pkgutil.iter_modules(__path__):
 for _entry in importlib.metadata.entry_points(group="dforce.forces"):
     try:
         _entry.load()
-    except Exception as _error:  # a broken package must not take the others with it
+    except Exception as _error:  # a broken package must not take the others with it  # noqa: BLE001
         log.announce(
             f"The force plug-in '{_entry.name}' ({_entry.value}) cannot be loaded, so that its models are "
             f"missing: {type(_error).__name__}: {shorten(str(_error), 200)}"
@@ -35,7 +35,7 @@ for _entry in importlib.metadata.entry_points(group="dforce.forces"):
 
 _models = {model.__name__: model for model in REGISTRY.values()}
 globals().update(_models)
-__all__ = [
+__all__ = [  # noqa: PLE0604
     "INTERACTIONS",
     "REGISTRY",
     "Force",

@@ -218,7 +218,7 @@ class Job:
         except df.DForceError as error:
             self.error, self.state = str(error), "failed"
             return
-        except Exception as error:  # a defect of dForce must not leave the window waiting
+        except Exception as error:  # a defect of dForce must not leave the window waiting  # noqa: BLE001
             self.error, self.state = (
                 f"an error inside dForce, please report it: {type(error).__name__}: {error}",
                 "failed",

@@ -60,7 +60,7 @@ def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
 def within(field: Field, unit: str, low: float, high: float) -> tuple[float, float]:
     """Return a range that is not empty and keeps to the bounds of the parameter."""
     if not low < high:
-        low, high = low, low + (abs(low) or 1.0)
+        high = low + (abs(low) or 1.0)
     if field.quantity is not None:
         scale = parse(f"1 {unit}", field.unit) if unit != "1" else 1.0
         least, most = (bound / scale for bound in field.quantity.bounds())

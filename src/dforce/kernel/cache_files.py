@@ -89,7 +89,7 @@ class Kept:
         try:
             types, parts = pickle.loads(content)
             return CompileResult._rebuild(target, *parts) if types == str(signature) else None
-        except Exception:  # whatever is wrong with it: the function is compiled anew
+        except Exception:  # whatever is wrong with it: the function is compiled anew  # noqa: BLE001
             forget(path)
             return None
 

@@ -147,7 +147,7 @@ class Map:
 
     def _first(self, place: Place, cases: int) -> Place:
         """Return the place of the first cases, along the last dimension that is no choice."""
-        lengths = {dim: 1 for dim in self.layout.dims}
+        lengths = dict.fromkeys(self.layout.dims, 1)
         numbers = [dim for dim in self.layout.dims if dim not in place]
         if numbers:
             lengths[numbers[-1]] = cases
@@ -226,7 +226,7 @@ class _Run:
             arrays = future.result()
         except (CancelledError, asyncio.CancelledError):  # no block's own fault: nobody is there to compute it
             raise ResultError(LOST) from None
-        except Exception as error:
+        except Exception as error:  # of a case's own: its block is tried again, then marked  # noqa: BLE001
             self.hands.check()
             if attempt < self.hands.tries(error):
                 self._submit(place, attempt + 1)

@@ -161,7 +161,7 @@ def _number_at(case: Case, path: str) -> Quantity | None:
         return quantity_at(case, path)
     if path == DISTANCE:
         raise ParameterError("experiment.zc can be swept over in a dwell only; an approach has its own distances")
-    if path.split(".")[0] not in INSTRUMENT or not (value is None or isinstance(value, float)):
+    if path.split(".", maxsplit=1)[0] not in INSTRUMENT or not (value is None or isinstance(value, float)):
         return None
     try:
         return quantity_at(case, path)

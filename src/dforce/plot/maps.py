@@ -154,7 +154,7 @@ def _lines(axes: Axes, x: Floats, y: Floats, values: Floats, levels: Any) -> Non
         return
     chosen = MaxNLocator(LINES).tick_values(finite.min(), finite.max()) if levels is None else sorted(levels)
     chosen = [level for level in chosen if finite.min() < level < finite.max()]
-    if len(chosen):
+    if chosen:
         lines = axes.contour(x, y, np.ma.masked_invalid(values), levels=chosen, colors="black", linewidths=0.8)
         halo: list[AbstractPathEffect] = [
             withStroke(linewidth=2.4, foreground="white")

@@ -303,7 +303,7 @@ def _decoded(content: bytes) -> xr.Dataset | None:
             dict(file.attrs)  # h5netcdf prints a traceback when it cannot read these
         with h5netcdf.File(io.BytesIO(content), "r", decode_vlen_strings=True) as file:
             return xr.load_dataset(H5NetCDFStore(file), decode_times=False).drop_encoding()
-    except Exception:  # a damaged file surfaces as any error of h5py, h5netcdf or xarray
+    except Exception:  # a damaged file surfaces as any error of h5py, h5netcdf or xarray  # noqa: BLE001
         return None
 
 

@@ -126,7 +126,7 @@ def open_store(path: str | os.PathLike[str]) -> xr.Dataset:
         raise ResultError(f"there is no store {name}")
     try:
         data: xr.Dataset = xr.open_zarr(str(path), chunks=None, consolidated=False, decode_times=False)
-    except Exception as error:  # of zarr, xarray, or what reads the URL
+    except Exception as error:  # of zarr, xarray, or what reads the URL  # noqa: BLE001
         raise ResultError(f"{name} cannot be read as a store: {_said(error)}") from None
     if "dforce_version" not in data.attrs:
         raise ResultError(f"{name} was not written by dForce, or was not finished being made")
@@ -246,7 +246,7 @@ class Writer:
         """Say whether a block is written; `nothing` is the status of what was not computed."""
         try:
             return not bool((self._arrays[STATUS][self._region(STATUS, place)] == nothing).any())
-        except Exception:  # a chunk that a power cut has spoiled is written again
+        except Exception:  # a chunk that a power cut has spoiled is written again  # noqa: BLE001
             return False
 
     def put(self, place: Mapping[str, slice], arrays: Mapping[str, tuple[tuple[str, ...], Any]], broken: int) -> None:

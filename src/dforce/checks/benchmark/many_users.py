@@ -92,7 +92,7 @@ def measures(count: int, seconds: float, progress: Callable[[str], None]) -> lis
     progress(f"the window, {count} people at once for {seconds:g} s")
     try:
         return answers(count, seconds).measures()
-    except Exception as error:  # of its libraries, too: the other rows took minutes
+    except Exception as error:  # of its libraries, too: the other rows took minutes  # noqa: BLE001
         return [Measure(f"the window: {str(error) or type(error).__name__}")]
 
 

@@ -86,7 +86,7 @@ def identify(
         As :func:`dforce.fit` for the parameters, and for distances at which nothing is found.
     """
     names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
-    curves = {name: rows for name, rows in _rows(_branches(case, zc, names, errors or {}), "").items()}
+    curves = dict(_rows(_branches(case, zc, names, errors or {}), ""))
     if helps:
         for words, factor in OTHERS.items():
             curves |= _rows(_branches(*_with_amplitude(case, zc, factor), names, errors or {}), words)
