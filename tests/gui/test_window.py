@@ -172,7 +172,7 @@ def test_an_example_that_takes_long_is_run_when_it_is_opened(tmp_path, monkeypat
     async def flow():
         async with window(tmp_path) as (user, page):
             page._open("figure-3-water")
-            await until(lambda: page.view.session.document.results)
+            await until(lambda: page.view.result is not None)  # it is kept first, then drawn
             assert page.view.result.attrs["title"] == df.example("figure-3-water").title
             type_into(user, "drive.A0", "9", "nm")  # an edit waits for Run
             await until(lambda: "press Run" in page.view.status)
