@@ -183,6 +183,7 @@ class _Maker:
         return 1.05 * max(ends) / self.x_scale
 
     def _lines(self, tag: int, host: int, name: str) -> None:
+        """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
         scale, unit = self.scales[name]
         x_axis, y_axis = _name("x", host), _name("y", tag)
         for layer in self.layers:

@@ -52,10 +52,10 @@ def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
 
 
 def tone_table(problem: Problem) -> Array:
-    """Return the drive: a row for each tone with its frequency ratio, phase, and scaled drive on each mode.
+    """Return the drive, a row for each tone.
 
-    The drive of a mode, with the base's motion counted to the tone's own, is a complex amplitude: all real parts come first,
-    then all imaginary parts. Real and imaginary part of the base's scaled motion follow, and what the detector's phase is more.
+    Columns: frequency ratio; phase; real parts, then imaginary parts, of the scaled drive on each mode; real and imaginary part
+    of the base's scaled motion; offset of the detector's phase. The base's motion is counted to the tone's own mode.
     """
     scale, modes = scales(problem), len(problem.modes)
     table = np.empty((len(problem.tones), FIRST_DRIVE + 2 * modes + 3))
@@ -97,7 +97,10 @@ def base_in_motion(problem: Problem, tones: Array, period: int = 0) -> Array:
 
 
 def responses(problem: Problem) -> Array:
-    """Return what takes each tone's row to other frequencies, see ``solvers.retune``: (tones, numbers), none under a force."""
+    """Return the coefficients with which ``solvers.retune`` moves each tone's row to another frequency, (tones, coefficients).
+
+    There are none where a force drives the lever.
+    """
     if problem.shaken is None:
         return np.empty((len(problem.tones), 0))
     rows = []
@@ -118,7 +121,7 @@ def kink_distances(problem: Problem) -> Array:
 class Kernel:
     """A composed module: the tip equation of one combination of modes and forces, or the solvers that call it.
 
-    See ``solvers`` for its entry functions.
+    ``solvers.integrator`` names its entry functions.
     """
 
     def __init__(self, module: ModuleType, what: str) -> None:

@@ -8,9 +8,9 @@ from numba.extending import intrinsic  # noqa: F401
 
 
 def call_by_address(types: str, tip: int, place: int, *given: Any) -> Any:
-    """Return what an intrinsic function returns that calls a function of these types.
+    """Return typing and code generation of an intrinsic that calls a function pointer.
 
-    Its address lies at a place of one of the arguments, the `tip`.
+    The pointer is element `place` of argument number `tip`, a tuple.
     """
     arguments, result = sigutils.normalize_signature(types)  # type: ignore[no-untyped-call]
     if given != arguments:  # or it would read its arguments where there are none

@@ -1,6 +1,6 @@
 """The vocabulary in which solvers and observables are written.
 
-Each name here is a place that the kernel fills for one combination of modes and forces (see ``compose.py``): the solvers'
+Each name here is a place that the kernel fills for one combination of modes and forces (see ``codegen``): the solvers'
 loops import these names, and the linker puts the composed functions in their place. They are never called as they stand.
 
 Scaled quantities: length in the first tone's free amplitude, time in 1/omega of the first tone. The motion is a tuple

@@ -199,6 +199,7 @@ def measure_force(
                 kind[i] == BESIDE, cuts, piece, tops, sums, forces, out,
             )  # fmt: skip
             kind[i] = BROKEN if events else CUTS
+    # peak force, and the lowest force
     out[F_MAX] = highest(
         block, h, start, d, v, a, kind, rates, stage, 1.0, sums[F_HIGH], int(sums[AT_HIGH]), tops[0], piece, p
     )

@@ -198,7 +198,10 @@ def _tests(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]
 
 
 def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
-    """Return the orbit between two neighbors at which a function passes zero, or the one found nearest to that."""
+    """Return the special orbit (fold, doubling, ...) between two neighbors, where a test function passes zero, by Brent's method.
+
+    Where Newton's method fails on the way it is the orbit found nearest to zero.
+    """
     from scipy.optimize import brentq
 
     chord = b.u - a.u

@@ -1,8 +1,8 @@
 """Newton's method for the periodic orbits of a block of problems.
 
-An orbit is a fixed point of the map P over one common period or several, P(x, value) = x. One row borders these equations: it
-says in which plane, across `normal`, the orbit is sought: at its value of the parameter, or across the tangent of a curve of
-orbits. With the monodromy matrix M = dP/dx the Newton step (dx, dv) solves
+An orbit is a fixed point of the map P over one common period or several, P(x, value) = x. The bordered system has one row
+more, `normal`: it fixes the parameter, or makes the correction orthogonal to the tangent of a curve of orbits
+(pseudo-arclength). With the monodromy matrix M = dP/dx the Newton step (dx, dv) solves
 
     (I - M) dx - dP/dv dv = P(x) - x,    normal (dx, dv) = 0.
 
@@ -12,7 +12,7 @@ memory together but for a positive factor: folds and the signs of indices are th
 memory lasts about as long as a period, and those of the memory itself are missing. Where they count the memory belongs to
 the vector x; see ``orbit``.
 
-The map is asked for by `choose` and answered by `take_steps`, so that any integrator may march.
+`choose` says which slots are to be integrated, and `take_steps` uses the ends: any integrator can stand between them.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 """
@@ -135,7 +135,10 @@ def longest(vector: Any) -> float:
 
 
 def solve_orbits(slots: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
-    """Find the orbits near the states of the first `count` slots, and measure them; `slots` holds them in the end."""
+    """Find and measure the orbits near the states of the first `count` slots, with monodromy matrices by central differences.
+
+    `slots` holds the orbits in the end.
+    """
     find_orbits(slots, count, True, model, drive, orbits, room)
     which, going = np.empty(count, np.int64), 0
     for s in range(count):
@@ -147,7 +150,7 @@ def solve_orbits(slots: Any, count: int, model: Any, drive: Any, orbits: Any, ro
 
 
 def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, room: Any) -> None:
-    """Find the orbits as `solve_orbits` does, with derivatives that are those of motions nearby."""
+    """Iterate by Newton's method. The monodromy matrix kept is that of the last full step, by forward differences."""
     which = np.empty(count, np.int64)
     for s in range(count):
         orbits.unit[s] = model.unit[slots.case[s]]
@@ -226,7 +229,7 @@ def approach(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: A
 
 
 def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> None:
-    """Measure the orbits of all slots that one Newton step leads to, with monodromy matrices that are known."""
+    """Take one Newton step in every slot, with the given monodromy matrix, and measure the orbit there."""
     size, count = 2 * mode_count(), slots.case.shape[0]
     which, first, second, matrix = np.empty(count, np.int64), np.empty(size), np.zeros(size), np.empty((size, size))
     for s in range(count):
@@ -244,7 +247,7 @@ def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> 
 
 
 def balance(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
-    """Average monodromy matrices, taken to one side, with those to the other: the error falls from first to second order."""
+    """Replace forward by central differences in the monodromy matrices: an error of second order."""
     size = 2 * mode_count()
     march(slots, which, count, size, False, model, drive, room)
     for g in range(count):

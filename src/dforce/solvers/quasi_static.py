@@ -1,8 +1,9 @@
 """A stable orbit followed while a parameter changes so slowly that the motion stays on it.
 
-Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. A step is taken where the orbit is
-stable and either lies where it was predicted, or near, in the direction of both slopes: else it is shortened, so that the
-curve does not depend on the values asked for. Where no step leads on the state has ended. Where samples of the motion pass a
+Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. A step is accepted where the orbit
+is stable and either agrees with the prediction, or is close to the last orbit with a chord that fits both slopes. Otherwise it
+is shortened, so that the curve does not depend on the values asked for. Where no step is accepted the state has ended: at a
+fold, a doubling, or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a
 kink of the force the map has small edges, at which Newton's method may fail: a stable orbit close behind continues the state
 as well.
 """

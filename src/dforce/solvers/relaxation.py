@@ -3,9 +3,9 @@
 Where damping is weak a motion changes little from one period to the next, and the map P over a common period acts on it all
 but linearly for many periods: x_h = x + (1 + M + ... + M^(h-1)) (P(x) - x), with the derivative M at x. This is exact for
 the linear part of the map. Behind each leap the change over the next period, P(x_h) - x_h, is held against the one
-predicted, M^h (P(x) - x): their difference has grown like a square from nothing, so that the sum of squares up to h gives
-what the leap has missed. That corrects the leap, and by its size leaps are refused, shortened and lengthened. A leap over
-one period is the map itself.
+predicted, M^h (P(x) - x). This defect grows as the square of the periods, so that its sum over the leap, the defect times
+the sum of (j/h)^2 over j < h, estimates the leap's error. It corrects the leap, and its size decides whether leaps are
+refused, shortened or lengthened. A leap over one period is the map itself.
 
 Sources: L. R. Petzold, SIAM J. Numer. Anal. 18, 455 (1981), envelope-following; M. Hochbruck, A. Ostermann, Acta Numerica
 19, 209 (2010), exponential Rosenbrock methods.

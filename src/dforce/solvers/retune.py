@@ -1,7 +1,7 @@
 """Takes the drive of a tone to another frequency: a force stays what it is, a base goes on moving as its piezo lets it.
 
-Scaled by the tone's own frequency, g times the one that the numbers hold at, a force drives a mode by its value over g^2. A
-base that moves by Y drives it by (c0 + i c1 / g + c2 / g^2) Y, the parts of inertia, drag and spring.
+g is the new frequency over the one of the numbers. In time scaled by the new frequency a force drives a mode by 1/g^2 of what
+it did, and a base motion Y by (c0 + i c1 / g + c2 / g^2) Y, the parts of inertia, drag and spring.
 """
 
 from __future__ import annotations

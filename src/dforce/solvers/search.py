@@ -10,7 +10,7 @@ s from 1 to 0. No fixed point comes from or goes to infinity on the way, as the 
 region, so the degree of 1 - P there stays what it is at s = 0: that of the free lever, whose one orbit has its multipliers
 in complex pairs within the unit circle, and so the index +1. Stable states and saddles with one multiplier below -1 count
 +1, saddles with one above +1 count -1. A sum other than one says that a state is missing. It is one, too, where two of
-opposite index are missing. In a plane the sum of the indices inside a square is how often P(x) - x turns around its edge.
+opposite index are missing. In a plane the indices inside a square add up to the winding number of P(x) - x along its edge.
 A force that jumps or has branches leaves the map discontinuous, and proves nothing.
 
 Sources: N. Levinson, Ann. Math. 45, 723 (1944), for one mode; M. A. Krasnosel'skii, The Operator of Translation along the
@@ -285,7 +285,7 @@ def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch:
 
 
 def _of_squares(known: Known, watch: Watch) -> Iterator[Orbit]:
-    """Give orbits in squares of the plane around which P(x) - x turns otherwise than the known indices inside tell."""
+    """Give orbits in squares of the Poincaré plane whose winding number is not the sum of the known indices inside."""
     among = known.among
     half = LARGER * max(float(_size(known)[1].max()), 1.0)
     root = Square(half * OFF_CENTER, half)
@@ -295,9 +295,9 @@ def _of_squares(known: Known, watch: Watch) -> Iterator[Orbit]:
             return
         watch()
         square = squares.pop()
-        turns = square.turns(among, known.value)
+        winding = square.winding_number(among, known.value)
         inside = [orbit.index for orbit in known.single() if square.holds(orbit.x)]
-        if turns == sum(inside) and square is not root:
+        if winding == sum(inside) and square is not root:
             continue
         found = among.find(np.append(square.center, known.value), np.zeros((1, 0)))
         if found is not None:

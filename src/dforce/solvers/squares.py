@@ -1,4 +1,4 @@
-"""How often the change over a period turns around a square of the plane of motions: the sum of the indices inside."""
+"""Winding number of P(x) - x along the edge of a square of the Poincaré plane: the sum of the fixed points' indices inside."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -
 
 @dataclass(frozen=True)
 class Square:
-    """A square of the plane of scaled motions."""
+    """A square of the Poincaré plane, in scaled deflection and velocity."""
 
     center: Array
     half: float
@@ -33,8 +33,8 @@ class Square:
         """Say whether a state lies in it."""
         return bool(np.abs(x - self.center).max() < self.half)
 
-    def turns(self, among: ParameterRange, value: float) -> int | None:
-        """Return how often P(x) - x turns around its edge; None where samples cannot tell."""
+    def winding_number(self, among: ParameterRange, value: float) -> int | None:
+        """Return the winding number of P(x) - x along its edge; None where samples cannot tell."""
         none = np.zeros((1, 0))
         places = np.linspace(0.0, 4.0, 4 * SAMPLES + 1)
         for _ in range(FINER):

@@ -1,8 +1,8 @@
 """The steady motions of a block of problems while a parameter changes slowly: the quasi-static protocol.
 
-A motion stays on its state as long as that exists and is stable. Where it ends the parameter stays, and the motion goes, in
-time, from the end of the state to the side to which it leaves, until it is on another state, which is followed from there.
-Where the motion does not repeat it settles in time at each value.
+A motion stays on its state as long as that exists and is stable. Where the state ends the parameter is held, and the motion
+is integrated from just beyond the end, along the unstable direction, until it settles on another state, which is followed
+from there. Where the motion does not repeat it settles in time at each value. ``quasi_static`` follows one state.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
 
     .. math:: P = M P M^T + D, \qquad \delta A = \sqrt{P_{AA}}, \qquad \delta\phi = \frac{\sqrt{P_{\phi\phi}}}{A}
 
-    with the map M of a small disturbance of motion and lock-in over a period, and what thermal noise adds to it, D. There is
-    no Monte Carlo in it, and it holds where the noise is small against the distance to the next fold. What the case says of
+    with the covariance P of motion and lock-in, the map M of a small disturbance over a period, and the covariance D that noise
+    adds in it. There is no Monte Carlo in it, and it holds where the noise is small against the distance to the next fold. What the case says of
     `noise` counts: thermal motion at the medium's temperature, and the detector.
 
     Parameters
