@@ -198,7 +198,7 @@ def _tests(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]
 
 
 def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
-    """Return the special orbit (fold, doubling, ...) between two neighbors, where a test function passes zero, by Brent's method.
+    """Return the fold, doubling or grazing between two neighbors, where a test function passes zero, by Brent's method.
 
     Where Newton's method fails on the way it is the orbit found nearest to zero.
     """

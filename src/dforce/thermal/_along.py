@@ -32,8 +32,8 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     .. math:: P = M P M^T + D, \qquad \delta A = \sqrt{P_{AA}}, \qquad \delta\phi = \frac{\sqrt{P_{\phi\phi}}}{A}
 
     with the covariance P of motion and lock-in, the map M of a small disturbance over a period, and the covariance D that noise
-    adds in it. There is no Monte Carlo in it, and it holds where the noise is small against the distance to the next fold. What the case says of
-    `noise` counts: thermal motion at the medium's temperature, and the detector.
+    adds in it. There is no Monte Carlo in it, and it holds where the noise is small against the distance to the next fold. What
+    the case says of `noise` counts: thermal motion at the medium's temperature, and the detector.
 
     Parameters
     ----------
