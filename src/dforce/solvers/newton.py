@@ -146,7 +146,7 @@ def solve_orbits(slots: Any, count: int, model: Any, drive: Any, orbits: Any, ro
             which[going] = s
             going += 1
     if going > 0:
-        balance(slots, which, going, model, drive, orbits, room)
+        central_differences(slots, which, going, model, drive, orbits, room)
 
 
 def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, room: Any) -> None:
@@ -246,7 +246,7 @@ def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> 
     march(slots, which, count, 1, True, model, drive, room)
 
 
-def balance(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
+def central_differences(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Replace forward by central differences in the monodromy matrices: an error of second order."""
     size = 2 * mode_count()
     march(slots, which, count, size, False, model, drive, room)

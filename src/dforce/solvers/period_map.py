@@ -162,7 +162,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
     tones = np.empty((lanes, model.tones.shape[1], model.tones.shape[2]))
     forcing, starts = np.empty((model.tones.shape[1] * size, lanes)), np.empty((size, lanes))
     for j in range(lanes):
-        s, e = (which[j // each], lead(each) + j % each) if j < total else (which[0], 0)
+        s, e = (which[j // each], first_column(each) + j % each) if j < total else (which[0], 0)
         case, value = slots.case[s], slots.value[s]
         if e == size + 1:
             value += FD_STEP * model.unit[case]
@@ -177,7 +177,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
         march_columns(slots, which, count, each, measured, model, drive, numbers, kinks, tones, starts)
 
 
-def lead(each: int) -> int:
+def first_column(each: int) -> int:
     """Return what the first of so many columns of a slot is: 0, the state itself, or 1, its first neighbor."""
     return 1 if each == 2 * mode_count() else 0
 
@@ -214,7 +214,7 @@ def march_lanes(
                     block[0, k, j] = block[end, k, j]
     for j in range(count * each):
         for k in range(size):
-            slots.ends[which[j // each], lead(each) + j % each, k] = block[0, k, j]
+            slots.ends[which[j // each], first_column(each) + j % each, k] = block[0, k, j]
 
 
 def march_columns(
@@ -231,7 +231,7 @@ def march_columns(
     record, work = np.empty((drive.points + 1, size + states + branches + 1)), np.empty((9, max(states, 1)))
     for j in range(count * each):
         s = which[j // each]
-        start, e = from_vector(starts[:, j].copy()), lead(each) + j % each
+        start, e = from_vector(starts[:, j].copy()), first_column(each) + j % each
         memory = slots.memory[s].copy() if e == 0 else slots.memory_after[s].copy()
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, numbers[ZC, j])
@@ -249,14 +249,14 @@ def march_columns(
             if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
                 break
             if each > 1:
-                hasten(memory, memory_before, change, attempt % 3 == 2)
+                aitken(memory, memory_before, change, attempt % 3 == 2)
         for k in range(size):
             slots.ends[s, e, k] = y[k]
         if e == 0:
             slots.memory_after[s], slots.branch_after[s] = memory, branch
 
 
-def hasten(memory: Any, before: Any, change: Any, now: bool) -> None:
+def aitken(memory: Any, before: Any, change: Any, now: bool) -> None:
     """Take each number of a memory to where its last two changes, as a geometric series, would lead (Aitken)."""
     for k in range(memory.shape[0]):
         latest = memory[k] - before[k]
