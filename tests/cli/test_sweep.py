@@ -86,6 +86,39 @@ def test_a_store_is_written_read_and_repeated():
     assert "dforce sweep repeats" in done.stderr
 
 
+def test_a_store_at_a_url_is_written_read_and_listed(folder):
+    url = (folder / "map.zarr").as_uri()
+    done = dforce("sweep", "map.toml", "-o", url, "--keep", "amplitude")
+    assert done.exit_code == 0, done.output
+    assert f"written: {url}" in done.stdout
+    assert df.read("map.zarr").status.size == 36
+    assert dforce("check", url).exit_code == 0
+    again = dforce("sweep", url, "-o", "again.nc", "--keep", "amplitude")
+    assert again.exit_code == 0, again.output
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["-o", "map.zarr", "--set", "cantilever.k=2 N/m", "--at-set-point", "0.8"],
+            'map.toml --set "cantilever.k=2 N/m" -o map.zarr --at-set-point 0.8 --resume',
+        ),
+        (["-o", "map.nc", "--at-set-point", "0.8"], "only a store (-o OUT.zarr) could be continued at a set point"),
+    ],
+)
+def test_a_sweep_that_was_stopped_says_how_to_go_on(words, sentence, monkeypatch):
+    sweep = df.sweep
+
+    def stopped(*given: Any, **settings: Any) -> xr.Dataset:
+        return sweep(*given, **settings).assign_attrs(interrupted=1)
+
+    monkeypatch.setattr(df, "sweep", stopped)
+    done = dforce("sweep", "map.toml", *words)
+    assert done.exit_code == 130
+    assert sentence in done.stderr
+
+
 def test_the_command_for_many_cases_is_told_where_one_is_expected():
     done = dforce("run", "map.toml")
     assert done.exit_code == 2

@@ -138,6 +138,26 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     most, calls = calls + 3, 0
     many = df.fit_many(case, {"first": fc.data_of("air"), "second": fc.data_of("air")}, free=[H], search=False)
     assert many["curve"].values.tolist() == ["first"]
+    assert many.attrs["interrupted"] == 1
+    most, calls = 4, 0
+    with pytest.raises(KeyboardInterrupt):
+        df.fit_many(case, {"first": fc.data_of("air")}, free=[H], search=False)
+
+
+def test_an_error_that_nobody_expected_stops_no_other_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, failed = Objective.residuals, []
+
+    def failing(self: Objective, free: np.ndarray) -> np.ndarray:
+        if not failed:
+            failed.append(free)
+            raise np.linalg.LinAlgError("SVD did not converge")
+        return plain(self, free)
+
+    monkeypatch.setattr(Objective, "residuals", failing)
+    curves = {"bad": fc.data_of("air"), "good": fc.data_of("air")}
+    many = df.fit_many(fc.case_of("air"), curves, free=[H], search=False)
+    assert many["message"].values.tolist() == ["LinAlgError: SVD did not converge", ""]
+    assert "interrupted" not in many.attrs
 
 
 def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:

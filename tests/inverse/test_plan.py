@@ -287,6 +287,36 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(tmp_path: Path, monkey
     assert "least violation: A0" in none.stdout
 
 
+def test_a_stopped_plan_keeps_the_states_that_are_solved(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("plan.toml").write_text(TEXT.replace("100 pN", "150 pN") + "margin = { set_point = 0.1 }\n")
+    assert dforce("plan.toml", "-o", "whole.nc").exit_code == 0
+
+    def stop(work, judged, holds):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("dforce.inverse.planner._Work._edges", stop)
+        stopped = dforce("plan.toml", "-o", "part.nc", "--plot", "part.png")
+    assert stopped.exit_code == 130
+    assert "the states are kept" in stopped.stderr
+    assert Path("part.png").stat().st_size > 5000
+    part, whole = df.read("part.nc"), df.read("whole.nc")
+    assert part.attrs["interrupted"] == 1 and "interrupted" not in whole.attrs
+    assert not part.recommended.any() and int(whole.recommended.sum()) == 1
+    for name in ("zc", "peak_force", "phase"):
+        np.testing.assert_array_equal(part[name], whole[name])
+    failed = whole.limit_hit.str.startswith("margin")
+    assert failed.any() and part.allowed.values[failed.values].all()
+
+    def at_once(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("dforce.inverse.planner._Work._states", at_once)
+    nothing = dforce("plan.toml", "-o", "nothing.nc")
+    assert (nothing.exit_code, Path("nothing.nc").exists()) == (130, False)
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -125,6 +125,31 @@ def test_a_cluster_finds_the_numbers_of_threads_and_its_workers_may_be_killed(pr
 
 
 @pytest.mark.long
+def test_the_command_uses_a_running_cluster_and_goes_on_without_it(processes, client, tmp_path):
+    over = OVER | {"drive.A0": np.linspace(6e-9, 9e-9, 20)}
+    (tmp_path / "map.toml").write_text(case(sweep={"over": over}).to_toml())
+    address = client.scheduler.address
+
+    def begun(out: str, *words: str) -> subprocess.Popen[str]:
+        small = "import dforce.maps._map as m; m.MOST_POINTS = 9; from dforce.cli import main; main()"
+        sweep = ["sweep", "map.toml", "-o", out, "--keep", "amplitude", "--quiet", *words]
+        return subprocess.Popen([sys.executable, "-c", small, *sweep], stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+
+    whole = begun("whole.zarr", "--cluster", address)
+    assert (whole.communicate()[1], whole.returncode) == ("", 0)
+    lost = begun("lost.zarr", "--cluster", address)
+    while lost.poll() is None and not (tmp_path / "lost.zarr" / "status" / "c" / "1").exists():
+        time.sleep(0.01)
+    processes.scheduler.kill()
+    sentence = "dforce: the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+    assert (" ".join(lost.communicate()[1].split()), lost.returncode) == (sentence, 2)
+    assert df.read(tmp_path / "lost.zarr").attrs["interrupted"] == 1
+    rest = begun("lost.zarr", "--resume", "--workers", "2")
+    assert (rest.communicate()[1], rest.returncode) == ("", 0)
+    same(df.read(tmp_path / "lost.zarr"), df.read(tmp_path / "whole.zarr"))
+
+
+@pytest.mark.long
 def test_a_plug_in_travels_with_its_case(client, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "spring.py").write_text(PLUGIN)

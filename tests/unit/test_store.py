@@ -203,6 +203,41 @@ def test_a_block_that_fails_twice_is_left_out_with_its_sentence(store, monkeypat
     assert np.isnan(result.amplitude.values[4]).all()
 
 
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize("kind", ["memory", "file"])
+def test_a_store_may_lie_at_a_url(store, kind):
+    url = f"memory://{store.name}" if kind == "memory" else store.as_uri()
+    wanted = df.sweep(case(), OVER)
+
+    def stop(done: int, total: int, note: str) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    assert df.sweep(case(), OVER, store=url, workers=1, progress=stop).attrs["interrupted"] == 1
+    with pytest.raises(df.ResultError, match="is there already; go on with it"):
+        df.sweep(case(), OVER, store=url)
+    same(df.sweep(case(), OVER, store=url, resume=True), wanted)
+    same(df.read(url), wanted)
+    assert df.load_case(url) == case()
+    assert store.is_dir() == (kind == "file")
+
+
+@pytest.mark.parametrize(
+    ("url", "sentence"),
+    [
+        ("zip9://map.zarr", "cannot be reached: Protocol not known: zip9"),
+        ("dropbox://map.zarr", "needs a package that is not installed: .*dropbox"),
+        ("memory://nothing.zarr", "there is no store"),
+    ],
+)
+def test_a_url_that_is_of_no_use_is_one_sentence(url, sentence):
+    with pytest.raises(df.ResultError, match=sentence) as read:
+        df.read(url)
+    with pytest.raises(df.ResultError, match=sentence) as resumed:
+        df.sweep(case(), OVER, store=url, resume=True)
+    assert "\n" not in f"{read.value}{resumed.value}"
+
+
 def test_a_store_that_is_none_is_one_sentence(tmp_path):
     (tmp_path / "empty.zarr").mkdir()
     for path, sentence in (

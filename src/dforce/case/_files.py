@@ -12,7 +12,7 @@ from dforce.case._case import MOST_BYTES, Case
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
 from dforce.core.files import beside, reason, write_whole
 from dforce.results.dataset import HDF5, is_whole
-from dforce.results.store import is_store, open_store
+from dforce.results.store import is_store, local_place, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,9 +42,10 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     file = Path(path)
     name = shorten(str(path), 200)
     try:
-        if is_store(file):
-            with beside(file.resolve().parent):
-                return Case.from_toml(str(open_store(file).attrs["case"]))
+        if is_store(path):
+            place = local_place(path)
+            with beside(None if place is None else place.resolve().parent):
+                return Case.from_toml(str(open_store(path).attrs["case"]))
         if file.is_dir():
             raise CaseError(f"'{name}' is a directory, not a case file")
         if file.exists() and not file.is_file():

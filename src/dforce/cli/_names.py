@@ -65,6 +65,6 @@ def open_source(name: str, settings: list[str]) -> Source:
     path = Path(name)
     if not exists(path) and path.suffix == "" and path.name == name:
         return Source(df.example(name).set(*settings), name)
-    case = df.load_case(path).set(*settings)
-    result = df.read(path) if path.suffix.lower() in (".nc", ".zarr") and not settings else None
+    case = df.load_case(name).set(*settings)
+    result = df.read(name) if path.suffix.lower() in (".nc", ".zarr") and not settings else None
     return Source(case, path.stem, path, result)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
@@ -73,7 +74,9 @@ def advice_lines(result: xr.Dataset, name: str) -> list[str]:
 
 def quoted(name: str) -> str:
     """Return a name as it is typed in a shell."""
-    return f'"{name}"' if " " in name else name
+    if re.fullmatch(r"[\w@%+=:,./\\~-]+", name):
+        return name
+    return f"'{name}'" if '"' in name else f'"{name}"'
 
 
 def advice_as_json(pieces: list[df.Advice]) -> list[dict[str, Any]]:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say, tell
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Traceback, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
+from dforce.core.stopping import late_stop_waits
 from dforce.core.units import show
 
 if TYPE_CHECKING:
@@ -40,22 +41,25 @@ def plan(
 ) -> int:
     """Find the settings at which limits hold, and the point with the most room around it.
 
-    Exit code 1 where nothing is allowed: the limit in the way and the point of least violation are printed.
+    Exit code 1 where nothing is allowed: the limit in the way and the point of least violation are printed. Ctrl-C keeps the
+    states that are solved.
     """
     asked = df.load_plan(file)
     if output is not None:
         check_target(output)
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
-    with ProgressBar(asked.case.title or file.stem, shown=not quiet) as bar:
-        found = df.plan(asked.case, asked.vary, asked.set_points, asked.limits, asked.goal, progress=bar)
-    if output is not None:
-        df.write(found, output)
+    with late_stop_waits():  # until the result is written
+        with ProgressBar(asked.case.title or file.stem, shown=not quiet) as bar:
+            found = df.plan(asked.case, asked.vary, asked.set_points, asked.limits, asked.goal, progress=bar)
+        if output is not None:
+            df.write(found, output)
     if plot is not None:
         df.plot.save(df.plot.plan(found, df.plot.Sheet()), plot)
     points = {name: _point(found, name) for name in NAMED if name in found and bool(found[name].any())}
     allowed = int(found["allowed"].sum())
-    code = DONE if allowed else SOME_POINTS_FAILED
+    stopped = bool(found.attrs.get("interrupted"))
+    code = STOPPED if stopped else DONE if allowed else SOME_POINTS_FAILED
     if json:
         print_json({"allowed": allowed, "states": _states(found), "exit_code": code, **points})
         return code
@@ -66,7 +70,9 @@ def plan(
         written = [str(path) for path in (output, plot) if path is not None]
         if written:
             typer.echo(f"written: {', '.join(written)}")
-    if not allowed:
+    if stopped:
+        say("dforce: stopped; the states are kept, without their margins, boundaries and the recommended point")
+    elif not allowed:
         say(f"dforce: no setting is allowed; {points['least_violation']['limit_hit']} stands in the way")
     return code
 

@@ -26,6 +26,7 @@ from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 from dforce.core.units import parse
+from dforce.results.store import is_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,11 +38,11 @@ def sweep(
     case: CaseName,
     settings: Settings,
     output: Annotated[
-        Path,
+        str,
         typer.Option(
             "--output",
             "-o",
-            metavar="OUT.zarr|OUT.nc",
+            metavar="OUT.zarr|URL.zarr|OUT.nc",
             show_default=False,
             help="Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
         ),
@@ -96,7 +97,7 @@ def sweep(
             f"{quoted(case)} does not say what to vary; write [sweep] into it, such as "
             'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
         )
-    in_blocks = output.suffix.lower() == ".zarr"
+    in_blocks = is_store(output)
     if not in_blocks:
         check_target(output)
     if plot is not None:
@@ -135,11 +136,15 @@ def sweep(
         typer.echo(f"written: {', '.join(str(path) for path in (output, plot) if path is not None)}")
         for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
             say(line)
-        for line in advice_lines(result, str(output)):
+        for line in advice_lines(result, output):
             say(line)
     if stopped:
-        again = f"dforce sweep {quoted(case)} -o {quoted(str(output))} --resume"
-        say(f"dforce: stopped; what is done is kept; continue with: {again}")
+        share = [] if at_set_point is None else [f"--at-set-point {at_set_point}"]
+        again = ["dforce sweep", quoted(case), *(f"--set {quoted(setting)}" for setting in settings)]
+        on = f"continue with: {' '.join([*again, '-o', quoted(output), *share, '--resume'])}"
+        if share and not in_blocks:
+            on = "only a store (-o OUT.zarr) could be continued at a set point"
+        say(f"dforce: stopped; what is done is kept; {on}")
     return code
 
 
@@ -152,12 +157,12 @@ def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
 
 
 def _answer(
-    source: Source, result: xr.Dataset, written: Path, plot: Path | None, seconds: float, code: int
+    source: Source, result: xr.Dataset, written: str, plot: Path | None, seconds: float, code: int
 ) -> dict[str, Any]:
     """Return what `--json` prints."""
     return {
         "title": source.case.title,
-        "file": str(written),
+        "file": written,
         "picture": None if plot is None else str(plot),
         "seconds": round(seconds, 3),
         "exit_code": code,

@@ -15,7 +15,7 @@ from dforce.maps.axes import Axis
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.inverse.planner import Judged
+    from dforce.inverse.planner import Judged, Rest
     from dforce.kernel import Array
 
 LEFT_OUT = ("corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",
@@ -25,10 +25,9 @@ TRACES = ("deflection", "velocity", "distance", "force", "indentation")
 
 
 def result_of(
-    case: Case, axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, room: Array,
-    edges: Sequence[tuple[Array, str]], goals: Mapping[Goal, Array],
-) -> xr.Dataset:  # fmt: skip
-    """Put a plan together."""
+    case: Case, axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, rest: Rest | None
+) -> xr.Dataset:
+    """Put a plan together; without the rest it is one that was stopped."""
     import xarray as xr
 
     from dforce.core.quantities import OBSERVABLES
@@ -47,6 +46,9 @@ def result_of(
         table[where] = values
         return table
 
+    room, edges, goals = (
+        (np.full(len(judged.points), np.nan), [], {}) if rest is None else (rest.room, rest.edges, rest.goals)
+    )
     allowed = judged.hit == ""
     virial = judged.found.columns["virial"][:, 0]
     words = np.where(virial > 0.0, "attractive", np.where(virial < 0.0, "repulsive", ""))
@@ -66,7 +68,7 @@ def result_of(
     variables["room"] = whole, spread(room, 0.0)
     if any(goal.key == SLOPE for goal in goals):
         variables[SLOPE] = whole, spread(next(values for goal, values in goals.items() if goal.key == SLOPE), np.nan)
-    marks = _marks(judged, allowed, room, goals)
+    marks = {"recommended": np.zeros(len(room), bool)} if rest is None else _marks(judged, allowed, room, goals)
     for name, mark in marks.items():
         variables[name] = whole, spread(mark, False)
     coords: dict[str, Any] = {axis.name: axis.coordinate() for axis in axes}
@@ -89,6 +91,8 @@ def result_of(
         margin = wishes.margins[path]  # below and above a value of 1, as factors or as differences
         data[name].attrs["margin"] = margin.size
         data[name].attrs["margin_is_relative"] = int(margin.is_relative)
+    if rest is None:
+        data = data.assign_attrs(interrupted=1)
     return _with_dwell(case, axes, judged, marks.get("recommended"), data)
 
 

@@ -32,6 +32,25 @@ STAGES = 5  # that progress counts
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 
+@dataclass(frozen=True)
+class Rest:
+    """What a plan says beside the states themselves.
+
+    Attributes
+    ----------
+    room
+        Distance of each state from the nearest boundary, in margins.
+    edges
+        Where limits begin to fail: parameters and set point, and the limit.
+    goals
+        The quantity of each goal at all states.
+    """
+
+    room: Array
+    edges: list[tuple[Array, str]]
+    goals: Mapping[Goal, Array]
+
+
 @dataclass
 class Judged:
     """Operating points and what the limits say about them.
@@ -87,7 +106,9 @@ def plan(
         ``{"minimize": "peak_force"}``, ``{"maximize": "slope_of_phase:sample.youngs_modulus"}`` (degrees by the logarithm
         of the parameter, at constant amplitude), or several, of which none is best alone: those on the Pareto front.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``.
+        True for a bar, or a function called as ``progress(done, total, note)``. After Ctrl-C the states that are solved are
+        returned, with the limits held against them alone: no margins, boundaries and recommended point, and
+        ``attrs["interrupted"]`` is 1.
 
     Returns
     -------
@@ -103,7 +124,7 @@ def plan(
     ParameterError
         For a path that the case does not have, more than two, limits that cannot be read or are unknown, and too many points.
     KeyboardInterrupt
-        When it is stopped: half a plan is none.
+        When it is stopped before the states are solved.
     """
     axes = make_axes(case, {path: _pair(path, values) for path, values in vary.items()})
     shares = shares_of(set_points)
@@ -119,7 +140,8 @@ def plan(
             raise KeyboardInterrupt
         work = _Work(bare, axes, shares, wishes, grid, curves, tell)
         data = work.run()
-        tell(STAGES, STAGES, "")
+        if not data.attrs.get("interrupted"):
+            tell(STAGES, STAGES, "")
     return data
 
 
@@ -168,6 +190,15 @@ class _Work:
         from dforce.inverse._plan_result import result_of
 
         judged = self.judge(self._states(), tells_others=True)
+        at_states = judged.hit.copy()
+        try:
+            rest = self._rest(judged)
+        except KeyboardInterrupt:  # the states are solved, and are kept
+            judged.hit, rest = at_states, None
+        return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest)
+
+    def _rest(self, judged: Judged) -> Rest:
+        """Look around the states: write margins that fail, and return boundaries, room and goals."""
         self.next("margins")
         self._margins(judged)
         self.next("boundaries")
@@ -176,8 +207,7 @@ class _Work:
         edges = self._edges(judged, holds)
         room = self._room(judged.points, holds, edges)
         self.next("goal")
-        goals = {goal: self._goal(judged, goal) for goal in self.wishes.goals}
-        return result_of(self.case, self.axes, self.shares, self.wishes, judged, room, edges, goals)
+        return Rest(room, edges, {goal: self._goal(judged, goal) for goal in self.wishes.goals})
 
     def _states(self) -> Points:
         """Return where all states at the set points are, each once."""

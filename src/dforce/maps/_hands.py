@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
+import logging
 import tempfile
 import threading
 from collections.abc import Callable, Iterable
@@ -195,11 +196,16 @@ class Cluster:
         except ImportError:
             raise ParameterError("a cluster needs Dask, which is not installed: pip install 'dforce[maps]'") from None
         self._own = isinstance(client, str)
+        self._log = logging.getLogger("distributed.client")
+        self._level = self._log.level
+        if self._own:  # a lost scheduler is one sentence here, not a traceback in a log
+            self._log.setLevel(logging.CRITICAL)
         try:
             connect: Any = distributed.Client
             self.client: Any = connect(client, set_as_default=False) if self._own else client
             self._pool = self.client.get_executor(pure=False)
         except (OSError, ValueError, AttributeError) as error:
+            self._log.setLevel(self._level)
             raise ResultError(f"no cluster answers at '{client}': {error}") from None
         self._sent = Sent.of(case, kept)
 
@@ -237,3 +243,4 @@ class Cluster:
         self._pool.shutdown(wait=False)
         if self._own:
             self.client.close(timeout=5)
+            self._log.setLevel(self._level)

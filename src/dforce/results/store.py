@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.request import url2pathname
 
 import numpy as np
 
@@ -93,13 +94,11 @@ def check_store(path: str | os.PathLike[str], resume: bool) -> None:
     name = _name(path)
     if not is_store(path):
         raise ResultError(f"{name} does not end in '{SUFFIX}', as a store does")
-    if _is_remote(path):
-        return
-    target = Path(path)
+    target = local_place(path)
     try:
-        if not target.resolve().parent.is_dir():
+        if target is not None and not target.resolve().parent.is_dir():
             raise ResultError(f"{name} cannot be written: there is no folder '{shorten(str(target.resolve().parent))}'")
-        there = target.exists()
+        there = target.exists() if target is not None else _is_there(str(path))
     except ResultError:
         raise
     except (OSError, ValueError) as error:
@@ -122,10 +121,11 @@ def open_store(path: str | os.PathLike[str]) -> xr.Dataset:
 
     _zarr()
     name = _name(path)
-    if not _is_remote(path) and not Path(path).is_dir():
+    place = local_place(path)
+    if not (place.is_dir() if place is not None else _is_there(str(path))):
         raise ResultError(f"there is no store {name}")
     try:
-        data: xr.Dataset = xr.open_zarr(str(path), chunks=None, consolidated=False, decode_times=False)
+        data: xr.Dataset = xr.open_zarr(str(place or path), chunks=None, consolidated=False, decode_times=False)
     except Exception as error:  # of zarr, xarray, or what reads the URL  # noqa: BLE001
         raise ResultError(f"{name} cannot be read as a store: {_said(error)}") from None
     if "dforce_version" not in data.attrs:
@@ -152,8 +152,9 @@ class Writer:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         import filelock
 
-        self.path = path
-        self._lock = None if _is_remote(path) else filelock.FileLock(f"{str(path).rstrip('/')}.lock", timeout=0)
+        self.folder = local_place(path)
+        self.path = str(path) if self.folder is None else str(self.folder)
+        self._lock = None if self.folder is None else filelock.FileLock(f"{self.path}.lock", timeout=0)
         self._group: Any = None
         self._arrays: dict[str, Any] = {}
 
@@ -161,7 +162,7 @@ class Writer:
         """Take the lock, and remove what a killed writer has left half-written."""
         import filelock
 
-        if self._lock is None:
+        if self._lock is None or self.folder is None:
             return self
         try:
             self._lock.acquire()
@@ -169,7 +170,7 @@ class Writer:
             raise ResultError(f"the store {_name(self.path)} is open in another run") from None
         except OSError as error:
             raise ResultError(f"{_name(self.path)} cannot be written: {reason(error)}") from None
-        for part in Path(self.path).rglob("*.partial"):
+        for part in self.folder.rglob("*.partial"):
             part.unlink(missing_ok=True)
         return self
 
@@ -183,10 +184,10 @@ class Writer:
     def is_made(self) -> bool:
         """Say whether the store has all its arrays, so that blocks may be written; else it can be made anew."""
         zarr = _zarr()
-        if not _is_remote(self.path) and not any(Path(self.path).iterdir()):
+        if self.folder is not None and not any(self.folder.iterdir()):
             return False
         with self._told():
-            group = zarr.open_group(str(self.path), mode="r+")
+            group = zarr.open_group(self.path, mode="r+")
         if BEING_MADE not in group.attrs and "dforce_version" not in group.attrs:
             raise ResultError(f"{_name(self.path)} was not written by dForce")
         self._take(group)
@@ -211,7 +212,7 @@ class Writer:
         """
         zarr = _zarr()
         with self._told():
-            group = zarr.create_group(str(self.path), zarr_format=3, overwrite=self._group is not None,
+            group = zarr.create_group(self.path, zarr_format=3, overwrite=self._group is not None,
                                       attributes={BEING_MADE: True})  # fmt: skip
             for name, one in variables.items():
                 lengths = [{**blocks.sizes, **inner}[dim] for dim in one.dims]
@@ -310,14 +311,14 @@ class Writer:
 
     def _keep(self, name: str, place: Mapping[str, slice]) -> None:
         """Bring a chunk to the disk before the status says that it is there."""
-        if _is_remote(self.path):
+        if self.folder is None:
             return
         array = self._arrays[name]
         numbers = [
             str(place[dim].start // length if dim in place else 0)
             for dim, length in zip(array.metadata.dimension_names, array.chunks, strict=True)
         ]
-        with contextlib.suppress(FileNotFoundError), Path(self.path, name, "c", *numbers).open("rb") as file:
+        with contextlib.suppress(FileNotFoundError), Path(self.folder, name, "c", *numbers).open("rb") as file:
             os.fsync(file.fileno())
 
     @contextlib.contextmanager
@@ -342,8 +343,31 @@ def _zarr() -> Any:
     return zarr
 
 
-def _is_remote(path: str | os.PathLike[str]) -> bool:
-    return "://" in str(path)
+def local_place(path: str | os.PathLike[str]) -> Path | None:
+    """Return the path of what lies in the file system, also where a URL ``file://`` says so; None: another URL."""
+    scheme, slashes, rest = str(path).partition("://")
+    if not slashes:
+        return Path(path)
+    return Path(url2pathname(rest)) if scheme.lower() in ("file", "local") else None
+
+
+def _is_there(url: str) -> bool:
+    """Say whether there is a store at a URL.
+
+    Raises
+    ------
+    ResultError
+        When it cannot be reached, or the package that reaches such URLs is not installed.
+    """
+    try:
+        import fsspec
+
+        files, path = fsspec.core.url_to_fs(url)
+        return bool(files.exists(f"{path.rstrip('/')}/zarr.json"))
+    except ImportError as error:
+        raise ResultError(f"{_name(url)} needs a package that is not installed: {_said(error)}") from None
+    except Exception as error:  # of whatever reads the URL
+        raise ResultError(f"{_name(url)} cannot be reached: {_said(error)}") from None
 
 
 def _name(path: str | os.PathLike[str]) -> str:

@@ -163,12 +163,20 @@ def fit_many(
     xarray.Dataset
         Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
         and `message`, a sentence where a curve could not be fitted. Curves that were not done when it was stopped are left
-        out.
+        out, and ``attrs["interrupted"]`` is 1.
+
+    Raises
+    ------
+    ParameterError
+        When none was fitted.
+    KeyboardInterrupt
+        When it was stopped before the first was done.
     """
     from dforce.inverse.fitting.result import together
 
     asked = settings_of(case, free, settings)
     done: dict[str, xr.Dataset | str] = {}
+    stopped = True
     with late_stop_waits(), watched(progress, case.title) as tell, contextlib.suppress(KeyboardInterrupt):
         for number, (name, curve) in enumerate(curves.items()):
             tell(number, len(curves), name)
@@ -177,11 +185,18 @@ def fit_many(
             except DForceError as error:
                 done[name] = str(error)
                 continue
+            except Exception as error:  # whatever is wrong with one curve, the others are fitted
+                done[name] = f"{type(error).__name__}: {error}"
+                continue
             if one.attrs.get("interrupted"):  # by a stop that is meant for all
                 break
             done[name] = one
-        tell(len(curves), len(curves), "")
-    return together(done, case)
+        else:
+            stopped = False
+            tell(len(curves), len(curves), "")
+    if stopped and not done:
+        raise KeyboardInterrupt
+    return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})
 
 
 def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitted:

@@ -1,0 +1,118 @@
+"""What a map costs: its blocks in the store, the tasks of a cluster's scheduler, and from both a map of 10^8 points.
+
+    python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster]
+
+The same curves are computed in memory and in a store, once in blocks as large as they are chosen and once in blocks of one
+curve, whose time is that of the block itself. With --cluster so many empty blocks pass a real scheduler and two workers,
+processes of their own, as a map passes them: never more known than two for each thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import dforce as df
+from dforce.maps import _hands, _map
+
+CURVE = 101  # points
+LARGE = 1e8  # points of the map on paper
+KEPT = ["amplitude", "phase", "peak_force"]
+
+
+def case() -> df.Case:
+    """Return an approach in air."""
+    zc = {"start": "12 nm", "stop": "4 nm", "points": CURVE}
+    return df.example("figure-3-air").replace(experiment=df.experiments.Approach(zc=zc))
+
+
+def sizes(store: Path) -> tuple[int, int]:
+    """Return the bytes and the files of a store."""
+    files = [file.stat().st_size for file in store.rglob("*") if file.is_file()]
+    return sum(files), len(files)
+
+
+def timed(cases: int, **settings: Any) -> tuple[float, float]:
+    """Return the time (s) of a sweep over so many cases by the clock, and that of the processors."""
+    draw = np.random.default_rng(1)
+    rows = {"drive.A0": draw.uniform(6e-9, 9e-9, cases), "forces.dmt.hamaker": draw.uniform(1e-20, 4e-20, cases)}
+    clock, used = time.perf_counter(), time.process_time()
+    df.sweep(case(), rows=rows, quantities=KEPT, **settings)
+    return time.perf_counter() - clock, time.process_time() - used
+
+
+def stores(folder: Path, blocks: int) -> tuple[float, int, float]:
+    """Print what points and blocks cost; return the processors' time of a point (s), the arrays, and the bytes of a point."""
+    timed(8)  # compiles
+    cases = 20 * blocks
+    points = cases * CURVE
+    memory, store = timed(cases), timed(cases, store=folder / "large.zarr")
+    size, files = sizes(folder / "large.zarr")
+    for where, (clock, used) in (("in memory", memory), ("in a store", store)):
+        print(f"{points} points {where}: {points / clock:.0f} a second, {1e6 * used / points:.1f} us of a core each")
+    print(f"the store: {size / points:.1f} bytes a point in {files} files")
+    usual, _map.MOST_POINTS = _map.MOST_POINTS, CURVE
+    clock, used = timed(blocks, store=folder / "small.zarr")
+    _map.MOST_POINTS = usual
+    size_of_all, files = sizes(folder / "small.zarr")
+    alone = clock / blocks - memory[0] / cases, used / blocks - memory[1] / cases
+    arrays = round((files - 20) / blocks)
+    print(f"{blocks} blocks of one curve: {1e3 * alone[0]:.0f} ms each beside the curve ({1e3 * alone[1]:.0f} ms of a core), "
+          f"{files / blocks:.1f} files, {size_of_all / blocks:.0f} bytes")  # fmt: skip
+    return store[1] / points, arrays, size / points
+
+
+def nothing(sent: object, axes: object) -> _hands.Arrays:
+    """Compute an empty block."""
+    return {}
+
+
+def scheduler(folder: Path, tasks: int) -> float:
+    """Pass empty blocks through a real scheduler; return how many a second."""
+    import distributed
+
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(folder)
+    )
+    with cluster, distributed.Client(cluster) as client:
+        hands = _hands.Cluster(case(), _hands.Kept(frozenset(KEPT), frozenset(KEPT), None), client)
+        pending, begun, done, start = set(), 0, 0, time.perf_counter()
+        while done < tasks:
+            room = hands.room()
+            while begun < tasks and len(pending) < room:
+                pending.add(hands._pool.submit(nothing, hands._sent, []))
+                begun += 1
+            finished = _map.wait(pending, _map.LOOK, _map.FIRST_COMPLETED).done
+            pending -= finished
+            done += sum(not future.result() for future in finished)
+        rate = tasks / (time.perf_counter() - start)
+        hands.close()
+    print(f"{tasks} empty blocks through a scheduler and two workers: {rate:.0f} a second, at most {room} known to it")
+    return rate
+
+
+def main() -> None:
+    """Measure, and print the plan."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--blocks", type=int, default=200)
+    parser.add_argument("--tasks", type=int, default=10_000)
+    parser.add_argument("--cluster", action="store_true")
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        a_point, arrays, a_size = stores(Path(name), asked.blocks)
+        rate = scheduler(Path(name), asked.tasks) if asked.cluster else None
+    blocks = LARGE / min(_map.SECONDS / a_point, _map.MOST_POINTS)
+    hours = LARGE * a_point / 3600.0
+    print(f"{LARGE:.0e} such points: {hours:.2f} hours of one core, {60 * hours / 64:.1f} minutes of 64; "
+          f"{LARGE * a_size / 1e9:.2f} GB, {blocks:.0f} blocks, {arrays * blocks:.0f} files")  # fmt: skip
+    if rate is not None:
+        print(f"the scheduler passes these blocks in {blocks / rate:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
