@@ -15,7 +15,7 @@ from dforce.gui.document import COLORS, LONGEST_NAME, Kept
 if TYPE_CHECKING:
     import xarray as xr
 
-NOT_COMPARED = ("title", "about", "plugins")
+NOT_COMPARED = ("title", "about", "plugins", "data", "fit", "sweep")
 NOTHING = "–"
 LONGEST_VALUE = 60
 IN_A_NAME = 2  # differences that make a name; more make none that can be read

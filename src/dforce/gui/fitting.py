@@ -1,0 +1,220 @@
+"""A fit of the measured curve: which parameters can be free, what a fit says of each, and its values for the case."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import dforce as df
+from dforce.core.notation import html_symbol
+from dforce.core.units import show
+from dforce.gui.compute import Job, duration
+from dforce.gui.document import NAMING, Document, Path, path_of
+from dforce.gui.fields import Field, fields
+from dforce.gui.values import shown as shown_in_field
+from dforce.gui.words import field_at, label_of
+from dforce.inverse.fitting.typed import shown
+from dforce.problem import values_used
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIGITS = 6  # of values that are taken over
+SHARED = ("sample", "contact", "tip", "medium")  # sections whose values count where a force uses them
+LEVER = ("cantilever",)
+FREE = ("fit", "free")
+NUISANCE = {
+    "zc_offset": "Offset of the heights",
+    "A0": "Free amplitude",
+    "phase_offset": "Offset of the phase",
+    "amplitude_scale": "Scale of the amplitude",
+}
+BESIDE = (*NAMING, "experiment", "solver")  # sections that a fit does not depend on
+NOT_SEEN = "Not seen by these data."
+PRODUCT = "Only a product is known"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A parameter that a fit may find: its name in `[fit]`, its path, label, symbol, and value as text."""
+
+    name: str
+    path: Path
+    label: str
+    symbol: str
+    value: str
+
+
+@dataclass
+class FitJob(Job):
+    """A fit under way."""
+
+    data: xr.Dataset | None = None
+    told: bool = False  # to stop, which is said once: what comes after it describes the best so far
+
+    def compute(self) -> xr.Dataset:
+        """Fit; when it is stopped, the best so far."""
+        return df.fit(self.case, self.data, progress=self._watch)
+
+    def _watch(self, done: int, total: int, note: str) -> None:
+        if self.told:
+            return
+        try:
+            super()._watch(done, total, note)
+        except KeyboardInterrupt:
+            self.told = True
+            raise
+
+    def words(self) -> str:
+        """Say in words how far it is."""
+        if self.state == "running":
+            left = self.time_left()
+            return self.note.replace("chi2", "χ² =") + (f", about {duration(left)} left" if left is not None else "")
+        if self.state == "stopped" and not self.error:
+            return "stopped"
+        return super().words() if self.state == "queued" else ""
+
+
+def rows(document: Document) -> list[Row]:
+    """Return the parameters of a document that a fit may find, those of the forces and the sample first."""
+    found = [*_of_forces(document), *(row for name in (*SHARED, *LEVER) for row in _of_section(document, name))]
+    known = {row.path for row in found}
+    others = [name for name in free_names(document) if path_of(document, name) not in known]
+    return [*found, *(Row(name, path_of(document, name), name, "", "") for name in others)]
+
+
+def free_names(document: Document) -> list[str]:
+    """Return the names of the parameters that are to be fitted."""
+    given = document.value(FREE)
+    return [str(name) for name in given] if isinstance(given, list | tuple) else []
+
+
+def with_free(document: Document, row: Row, free: bool) -> Document:
+    """Return a document in which a parameter is to be fitted, or no longer."""
+    names = [name for name in free_names(document) if name != row.name and path_of(document, name) != row.path]
+    return document.put(FREE, [*names, row.name] if free else names)
+
+
+def _of_forces(document: Document) -> Iterator[Row]:
+    """Give the parameters of the forces that take part, by their models, or by their numbers where those are alike."""
+    forces = document.value(("forces",)) or []
+    on = [place for place in range(len(forces)) if place not in document.off]
+    names = [str(forces[place].get("model")) for place in on]
+    for number, (place, name) in enumerate(zip(on, names, strict=True), start=1):
+        model = df.forces.REGISTRY.get(name)
+        for field in fields(model) if model is not None else ():
+            which = name if names.count(name) == 1 else str(number)
+            yield from _row(document, ("forces", place, field.key), f"forces.{which}.{field.key}", field)
+
+
+def _of_section(document: Document, section: str) -> Iterator[Row]:
+    models = [df.forces.REGISTRY.get(str(force.get("model"))) for force in document.value(("forces",)) or []]
+    used = values_used(model for model in models if model is not None)
+    for field in fields(df.Case.model_fields[section].annotation):  # type: ignore[arg-type]
+        name = f"{section}.{field.key}"
+        if section in LEVER or name in used:
+            yield from _row(document, (section, field.key), name, field)
+
+
+def _row(document: Document, path: Path, name: str, field: Field) -> Iterator[Row]:
+    """Give the row of a field that holds one number with a unit."""
+    value = document.value(path)
+    if field.quantity is None or value is None or isinstance(value, Mapping | list | tuple):
+        return
+    text, unit = shown_in_field(field, value)
+    words = f"{text} {'' if unit == '1' else unit}".strip()
+    yield Row(name, path, label_of(document, path) or name, html_symbol(field.symbol), words)
+
+
+def found(fit: xr.Dataset, name: str) -> str:
+    """Return value and error of a parameter of a fit as text; empty where it was not fitted or cannot be known."""
+    one = _one(fit, name)
+    if one is None or not bool(one["seen"]) or math.isinf(float(one["error"])):
+        return ""
+    value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
+    return f"{value} ± {error} {unit}".replace("none", "?").strip()
+
+
+def note(fit: xr.Dataset, name: str) -> str:
+    """Return why a parameter of a fit cannot be known; empty where it is."""
+    one = _one(fit, name)
+    if one is None:
+        return ""
+    if not bool(one["seen"]):
+        return NOT_SEEN
+    if math.isinf(float(one["error"])):
+        products = [line for line in str(fit.attrs.get("products", "")).splitlines() if name in line]
+        return f"{PRODUCT}{': ' if products else '.'}{'; '.join(products)}"
+    return "It lies at its bound." if bool(one["at_bound"]) else ""
+
+
+def others(fit: xr.Dataset, listed: list[Row], document: Document) -> list[str]:
+    """Return what was fitted beside the rows of a list, as text."""
+    paths = {row.path for row in listed}
+    names = [name for name in map(str, fit["parameter"].values) if _path(document, name) not in paths]
+    return [f"{_label(document, name)}: {found(fit, name) or note(fit, name)}" for name in names]
+
+
+def name_in(fit: xr.Dataset, row: Row, document: Document) -> str:
+    """Return the name that a row has in a fit; empty where it was not fitted."""
+    return next((name for name in map(str, fit["parameter"].values) if path_of(document, name) == row.path), "")
+
+
+def taken_over(document: Document, fit: xr.Dataset) -> Document:
+    """Return a document with the values of a fit; what the data do not see stays as it is."""
+    for name, unit, value, seen in zip(
+        fit["parameter"].values, fit["unit"].values, fit["value"].values, fit["seen"].values, strict=True
+    ):
+        path = _path(document, str(name))
+        if path and seen:
+            document = document.put(path, show(float(value), str(unit), DIGITS) if str(unit) != "1" else float(value))
+    return document
+
+
+def offsets(fit: xr.Dataset) -> tuple[float | None, float]:
+    """Return by how much a fit shifts the heights (m; None: not fitted) and turns the phases (degrees)."""
+    shift, turn = _one(fit, "zc_offset"), _one(fit, "phase_offset")
+    return (None if shift is None else float(shift["value"]), 0.0 if turn is None else float(turn["value"]))
+
+
+def is_of(fit: xr.Dataset, document: Document) -> bool:
+    """Return whether a fit is of the case of a document, whatever the values of what was fitted."""
+    try:
+        now = tomllib.loads(document.case().to_toml(complete=True))
+        start = tomllib.loads(str(fit.attrs["start_case"]))
+    except (df.DForceError, TypeError, ValueError, KeyError):
+        return False
+    return _rest(now, fit) == _rest(start, fit)
+
+
+def _rest(table: dict[str, Any], fit: xr.Dataset) -> dict[str, Any]:
+    """Return the tables of a case that a fit depends on, without what was fitted."""
+    document = Document({name: part for name, part in table.items() if name not in BESIDE})
+    for name in map(str, fit["parameter"].values):
+        if path := _path(document, name):
+            document = document.put(path, "fitted")
+    return dict(document.table)
+
+
+def _path(document: Document, name: str) -> Path:
+    """Return where a parameter of a fit stands in a document; () for what is only of the measurement."""
+    base, _, tone = name.partition("_2")
+    if base == "A0":
+        tones = document.value(("drive", "tones"))
+        return ("drive", "tones", 1 if tone == "" and name != base else 0, "A0") if tones else ("drive", "A0")
+    return () if base in NUISANCE else path_of(document, name)
+
+
+def _label(document: Document, name: str) -> str:
+    base = name.removesuffix("_2")
+    if base in NUISANCE:
+        return f"{NUISANCE[base]}{', tone 2' if base != name else ''}"
+    path = path_of(document, name)
+    return label_of(document, path) if field_at(document, path) is not None else name
+
+
+def _one(fit: xr.Dataset, name: str) -> xr.Dataset | None:
+    return fit.sel(parameter=name) if name in fit["parameter"].values else None
