@@ -25,6 +25,7 @@ PLUGINS = "plugins are Python files, which are not run here; install them as a p
 COLORS = 6  # that the theme has for series
 NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
 FARTHEST = 1.0  # m, by which measured heights may be shifted
+EDITED = ", edited"  # after the title of an example in which something was changed
 LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
 
 
@@ -123,7 +124,9 @@ class Document:
         return dataclasses.replace(cls.of(df.example(FIRST)), sliders=(Slider(("drive", "A0"), 12.0, 22.0),))
 
     def case(self) -> df.Case:
-        """Return the case without the forces that are switched off; with its description unless it is edited.
+        """Return the case without the forces that are switched off; its description stays with what it is about.
+
+        Once the case is edited, the description goes, and a title that it belonged to says so.
 
         Raises
         ------
@@ -135,11 +138,20 @@ class Document:
             raise df.ParameterError(PLUGINS)
         if self.edited:
             table.pop("about", None)
+        if isinstance(table.get("title"), str):
+            table["title"] = self.title
         forces = table.get("forces", [])
         table["forces"] = [force for place, force in enumerate(forces) if place not in self.off]
         if self.measured is not None:
             table["data"] = {**table.get("data", {}), **self.measured.settings, "file": self.measured.name}
         return df.Case(**copy.deepcopy(table))
+
+    @property
+    def title(self) -> str:
+        """The title; that of a described case, such as an example, says when the case is no longer that one."""
+        title = str(self.table.get("title") or "")
+        described = "about" in self.opened and title == str(self.opened.get("title") or "")
+        return f"{title}{EDITED}" if title and described and self.edited else title
 
     @property
     def edited(self) -> bool:

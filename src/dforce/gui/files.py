@@ -16,7 +16,9 @@ from nicegui import events, ui
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.gui import measured, project, uploads
+from dforce.gui.atlas import with_approach
 from dforce.gui.document import Document
+from dforce.gui.explore import is_explorable
 from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
 from dforce.gui.plots import Plots
@@ -100,6 +102,11 @@ class Files:
         elif kind == "result":
             result = await asyncio.to_thread(uploads.result_from, data, session.shelf.folder)
             case = session.limits.check(uploads.case_of(str(result.attrs["case"])))
+            if is_explorable(result):
+                self.view.open(Document.of(with_approach(case)))
+                session.atlas.take(result)
+                self.plots.explorer.open()
+                return
             await session.take_result(Document.of(case), result)
             self.view.show_result(result)
         else:
@@ -202,7 +209,7 @@ class Files:
             await work()
 
     def _title(self) -> str:
-        return str(self.view.document.value(("title",)) or "")
+        return self.view.document.title
 
     def _name(self, ending: str) -> str:
         return f"{stem(self._title())}{ending}"

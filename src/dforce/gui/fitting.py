@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.core.notation import html_symbol
 from dforce.core.units import show
 from dforce.gui.compute import Job, duration
 from dforce.gui.document import NAMING, Document, Path, path_of
-from dforce.gui.fields import Field, fields
-from dforce.gui.values import shown as shown_in_field
+from dforce.gui.parameters import Row, rows_of
 from dforce.gui.words import field_at, label_of
 from dforce.inverse.fitting.typed import shown
-from dforce.problem import values_used
 
 if TYPE_CHECKING:
     import xarray as xr
 
 DIGITS = 6  # of values that are taken over
-SHARED = ("sample", "contact", "tip", "medium")  # sections whose values count where a force uses them
-LEVER = ("cantilever",)
+SECTIONS = ("sample", "contact", "tip", "medium", "cantilever")
 FREE = ("fit", "free")
 NUISANCE = {
     "zc_offset": "Offset of the heights",
@@ -35,17 +30,6 @@ NUISANCE = {
 BESIDE = (*NAMING, "experiment", "solver")  # sections that a fit does not depend on
 NOT_SEEN = "Not seen by these data."
 PRODUCT = "Only a product is known"
-
-
-@dataclass(frozen=True)
-class Row:
-    """A parameter that a fit may find: its name in `[fit]`, its path, label, symbol, and value as text."""
-
-    name: str
-    path: Path
-    label: str
-    symbol: str
-    value: str
 
 
 @dataclass
@@ -80,7 +64,7 @@ class FitJob(Job):
 
 def rows(document: Document) -> list[Row]:
     """Return the parameters of a document that a fit may find, those of the forces and the sample first."""
-    found = [*_of_forces(document), *(row for name in (*SHARED, *LEVER) for row in _of_section(document, name))]
+    found = rows_of(document, SECTIONS)
     known = {row.path for row in found}
     others = [name for name in free_names(document) if path_of(document, name) not in known]
     return [*found, *(Row(name, path_of(document, name), name, "", "") for name in others)]
@@ -96,37 +80,6 @@ def with_free(document: Document, row: Row, free: bool) -> Document:
     """Return a document in which a parameter is to be fitted, or no longer."""
     names = [name for name in free_names(document) if name != row.name and path_of(document, name) != row.path]
     return document.put(FREE, [*names, row.name] if free else names)
-
-
-def _of_forces(document: Document) -> Iterator[Row]:
-    """Give the parameters of the forces that take part, by their models, or by their numbers where those are alike."""
-    forces = document.value(("forces",)) or []
-    on = [place for place in range(len(forces)) if place not in document.off]
-    names = [str(forces[place].get("model")) for place in on]
-    for number, (place, name) in enumerate(zip(on, names, strict=True), start=1):
-        model = df.forces.REGISTRY.get(name)
-        for field in fields(model) if model is not None else ():
-            which = name if names.count(name) == 1 else str(number)
-            yield from _row(document, ("forces", place, field.key), f"forces.{which}.{field.key}", field)
-
-
-def _of_section(document: Document, section: str) -> Iterator[Row]:
-    models = [df.forces.REGISTRY.get(str(force.get("model"))) for force in document.value(("forces",)) or []]
-    used = values_used(model for model in models if model is not None)
-    for field in fields(df.Case.model_fields[section].annotation):  # type: ignore[arg-type]
-        name = f"{section}.{field.key}"
-        if section in LEVER or name in used:
-            yield from _row(document, (section, field.key), name, field)
-
-
-def _row(document: Document, path: Path, name: str, field: Field) -> Iterator[Row]:
-    """Give the row of a field that holds one number with a unit."""
-    value = document.value(path)
-    if field.quantity is None or value is None or isinstance(value, Mapping | list | tuple):
-        return
-    text, unit = shown_in_field(field, value)
-    words = f"{text} {'' if unit == '1' else unit}".strip()
-    yield Row(name, path, label_of(document, path) or name, html_symbol(field.symbol), words)
 
 
 def found(fit: xr.Dataset, name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -46,6 +47,7 @@ class MeasuredCurve:
     def __init__(self, view: View) -> None:
         self.view = view
         self.is_open = False
+        self.before_opening: Callable[[], None] = lambda: None
         with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
             self.text = ui.label(NONE)
         self.button.props["title"] = "Draw a measured curve under that of the model; or drop its file onto the window"
@@ -78,6 +80,7 @@ class MeasuredCurve:
 
     def open(self) -> None:
         """Open the panel."""
+        self.before_opening()
         self.is_open = True
         self.show()
 
@@ -148,8 +151,7 @@ class MeasuredCurve:
 
     def _pressed(self) -> None:
         if self.view.document.measured is not None:
-            self.is_open = not self.is_open
-            self.show()
+            (self.close if self.is_open else self.open)()
 
     def _change(self, **changes: Any) -> None:
         """Look at the curve in another way."""

@@ -14,6 +14,7 @@ from dforce.core.notation import html_symbol, plain_math
 from dforce.gui import figures, overlay
 from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
+from dforce.gui.explore_panel import Explorer
 from dforce.gui.kept import KeptResults
 from dforce.gui.measured_panel import MeasuredCurve
 from dforce.gui.motion import MotionPanel
@@ -75,6 +76,7 @@ class Plots:
             self.picker.on("own", self._own)
             self.numbers = Numbers(view)
             self.measured = MeasuredCurve(view)
+            self.explorer = Explorer(view)
             self.kept = KeptResults(view)
         with ui.element("div").classes("df-shown"):
             with ui.element("div").classes("df-main"):
@@ -82,6 +84,9 @@ class Plots:
                 self.waiting = Waiting()
             self.motion = MotionPanel(view.shown)
             self.measured.panel()
+            self.explorer.panel()
+        self.measured.before_opening = lambda: self._alone(self.measured)
+        self.explorer.before_opening = lambda: self._alone(self.explorer)
         self.set_point = SetPoint(view)
         self.numbers.table()
         self.kept.table()
@@ -125,9 +130,14 @@ class Plots:
         self.motion.follow(self.view.curve, self.layers)
         self.measured.show()
 
+    def _alone(self, panel: MotionPanel | MeasuredCurve | Explorer) -> None:
+        """Close what else stands beside the curves: two panels would leave them no room."""
+        for other in (self.motion, self.measured, self.explorer):
+            if other is not panel:
+                other.close()
+
     def show_measured(self) -> None:
         """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""
-        self.motion.close()
         self.measured.open()
         if self.result is not None and self.shown is not None and not overlay.shows(self.shown):
             usual = next((one for one in pictures_of(self.result) if overlay.shows(one)), None)
@@ -234,7 +244,7 @@ class Plots:
 
     def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
         curve = self.view.curve
-        self.measured.close()  # both beside the curves would leave them no room
+        self._alone(self.motion)
         self.motion.open(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
-from dforce.gui import compare, figures, fitting, overlay, setpoint
+from dforce.gui import compare, explore, figures, fitting, overlay, setpoint
 from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.gui.measured import calibrated
 from dforce.results.curves import Picture, drawable, pictures_of
@@ -62,6 +62,28 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
         if isinstance(error.__cause__, OSError) or not isinstance(error, df.DForceError):
             raise
         raise df.ResultError(UNUSABLE) from error
+    except Exception as error:  # whatever the file holds: it must not come as far as the page
+        raise df.ResultError(UNUSABLE) from error
+
+
+def rehearse_over(result: xr.Dataset) -> None:
+    """Draw each quantity of a result over parameters. Blocking.
+
+    Raises
+    ------
+    ResultError
+        When something of that fails.
+    """
+    try:
+        names = explore.quantities(result)
+        if not 0 < len(names) <= MOST_QUANTITIES or max(len(str(name)) for name in result.variables) > LONGEST_NAME:
+            raise ValueError("no quantities, more than an experiment has, or longer names")
+        for name in names:
+            choice = explore.fitting(result, explore.Choice(name))
+            explore.figure(result, choice)
+            for dim in choice.places:
+                explore.label_of(result, dim), explore.places_of(result, dim)
+            explore.settings_at(result, explore.picked(result, choice, 0.0, 0.0))
     except Exception as error:  # whatever the file holds: it must not come as far as the page
         raise df.ResultError(UNUSABLE) from error
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import dforce as df
 from dforce.gui import compare
+from dforce.gui.atlas import Atlas
 from dforce.gui.bench import Bench
 from dforce.gui.compute import Job
 from dforce.gui.document import Document, Kept
@@ -70,6 +71,7 @@ class Session:
     def __init__(self, store: MutableMapping[str, Any], folder: Path, limits: Limits = ALONE) -> None:
         self.store, self.shelf, self.limits = store, Shelf(folder), limits
         self.bench = Bench(folder / "measured")
+        self.atlas = Atlas()
         self.document = self._kept()
         self._known: dict[str, weakref.ref[xr.Dataset]] = {}
         self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
@@ -159,7 +161,7 @@ class Session:
             if self.job.is_of(document) or not document.same_case(self.document):
                 return
         job = self.job = Job(case, self.limits.seconds, document)
-        await job.go(self._look, LOOKED_EVERY)
+        await job.go(self.look_at_jobs, LOOKED_EVERY)
         if job.result is not None:
             try:
                 await self.keep(job.result, shown=job.is_of(self.document))
@@ -168,7 +170,7 @@ class Session:
             if job.is_of(self.document):
                 for view in tuple(self.views):
                     view.show_result(job.result)
-        self._look()
+        self.look_at_jobs()
 
     async def keep(self, result: xr.Dataset, shown: bool = True) -> None:
         """Keep a result on the shelf and in the list; the oldest ones go where the shelf is full."""
@@ -306,7 +308,7 @@ class Session:
             return
         case = self.limits.check(document.case())
         job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.bench.curve)
-        await job.go(self._look, LOOKED_EVERY)
+        await job.go(self.look_at_jobs, LOOKED_EVERY)
         measured, now = document.measured, self.document.measured
         if job.result is not None and measured is not None and now is not None and now.id == measured.id:
             try:
@@ -314,7 +316,7 @@ class Session:
                 await self.bench.tidy(self.document)
             except df.ResultError as error:
                 job.state, job.error = "failed", f"this fit could not be kept: {error}"
-        self._look()
+        self.look_at_jobs()
 
     def stop_fit(self) -> None:
         """Stop the fit under way; the best so far is kept."""
@@ -326,7 +328,8 @@ class Session:
         if self.job is not None:
             self.job.stopping.set()
 
-    def _look(self) -> None:
+    def look_at_jobs(self) -> None:
+        """Have pages show how far everything is."""
         for view in tuple(self.views):
             view.show_job()
 
@@ -361,7 +364,7 @@ class Session:
 
     def idle(self, seconds: float) -> bool:
         """Return whether no page has shown the session for so long and nothing runs."""
-        jobs = (job for job in (self.job, self.fitting) if job is not None)
+        jobs = (job for job in (self.job, self.fitting, self.atlas.job) if job is not None)
         busy = bool(self.views) or self._saving is not None or any(job.busy for job in jobs)
         if busy:
             self._seen = time.monotonic()
@@ -371,6 +374,7 @@ class Session:
         """Stop what runs and keep the document; the server ends."""
         self.stop()
         self.stop_fit()
+        self.atlas.stop()
         if self._saving is not None:
             self._saving.cancel()
             try:

@@ -15,8 +15,9 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.gui import inspection
 from dforce.gui.document import PLUGINS, Document
+from dforce.gui.explore import is_explorable
 from dforce.gui.measured import ENDINGS
-from dforce.gui.rehearsal import rehearse, rehearse_measured
+from dforce.gui.rehearsal import rehearse, rehearse_measured, rehearse_over
 from dforce.gui.store import why
 from dforce.results.curves import Picture
 
@@ -100,7 +101,10 @@ def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> 
     """
     with _looked_through(data, folder) as path:
         result = _result(path)
-        rehearse(result, path.parent, pictures)
+        if is_explorable(result):
+            rehearse_over(result)
+        else:
+            rehearse(result, path.parent, pictures)
     return result
 
 
