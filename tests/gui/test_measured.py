@@ -7,6 +7,7 @@ import base64
 from importlib.resources import files
 
 import fitted_curves
+import h5py
 import measured_curve
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import dforce as df
 from dforce.gui import fitting, measured, overlay, project, uploads
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer, picture
+from dforce.gui.files import written
 from dforce.gui.measured_panel import Panel, matched
 from dforce.gui.saving import SaveForm
 from dforce.gui.session import Session
@@ -359,3 +361,67 @@ def test_a_case_that_is_saved_says_how_its_curve_is_read(tmp_path):
             assert loaded(case, None).sizes["point"] == 120
 
     asyncio.run(flow())
+
+
+def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
+    case = fitted_curves.case_of("stiff")
+    fit = df.fit(case, fitted_curves.data_of("stiff"), free=["sample.youngs_modulus"], search=False)
+    data = written(lambda path: df.write(fit, path), ".nc")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open(data, "fit.nc")
+            session = page.view.session
+            await session.bench.load(session.document)
+            assert session.bench.curve.sizes["point"] == fit.sizes["point"]
+            page.plots.measured.show()
+            panel = element(user, Panel)
+            assert not panel.props["stale"] and panel.props["report"] == df.fit_report(fit)
+            send(panel, "take")
+            value = float(fit["value"].sel(parameter="sample.youngs_modulus"))
+            assert page.view.document.case().sample.youngs_modulus == pytest.approx(value, rel=1e-5)
+
+    asyncio.run(flow())
+
+
+def test_a_measured_curve_as_dforce_wrote_it_is_opened(tmp_path):
+    data = written(lambda path: df.write(df.calibrate(raw(), CASE), path), ".nc")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            await page.files.open(data, "curve.nc")
+            await page.view.session.bench.load(page.view.document)
+            assert page.view.session.bench.curve.sizes["point"] == 120
+
+    asyncio.run(flow())
+
+
+def grouped(folder, change=lambda file: None):
+    """Return the bytes of an HDF5 file with a curve in a group, as instruments write them."""
+    path = folder / "grouped.h5"
+    with h5py.File(path, "w") as file:
+        group = file.create_group("curve")
+        for name, values, unit in zip(("height", "amplitude", "phase"), measured_curve.numbers(), "mm°", strict=True):
+            group.create_dataset(name, data=values).attrs["units"] = unit
+        change(file)
+    return path.read_bytes()
+
+
+def test_a_curve_in_a_group_of_an_hdf5_file_is_read(tmp_path):
+    curve = measured.curve_from(grouped(tmp_path), "curve.h5", LAG, CASE, tmp_path / "there")
+    assert np.allclose(curve["amplitude"], measured_curve.numbers()[1])
+
+
+@pytest.mark.parametrize(
+    "link", [h5py.ExternalLink("/etc/passwd", "/x"), h5py.SoftLink("/curve")], ids=["to a file", "to a group"]
+)
+def test_a_measured_file_that_points_elsewhere_is_not_read(tmp_path, link):
+    data = grouped(tmp_path, lambda file: file["curve"].__setitem__("more", link))
+    with pytest.raises(df.ResultError, match="points to other"):
+        measured.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there")
+
+
+def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(measured, "MOST_BYTES", 100)
+    with pytest.raises(df.ResultError, match="more than a curve"):
+        measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)

@@ -24,6 +24,7 @@ LONGEST_NAME = 120
 PLUGINS = "plugins are Python files, which are not run here; install them as a package"
 COLORS = 6  # that the theme has for series
 NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
+LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not typed: no step of undo changes them
 FARTHEST = 1.0  # m, by which measured heights may be shifted
 EDITED = ", edited"  # after the title of an example in which something was changed
 LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999

@@ -9,7 +9,7 @@ import tempfile
 import threading
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
@@ -26,6 +26,10 @@ from dforce.gui.saving import ask, choice, text
 from dforce.gui.telling import as_sentence, say, telling
 from dforce.gui.view import View
 from dforce.results.curves import Picture
+from dforce.results.kinds import kind_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ENDING = ".dforce"  # of a project
 ACCEPTED = ",".join((".toml", ".nc", ENDING, *measured.ENDINGS))
@@ -100,18 +104,32 @@ class Files:
         elif kind == "case":
             self.view.open(await asyncio.to_thread(uploads.document_from, data))
         elif kind == "result":
-            result = await asyncio.to_thread(uploads.result_from, data, session.shelf.folder)
-            case = session.limits.check(uploads.case_of(str(result.attrs["case"])))
-            if is_explorable(result):
-                self.view.open(Document.of(with_approach(case)))
-                session.atlas.take(result)
-                self.plots.explorer.open()
-                return
-            await session.take_result(Document.of(case), result)
-            self.view.show_result(result)
+            await self._open_result(
+                await asyncio.to_thread(uploads.opened_from, data, session.shelf.folder), data, name
+            )
         else:
             document, results = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
             await session.take_project(document, results)
+
+    async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
+        """Open a result of any kind that the window shows."""
+        session, kind = self.view.session, kind_of(result)
+        if kind == "measured":
+            await self.open_measured(data, name, {})
+            return
+        stored = str(result.attrs["start_case" if kind == "fit" else "case"])
+        case = session.limits.check(uploads.case_of(stored))
+        if kind == "fit":
+            self.view.open(Document.of(with_approach(case.replace(data=None))))
+            await session.take_fit(result)
+            self.plots.show_measured()
+        elif is_explorable(result):
+            self.view.open(Document.of(with_approach(case)))
+            session.atlas.take(result)
+            self.plots.explorer.open()
+        else:
+            await session.take_result(Document.of(case), result)
+            self.view.show_result(result)
 
     async def open_measured(self, data: bytes, name: str, settings: Mapping[str, Any]) -> None:
         """Show a measured curve under that of the model; what its file does not tell is asked for.

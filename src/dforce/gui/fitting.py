@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.units import show
 from dforce.gui.compute import Job, duration
-from dforce.gui.document import NAMING, Document, Path, path_of
+from dforce.gui.document import LONGEST_NAME, NAMING, Document, Path, path_of
+from dforce.gui.measured import CALIBRATED
 from dforce.gui.parameters import Row, rows_of
 from dforce.gui.words import field_at, label_of
+from dforce.inverse.fitting.result import data_of
 from dforce.inverse.fitting.typed import shown
+from dforce.results.dataset import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,6 +134,15 @@ def offsets(fit: xr.Dataset) -> tuple[float | None, float]:
     """Return by how much a fit shifts the heights (m; None: not fitted) and turns the phases (degrees)."""
     shift, turn = _one(fit, "zc_offset"), _one(fit, "phase_offset")
     return (None if shift is None else float(shift["value"]), 0.0 if turn is None else float(turn["value"]))
+
+
+def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:
+    """Return the measured curve that a fit was made of, calibrated as it was, what it is called, and no settings."""
+    curve = data_of(fit)
+    if "direction" not in curve.coords:
+        curve = curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"]))
+    curve = curve.assign_attrs(provenance("", "") | {"phase_convention": "lag", CALIBRATED: 0.0} | curve.attrs)
+    return curve, str(curve.attrs.get("source", "the fitted curve"))[:LONGEST_NAME], {}
 
 
 def is_of(fit: xr.Dataset, document: Document) -> bool:

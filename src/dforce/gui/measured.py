@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import dforce as df
 from dforce.core.errors import shorten
+from dforce.gui.inspecting import HDF5, inspect
 from dforce.gui.saving import Field, choice, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.readers import tables_in
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".h5", ".hdf5", ".ibw", ".nid")
 CALIBRATED = "neighbor_correlation"  # an attribute that calibration leaves
+MOST_BYTES = 10_000_000  # of a file; reading text holds up everybody at the server
 SETTINGS = ("columns", "units", "phase_convention", "read", "calibrate")  # of [data], without the file
 PHASES = {
     "lag": "lag behind the drive: they rise when the tip is attracted",
@@ -70,10 +72,14 @@ def curve_from(data: bytes, name: str, settings: Mapping[str, Any], case: df.Cas
     DForceError
         When it holds no curve.
     """
+    if len(data) > MOST_BYTES:
+        raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, which is more than a curve")
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
         path = Path(place) / "curve"
         path.write_bytes(data)
+        if data.startswith(HDF5):
+            inspect(path, "groups")
         try:
             raw = df.read_measured(path, **_reading(settings))
             calibrated(raw, settings, case)

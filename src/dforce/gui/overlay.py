@@ -127,7 +127,7 @@ def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> I
             continue
         x_axis, y_axis, scale = drawn.places[name]
         for tone in range(fit.sizes["tone"]):
-            x, y = _along(fit, fit[f"{name}_fit"].values[:, tone])
+            x, y = along(fit, fit[f"{name}_fit"].values[:, tone])
             turn = beside.turn if name == "phase" and not tone else 0.0
             yield {
                 "x": packed((x + beside.shift) / drawn.x_scale), "y": packed((y - turn) / scale), "xaxis": x_axis,
@@ -137,7 +137,7 @@ def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> I
             first = False
 
 
-def _along(fit: xr.Dataset, values: Floats) -> tuple[Floats, Floats]:
+def along(fit: xr.Dataset, values: Floats) -> tuple[Floats, Floats]:
     """Return the heights and values of the points that a fit used, branch by branch, with gaps between them."""
     height, branch, used = (fit[name].values for name in ("height", "branch", "used"))
     xs, ys = list[Floats](), list[Floats]()

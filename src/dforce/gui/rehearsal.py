@@ -104,6 +104,8 @@ def rehearse_measured(result: xr.Dataset) -> None:
             overlay.Beside(calibrated(result, {}, None)).quantities()
         else:
             df.fit_report(result)
+            for name in ("amplitude", "phase"):
+                overlay.along(result, result[f"{name}_fit"].values[:, 0])
             for name in map(str, result["parameter"].values):
                 fitting.found(result, name), fitting.note(result, name)
     except df.ParameterError:  # the settings that are kept beside it say what the curve does not

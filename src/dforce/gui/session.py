@@ -18,8 +18,8 @@ from dforce.gui import compare
 from dforce.gui.atlas import Atlas
 from dforce.gui.bench import Bench
 from dforce.gui.compute import Job
-from dforce.gui.document import Document, Kept
-from dforce.gui.fitting import FitJob
+from dforce.gui.document import LOOKS, Document, Kept
+from dforce.gui.fitting import FitJob, curve_in
 from dforce.gui.limits import ALONE, Limits
 from dforce.gui.results import Shelf
 
@@ -133,10 +133,7 @@ class Session:
         self._take(self._with_looks(document), anew=True)
 
     def _with_looks(self, document: Document) -> Document:
-        mine = self.document
-        return dataclasses.replace(
-            document, results=mine.results, plots=mine.plots, set_point=mine.set_point, measured=mine.measured
-        )
+        return dataclasses.replace(document, **{name: getattr(self.document, name) for name in LOOKS})
 
     def _take(self, document: Document, anew: bool) -> None:
         self.document = document
@@ -230,13 +227,9 @@ class Session:
             measured = document.measured
             if measured is not None:
                 measured = dataclasses.replace(measured, id=names[measured.id], fit=names.get(measured.fit, ""))
-            self.document = dataclasses.replace(
-                self.document,
-                results=(*others, *taken),
-                plots=document.plots,
-                set_point=document.set_point,
-                measured=measured,
-            )
+            looks = {name: getattr(document, name) for name in LOOKS}
+            looks |= {"results": (*others, *taken), "measured": measured}
+            self.document = dataclasses.replace(self.document, **looks)
             self.edit(document, anew=True)
         except Exception as error:
             for shelf in (self.shelf, self.bench.shelf):
@@ -288,6 +281,17 @@ class Session:
         self.fitting = None
         self.look(await self.bench.keep(self.document, raw, name, settings))
         await self.bench.tidy(self.document)
+
+    async def take_fit(self, fit: xr.Dataset) -> None:
+        """Take a fit that was opened, and the measured curve in it.
+
+        Raises
+        ------
+        ResultError
+            When they cannot be written.
+        """
+        await self.take_measured(*curve_in(fit))
+        self.look(await self.bench.keep_fit(self.document, fit))
 
     async def drop_measured(self) -> None:
         """Forget the measured curve and its fit."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import subprocess
-import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -13,13 +11,14 @@ from typing import TYPE_CHECKING, Literal
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.gui import inspection
 from dforce.gui.document import PLUGINS, Document
 from dforce.gui.explore import is_explorable
+from dforce.gui.inspecting import HDF5, inspect
 from dforce.gui.measured import ENDINGS
 from dforce.gui.rehearsal import rehearse, rehearse_measured, rehearse_over
 from dforce.gui.store import why
 from dforce.results.curves import Picture
+from dforce.results.kinds import kind_of as kind_of_result
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,9 +26,7 @@ if TYPE_CHECKING:
 Kind = Literal["case", "result", "project", "measured"]
 
 MOST_BYTES = 50_000_000  # of a file
-MOST_UNPACKED = 200_000_000  # of the data in a result
-SECONDS = 40.0  # that looking through one may take
-HDF5, ZIP = b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"
+ZIP = b"PK\x03\x04"
 
 
 def kind_of(data: bytes, name: str = "") -> Kind:
@@ -101,10 +98,26 @@ def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> 
     """
     with _looked_through(data, folder) as path:
         result = _result(path)
-        if is_explorable(result):
-            rehearse_over(result)
+        rehearse(result, path.parent, pictures)
+    return result
+
+
+def opened_from(data: bytes, folder: Path) -> xr.Dataset:
+    """Return what is in the bytes of a netCDF file: a result, one over parameters, a measured curve or a fit. Blocking.
+
+    Raises
+    ------
+    ResultError
+        As :func:`result_from`.
+    """
+    with _looked_through(data, folder) as path:
+        result = _read(path)
+        if kind_of_result(result) in ("measured", "fit"):
+            rehearse_measured(result)
+        elif is_explorable(result):
+            rehearse_over(_result(path))
         else:
-            rehearse(result, path.parent, pictures)
+            rehearse(_result(path), path.parent)
     return result
 
 
@@ -136,7 +149,7 @@ def _looked_through(data: bytes, folder: Path) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
             path = Path(place) / "result.nc"
             path.write_bytes(data)
-            _inspect(path)
+            inspect(path)
             yield path
     except OSError as error:
         if isinstance(error, df.DForceError) and not isinstance(error.__cause__, OSError):
@@ -160,18 +173,3 @@ def _result(path: Path) -> xr.Dataset:
     if "status" not in result:
         raise df.ResultError("this is not the result of an experiment")
     return result
-
-
-def _inspect(path: Path) -> None:
-    command = [sys.executable, "-I", inspection.__file__, str(path), str(MOST_UNPACKED)]
-    try:
-        found = subprocess.run(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=SECONDS,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise df.ResultError("this file takes too long to read, so it is not opened") from None
-    wrong = found.stdout.decode("utf-8", "replace").strip()
-    if wrong:
-        raise df.ResultError(f"this file is not opened: {shorten(wrong, 200)}")
-    if found.returncode:
-        raise df.ResultError("this file is damaged or was cut short")
