@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document import EDITED, FIRST
 
 AMPLITUDE = "drive.A0"
 
@@ -48,7 +48,7 @@ def typed(window):
 def test_a_case_is_saved_and_opened_again(typed, tmp_path):
     window, case = typed
     file = save(window, tmp_path, "Save case")
-    assert df.load_case(file) == case
+    assert df.load_case(file) == case.replace(title=f"{case.title}{EDITED}")
     window.start("figure-3-water")
     open_file(window, file)
     window.shows(case)

@@ -260,7 +260,7 @@ def made(tmp_path_factory):
         await session.keep(result())
         session.look(Document.from_plain(session.document.to_plain() | {"plots": [
             {"x": "zc", "y": ["phase"], "together": False, "logarithmic": False}]}))  # fmt: skip
-        return project.packed(session.document, session.shelf), session.document
+        return project.packed(session.document, session.shelf, session.bench.shelf), session.document
 
     return asyncio.run(make())
 

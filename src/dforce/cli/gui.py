@@ -20,7 +20,7 @@ def gui(
             metavar="[CASE]",
             autocompletion=complete_cases,
             show_default=False,
-            help="A case file, a result or an example to open; left out: where the last visit ended.",
+            help="A case file, a result, a store or an example to open; left out: where the last visit ended.",
         ),
     ] = None,
     window: Annotated[
@@ -56,9 +56,13 @@ def gui(
             f"the window needs {' and '.join(missing)}, which {'are' if len(missing) > 1 else 'is'} not installed; "
             'run: pip install "dforce[gui]"'
         )
+    from dforce.gui.atlas import with_approach
+    from dforce.gui.explore import is_explorable
     from dforce.gui.server import Options, serve
 
-    opened = None if case is None else open_source(case, []).case
+    source = None if case is None else open_source(case, [])
+    over = source.result if source is not None and source.result is not None and is_explorable(source.result) else None
+    opened = None if source is None else source.case if over is None else with_approach(source.case)
     show = "window" if window else "browser" if browser else "no"
-    serve(Options(host=host, port=listening, show=show, case=opened, folder=folder))
+    serve(Options(host=host, port=listening, show=show, case=opened, folder=folder, over=over))
     return DONE

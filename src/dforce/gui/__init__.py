@@ -17,9 +17,18 @@ plots      which quantities are drawn, of which results (picker.js); clicks on c
 kept       the results kept, as a row of names with colors (kept.js), and what differs (differences.js)
 compare    names and colors of results, and the parameters in which they differ
 files      the menu File: open and save (saving asks how, save.js), and files dropped (drop.js)
-uploads    what a file from outside is, looked through (inspection) in a process of its own
+uploads    what a file from outside is
+inspecting has a file looked through (inspection) in a process of its own
+measured   reads a measured curve, and puts into questions what its file does not tell
+bench      the measured curve of a session, calibrated for the case that is typed, and its fit
+overlay    a measured curve under the lines of a figure, its best fit, and residuals
+fitting    which parameters a fit may find, what it says of each, and its values for the case
+parameters the numbers of a case that can be varied
+explore    results over parameters: what can be looked at, and the figures of it
+atlas      the result over parameters that a session looks at, opened or computed against a number
 project    a document with all its results in one file
 numbers    the numbers behind the curves, as a table (numbers.js)
+panels     measured_panel (measured.js) and explore_panel (explore.js) stand beside the plots
 motion     the motion at a point: the tip above the sample, and traces (motion.js)
 chart      the chart element (chart.js): typed arrays, zoom kept, acknowledged
 entry      the element of one field (entry.js) and of one slider (slider.js)

@@ -107,6 +107,10 @@ export default {
           const point = event.points[0];
           this.$emit("point", { revision: this.revision, curve: point.curveNumber, index: point.pointIndex, x: point.x, y: point.y, id: point.data.meta });
         });
+        this.$refs.plot.on("plotly_relayout", (changed) => {
+          const place = changed["shapes[0].y0"];
+          if (Number.isFinite(place)) this.$emit("limit", place);
+        });
         this.fit();
       }
       this.revision = revision;
@@ -117,7 +121,8 @@ export default {
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
-                       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
+                       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"],
+                       edits: { shapePosition: this.figure.drag ?? false } };
       await window.Plotly.react(this.$refs.plot, data, layout, config);
     },
     dim(stale) {

@@ -41,9 +41,14 @@ class Chart(ui.element, component="chart.js"):
         What it shows, for screen readers.
     on_point
         Called when a curve is clicked, with `curve` and `index` (counted from 0), `x`, `y`, and the curve's `id`.
+    on_limit
+        Called when the first shape of a figure with `drag` was dragged, with its place upward.
     """
 
-    def __init__(self, label: str, on_point: Callable[[dict[str, Any]], None] | None = None) -> None:
+    def __init__(
+        self, label: str, on_point: Callable[[dict[str, Any]], None] | None = None,
+        on_limit: Callable[[float], None] | None = None,
+    ) -> None:  # fmt: skip
         super().__init__()
         self.props.update(library=LIBRARY, label=label)
         self.revision = 0
@@ -55,6 +60,8 @@ class Chart(ui.element, component="chart.js"):
                     on_point(dict(event.args))
 
             self.on("point", clicked)
+        if on_limit is not None:
+            self.on("limit", lambda event: on_limit(float(event.args)))
 
     async def draw(self, figure: dict[str, Any], label: str = "") -> None:
         """Draw a figure (`data` and `layout` of Plotly) once the browser has drawn the one before."""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import plain_math
-from dforce.gui.document import COLORS, LONGEST_NAME, Kept
+from dforce.gui.document import COLORS, EDITED, LONGEST_NAME, Kept
 
 if TYPE_CHECKING:
     import xarray as xr
 
-NOT_COMPARED = ("title", "about", "plugins")
+NOT_COMPARED = ("title", "about", "plugins", "data", "fit", "sweep")
 NOTHING = "–"
 LONGEST_VALUE = 60
 IN_A_NAME = 2  # differences that make a name; more make none that can be read
@@ -47,7 +47,7 @@ def differences(results: Sequence[xr.Dataset]) -> list[Difference]:
 def name_of(result: xr.Dataset, last: xr.Dataset | None, taken: Sequence[str]) -> str:
     """Return a name for a result that tells it from the last one: what differs, or the title with a number."""
     title = str(result.attrs.get("title", "")) or "Result"
-    if last is not None and str(last.attrs.get("title", "")) == str(result.attrs.get("title", "")):
+    if last is not None and _original(last) == _original(result):
         rows = differences([last, result])
         if 0 < len(rows) <= IN_A_NAME:
             title = ", ".join(f"{plain_math(row.symbol) or row.label} = {row.values[1]}" for row in rows)
@@ -56,6 +56,11 @@ def name_of(result: xr.Dataset, last: xr.Dataset | None, taken: Sequence[str]) -
         number += 1
         name = f"{shorten(title, LONGEST_NAME - 6)} ({number})"
     return name
+
+
+def _original(result: xr.Dataset) -> str:
+    """Return the title of a result before its case was edited."""
+    return str(result.attrs.get("title", "")).removesuffix(EDITED)
 
 
 def color_of(others: Sequence[Kept]) -> int:

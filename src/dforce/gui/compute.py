@@ -196,7 +196,7 @@ class Job:
             return self.error
         left = self.time_left()
         count = f"{self.done} of {self.total}" if self.total else self.note
-        return f"{count}, {_duration(left)} left" if left is not None else count
+        return f"{count}, {duration(left)} left" if left is not None else count
 
     def work(self) -> None:
         """Run the case in turns with others; blocking, in a thread."""
@@ -214,7 +214,10 @@ class Job:
         self.turn = self.began
         try:
             with listening(self._hear):
-                result = df.run(self.case, progress=self._watch)
+                result = self.compute()
+        except KeyboardInterrupt:  # stopped before there was anything to keep; it must not end the window
+            self.state = "stopped"
+            return
         except df.DForceError as error:
             self.error, self.state = str(error), "failed"
             return
@@ -226,6 +229,10 @@ class Job:
             return
         self.result = result
         self.state = "stopped" if result.attrs.get("interrupted") else "done"
+
+    def compute(self) -> xr.Dataset:
+        """Return what the case gives; when it is stopped, what there is of it."""
+        return df.run(self.case, progress=self._watch)
 
     def _hear(self, text: str) -> None:
         self.note = text
@@ -259,7 +266,8 @@ class Job:
         look()
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Return a time in words."""
     if seconds < 90.0:
         return f"{max(1, round(seconds))} s"
     return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

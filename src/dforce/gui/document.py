@@ -23,7 +23,10 @@ MOST_QUANTITIES = 100  # of a picture
 LONGEST_NAME = 120
 PLUGINS = "plugins are Python files, which are not run here; install them as a package"
 COLORS = 6  # that the theme has for series
-NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
+NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
+LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not typed: no step of undo changes them
+FARTHEST = 1.0  # m, by which measured heights may be shifted
+EDITED = ", edited"  # after the title of an example in which something was changed
 LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
 
 
@@ -44,6 +47,32 @@ class Kept:
     name: str
     color: int
     shown: bool = True
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The measured curve that is drawn beside the model.
+
+    Attributes
+    ----------
+    id, name
+        Its identifier among the session's files, and the name of the file that it came from.
+    settings
+        How that file is read and calibrated, as the table `[data]` of a case says it.
+    shift
+        What is added to its heights to give average tip-surface distances (m).
+    turn
+        What is taken off its phases (degrees).
+    fit
+        The identifier of the last fit of it; empty where there is none.
+    """
+
+    id: str
+    name: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    shift: float = 0.0
+    turn: float = 0.0
+    fit: str = ""
 
 
 @dataclass(frozen=True)
@@ -70,6 +99,8 @@ class Document:
         The share of the free amplitude at which quantities are read off the curves.
     opened
         The tables as they were opened: what a description in them is about.
+    measured
+        The measured curve, None while there is none.
     """
 
     table: Mapping[str, Any]
@@ -80,6 +111,7 @@ class Document:
     results: tuple[Kept, ...] = ()
     set_point: float = 0.8
     opened: Mapping[str, Any] = field(default_factory=dict)
+    measured: Measured | None = None
 
     @classmethod
     def of(cls, case: df.Case) -> Self:
@@ -93,7 +125,9 @@ class Document:
         return dataclasses.replace(cls.of(df.example(FIRST)), sliders=(Slider(("drive", "A0"), 12.0, 22.0),))
 
     def case(self) -> df.Case:
-        """Return the case without the forces that are switched off; with its description unless it is edited.
+        """Return the case without the forces that are switched off; its description stays with what it is about.
+
+        Once the case is edited, the description goes, and a title that it belonged to says so.
 
         Raises
         ------
@@ -105,9 +139,20 @@ class Document:
             raise df.ParameterError(PLUGINS)
         if self.edited:
             table.pop("about", None)
+        if isinstance(table.get("title"), str):
+            table["title"] = self.title
         forces = table.get("forces", [])
         table["forces"] = [force for place, force in enumerate(forces) if place not in self.off]
+        if self.measured is not None:
+            table["data"] = {**table.get("data", {}), **self.measured.settings, "file": self.measured.name}
         return df.Case(**copy.deepcopy(table))
+
+    @property
+    def title(self) -> str:
+        """The title; that of a described case, such as an example, says when the case is no longer that one."""
+        title = str(self.table.get("title") or "")
+        described = "about" in self.opened and title == str(self.opened.get("title") or "")
+        return f"{title}{EDITED}" if title and described and self.edited else title
 
     @property
     def edited(self) -> bool:
@@ -190,6 +235,7 @@ class Document:
                 results=tuple(_kept(given) for given in bounds.items(plain["results"], MOST_RESULTS)),
                 set_point=bounds.number(plain["set_point"], LOWEST_SET_POINT, HIGHEST_SET_POINT),
                 opened=bounds.table(plain.get("opened", {})),
+                measured=_measured(plain.get("measured")),
             )
         except (KeyError, TypeError, ValueError):
             raise df.CaseError("what was kept of the last visit cannot be read") from None
@@ -216,6 +262,16 @@ def _picture(given: Any) -> Picture:
 def _kept(given: Any) -> Kept:
     name, color = bounds.text(given["name"], LONGEST_NAME), bounds.whole(given["color"], 0, COLORS - 1)
     return Kept(bounds.text(given["id"], LONGEST_NAME), name, color, bool(given["shown"]))
+
+
+def _measured(given: Any) -> Measured | None:
+    if given is None:
+        return None
+    identifier, name, fit = (bounds.text(given[key], LONGEST_NAME) for key in ("id", "name", "fit"))
+    shift = bounds.number(given["shift"], -FARTHEST, FARTHEST)
+    return Measured(
+        identifier, name, bounds.table(given["settings"]), shift, bounds.number(given["turn"], -360, 360), fit
+    )
 
 
 def _put(table: Any, path: Path, value: Any) -> Any:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,10 +59,15 @@ class Layer:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure, and what each of its traces shows: its layer and line; None for marks."""
+    """A figure, and what each of its traces shows: its layer and line; None for marks.
+
+    Of curves, also where each quantity is drawn (names of its axes, and what its values are divided by), and the scale across.
+    """
 
     figure: Figure
     traces: tuple[tuple[Layer, Line] | None, ...] = ()
+    places: Mapping[str, tuple[str, str, float]] = field(default_factory=dict)
+    x_scale: float = 1.0
 
 
 def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:
@@ -93,6 +98,7 @@ class _Maker:
         self.data: list[Figure] = []
         self.traces: list[tuple[Layer, Line] | None] = []
         self.named: set[str] = set()
+        self.places: dict[str, tuple[str, str, float]] = {}
         layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": _legend(), "showlegend": True}
         layout["shapes"] = []
         layout["uirevision"] = f"{wanted.x} {wanted.y} {wanted.together} {wanted.logarithmic}"
@@ -112,7 +118,8 @@ class _Maker:
         if self.several:
             self._legend_of_dashes()
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
-        return Drawn({"data": self.data, "layout": self.layout, "bar": "hover"}, tuple(self.traces))
+        figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
+        return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
 
     def _scale(self, names: Sequence[str]) -> tuple[float, str]:
         """Return the scale and unit in which the largest of some quantities reads best."""
@@ -143,7 +150,7 @@ class _Maker:
         if place:
             right = place % 2
             axis |= {
-                "overlaying": _name("y", host),
+                "overlaying": name_of_axis("y", host),
                 "tickmode": "auto",
                 "side": "right" if right else "left",
                 "showgrid": False,
@@ -155,13 +162,13 @@ class _Maker:
         else:
             axis["domain"] = _domain(number, len(self.frames))
         if place == 1 or not place:
-            axis["anchor"] = _name("x", host)
-        self.layout[_name("yaxis", tag)] = axis
+            axis["anchor"] = name_of_axis("x", host)
+        self.layout[name_of_axis("yaxis", tag)] = axis
 
     def _x_axis(self, host: int, number: int) -> None:
         """Add the axis across: all frames have the same one, and the last its title."""
         first, frames = self.layers[0].result, len(self.frames)
-        axis: Figure = {"anchor": _name("y", host)} | ({"matches": "x"} if host else {})
+        axis: Figure = {"anchor": name_of_axis("y", host)} | ({"matches": "x"} if host else {})
         groups = len(self.frames[number])
         if groups > 2:
             axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
@@ -171,7 +178,7 @@ class _Maker:
             axis["showticklabels"] = False
         if self.wanted.logarithmic:
             axis["range"] = [0.0, self._last_x()]
-        self.layout[_name("xaxis", host)] = axis
+        self.layout[name_of_axis("xaxis", host)] = axis
 
     def _last_x(self) -> float:
         """Return how far out there is something on a logarithmic picture."""
@@ -185,7 +192,8 @@ class _Maker:
     def _lines(self, tag: int, host: int, name: str) -> None:
         """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
         scale, unit = self.scales[name]
-        x_axis, y_axis = _name("x", host), _name("y", tag)
+        x_axis, y_axis = name_of_axis("x", host), name_of_axis("y", tag)
+        self.places[name] = x_axis, y_axis, scale
         for layer in self.layers:
             for line in lines_of(layer.result, self.wanted.x, name):
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
@@ -370,7 +378,8 @@ def _plain(text: str) -> str:
     return html.escape(shorten(text, 120))
 
 
-def _name(kind: str, tag: int) -> str:
+def name_of_axis(kind: str, tag: int) -> str:
+    """Return the name of an axis, counted from 0."""
     return kind if tag == 0 else f"{kind}{tag + 1}"
 
 

@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import re
 import tempfile
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
 import dforce as df
-from dforce.gui import project, uploads
+from dforce.core.errors import shorten
+from dforce.gui import measured, project, uploads
+from dforce.gui.atlas import with_approach
 from dforce.gui.document import Document
+from dforce.gui.explore import is_explorable
 from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
 from dforce.gui.plots import Plots
 from dforce.gui.saving import ask, choice, text
-from dforce.gui.telling import say, telling
+from dforce.gui.telling import as_sentence, say, telling
 from dforce.gui.view import View
 from dforce.results.curves import Picture
+from dforce.results.kinds import kind_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ENDING = ".dforce"  # of a project
-ACCEPTED = f".toml,.nc,{ENDING}"
+ACCEPTED = ",".join((".toml", ".nc", ENDING, *measured.ENDINGS))
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, with everything, to be opened again", ".csv": "CSV, a table for a spreadsheet"}
@@ -31,8 +40,8 @@ NOTHING = "There is no result yet; press Run."
 UNSAVED = "the file could not be made"
 UNSENT = "The file did not arrive: the window's server has no room for it, or cannot be reached."
 REFUSED = (
-    f"Only a case (.toml), a result (.nc) or a project ({ENDING}) of at most {uploads.MOST_BYTES // 1_000_000} MB "
-    "can be opened."
+    f"Only a case (.toml), a result (.nc), a measured curve (text, .ibw, .nid, .h5) or a project ({ENDING}) of at most "
+    f"{uploads.MOST_BYTES // 1_000_000} MB can be opened."
 )
 DRAWING = threading.Lock()  # matplotlib's settings belong to the whole process
 SCRIPT = Path(__file__).with_name("drop.js")
@@ -54,8 +63,8 @@ class Files:
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
-                    ("Open ...", "a case, a project or a result; or drop it onto the window", lambda: None),
-                    ("Save project", "the case and all results kept, in one file", self.save_project),
+                    ("Open ...", "a case, a result, a measured curve, a project; or drop it here", lambda: None),
+                    ("Save project", "the case, all results kept, the measured curve", self.save_project),
                     ("Save case", "for this window, the command line and Python", self.save_case),
                     ("Save result ...", "the numbers, as netCDF or CSV", self.result_dialog),
                     ("Save figure ...", "what is drawn, as PNG, SVG or PDF at the width of a page", self.figure_dialog),
@@ -76,10 +85,10 @@ class Files:
             with self.upload:
                 say(REFUSED)
             return
-        data = await event.file.read()
-        await self._attempt("the file could not be opened", lambda: self.open(data))
+        data, name = await event.file.read(), event.file.name
+        await self._attempt("the file could not be opened", lambda: self.open(data, name))
 
-    async def open(self, data: bytes) -> None:
+    async def open(self, data: bytes, name: str = "") -> None:
         """Open a file by its content.
 
         Raises
@@ -88,23 +97,73 @@ class Files:
             With one sentence, and nothing has changed.
         """
         session = self.view.session
-        kind = uploads.kind_of(data)
-        if kind == "case":
+        kind = uploads.kind_of(data, name)
+        if kind == "measured":
+            settings = self.view.document.value(("data",)) or {}
+            await self.open_measured(data, name, {key: settings[key] for key in measured.SETTINGS if key in settings})
+        elif kind == "case":
             self.view.open(await asyncio.to_thread(uploads.document_from, data))
         elif kind == "result":
-            result = await asyncio.to_thread(uploads.result_from, data, session.shelf.folder)
-            case = session.limits.check(uploads.case_of(str(result.attrs["case"])))
-            await session.take_result(Document.of(case), result)
-            self.view.show_result(result)
+            await self._open_result(
+                await asyncio.to_thread(uploads.opened_from, data, session.shelf.folder), data, name
+            )
         else:
             document, results = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
             await session.take_project(document, results)
 
+    async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
+        """Open a result of any kind that the window shows."""
+        session, kind = self.view.session, kind_of(result)
+        if kind == "measured":
+            await self.open_measured(data, name, {})
+            return
+        stored = str(result.attrs["start_case" if kind == "fit" else "case"])
+        case = session.limits.check(uploads.case_of(stored))
+        if kind == "fit":
+            self.view.open(Document.of(with_approach(case.replace(data=None))))
+            await session.take_fit(result)
+            self.plots.show_measured()
+        elif is_explorable(result):
+            self.view.open(Document.of(with_approach(case)))
+            session.atlas.take(result)
+            self.plots.explorer.open()
+        else:
+            await session.take_result(Document.of(case), result)
+            self.view.show_result(result)
+
+    async def open_measured(self, data: bytes, name: str, settings: Mapping[str, Any]) -> None:
+        """Show a measured curve under that of the model; what its file does not tell is asked for.
+
+        Raises
+        ------
+        DForceError
+            With one sentence, when it holds no curve; nothing has changed then.
+        """
+        view = self.view
+        case: df.Case | None = None
+        with contextlib.suppress(df.DForceError, TypeError):  # a case that is being typed
+            case = view.document.case()
+        try:
+            raw = await asyncio.to_thread(measured.curve_from, data, name, settings, case, view.session.shelf.folder)
+        except measured.Question as question:
+            places = list(question.asked)
+
+            async def answered(*answers: str) -> None:
+                told = measured.with_answers(settings, places, answers)
+                await self._attempt("the file could not be opened", lambda: self.open_measured(data, name, told))
+
+            why = f"{as_sentence(str(question))} Please tell:"
+            ask(f"Read {shorten(name, 60)}", list(question.asked.values()), answered, why=why, button="Read")
+            return
+        await view.session.take_measured(raw, name, settings)
+        self.plots.show_measured()
+
     async def save_project(self) -> None:
         """Save the document with all its results."""
+        session = self.view.session
 
         async def save() -> None:
-            data = await asyncio.to_thread(project.packed, self.view.document, self.view.session.shelf)
+            data = await asyncio.to_thread(project.packed, self.view.document, session.shelf, session.bench.shelf)
             ui.download.content(data, self._name(ENDING), "application/zip")
 
         await self._attempt(UNSAVED, save)
@@ -168,7 +227,7 @@ class Files:
             await work()
 
     def _title(self) -> str:
-        return str(self.view.document.value(("title",)) or "")
+        return self.view.document.title
 
     def _name(self, ending: str) -> str:
         return f"{stem(self._title())}{ending}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nicegui import app, ui
 
@@ -25,6 +26,9 @@ from dforce.gui.store import Store
 from dforce.gui.telling import as_sentence, say
 from dforce.gui.view import Said, View
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 TABS = {
     "Microscope": ("cantilever", "drive", "readout", "medium", "noise"),
     "Tip and sample": ("tip", "sample", "contact"),
@@ -37,7 +41,9 @@ HERE = Path(__file__).parent
 SHEETS = ("style.css", "plots.css")
 
 
-def register(folder: Path, document: Document | None = None, limits: Limits = ALONE) -> None:
+def register(
+    folder: Path, document: Document | None = None, limits: Limits = ALONE, over: xr.Dataset | None = None
+) -> None:  # fmt: skip
     """Make the page known to the server.
 
     Parameters
@@ -48,6 +54,8 @@ def register(folder: Path, document: Document | None = None, limits: Limits = AL
         What the first page of each session shows; None: what its last visit left.
     limits
         What each session may ask for.
+    over
+        A result over parameters that each session looks at first.
     """
     sessions: dict[str, Session] = {}
     app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
@@ -63,6 +71,8 @@ def register(folder: Path, document: Document | None = None, limits: Limits = AL
             sessions[name] = Session(store, folder / "results" / name, limits)
             if document is not None:
                 sessions[name].document = document
+            if over is not None:
+                sessions[name].atlas.take(over)
         return sessions[name]
 
     @app.on_startup
@@ -127,7 +137,7 @@ class Page:
         title.on_value_change(
             lambda event: (
                 view.edit(view.document.put(("title",), event.value or None), name="title")
-                if (event.value or None) != view.document.value(("title",))
+                if (event.value or "") != view.document.title
                 else None
             )
         )
@@ -135,7 +145,7 @@ class Page:
         def show(anew: bool) -> None:
             undo.set_enabled(bool(view.session.steps))
             redo.set_enabled(bool(view.session.undone))
-            title.set_value(str(view.document.value(("title",)) or ""))
+            title.set_value(view.document.title)
 
         view.on_show.append(show)
         RunBar(view)
@@ -191,6 +201,8 @@ class Page:
         self.view.on_unkept.append(show_unkept)
         _about(self.view)
         self.plots = self.files.plots = Plots(self.view)
+        if self.view.session.atlas.result is not None:
+            self.plots.explorer.open()
 
 
 def _about(view: View) -> None:

@@ -11,10 +11,12 @@ from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
 from dforce.core.notation import html_symbol, plain_math
-from dforce.gui import figures
+from dforce.gui import figures, overlay
 from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
+from dforce.gui.explore_panel import Explorer
 from dforce.gui.kept import KeptResults
+from dforce.gui.measured_panel import MeasuredCurve
 from dforce.gui.motion import MotionPanel
 from dforce.gui.numbers import Numbers
 from dforce.gui.setpoint import SetPoint
@@ -73,16 +75,23 @@ class Plots:
             self.picker.on("picture", self._picture)
             self.picker.on("own", self._own)
             self.numbers = Numbers(view)
+            self.measured = MeasuredCurve(view)
+            self.explorer = Explorer(view)
             self.kept = KeptResults(view)
         with ui.element("div").classes("df-shown"):
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked)
                 self.waiting = Waiting()
             self.motion = MotionPanel(view.shown)
+            self.measured.panel()
+            self.explorer.panel()
+        self.measured.before_opening = lambda: self._alone(self.measured)
+        self.explorer.before_opening = lambda: self._alone(self.explorer)
         self.set_point = SetPoint(view)
         self.numbers.table()
         self.kept.table()
         view.compose = self.compose
+        view.picture = lambda: self.shown
         for element in (self.set_point.element, self.numbers.sheet, self.kept.differences):
             view.shown.mark(Part.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
@@ -105,6 +114,8 @@ class Plots:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
+            if (beside := self.measured.beside()) is not None:
+                self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
         self.wait()
         return self.drawn.figure
 
@@ -117,6 +128,21 @@ class Plots:
         self.set_point.show(self.layers, self.shown)
         self.numbers.show(self.drawn, self.shown)
         self.motion.follow(self.view.curve, self.layers)
+        self.measured.show()
+
+    def _alone(self, panel: MotionPanel | MeasuredCurve | Explorer) -> None:
+        """Close what else stands beside the curves: two panels would leave them no room."""
+        for other in (self.motion, self.measured, self.explorer):
+            if other is not panel:
+                other.close()
+
+    def show_measured(self) -> None:
+        """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""
+        self.measured.open()
+        if self.result is not None and self.shown is not None and not overlay.shows(self.shown):
+            usual = next((one for one in pictures_of(self.result) if overlay.shows(one)), None)
+            if usual is not None:
+                self._choose(usual)
 
     def wait(self) -> None:
         """Say what is waited for: above the curves, or in the middle of a plot that is still empty."""
@@ -218,6 +244,7 @@ class Plots:
 
     def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
         curve = self.view.curve
+        self._alone(self.motion)
         self.motion.open(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
 
 

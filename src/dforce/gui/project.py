@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.gui.document import PLUGINS, Document
 from dforce.gui.results import IDENTIFIER, Shelf
-from dforce.gui.uploads import MOST_BYTES, result_from
+from dforce.gui.uploads import MOST_BYTES, beside_from, result_from
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,8 +23,8 @@ LONGEST_DOCUMENT = 5_000_000  # bytes
 BROKEN = "this project is damaged or was cut short"
 
 
-def packed(document: Document, shelf: Shelf) -> bytes:
-    """Return the file of a project. Blocking.
+def packed(document: Document, shelf: Shelf, bench: Shelf) -> bytes:
+    """Return the file of a project: results from one shelf, the measured curve and its fit from another. Blocking.
 
     Raises
     ------
@@ -36,6 +36,8 @@ def packed(document: Document, shelf: Shelf) -> bytes:
         archive.writestr(DOCUMENT, json.dumps({"format": FORMAT, "document": document.to_plain()}, indent=1))
         for kept in document.results:
             archive.write(shelf.path(kept.id), f"{kept.id}.nc")
+        for identifier in beside(document):
+            archive.write(bench.path(identifier), f"{identifier}.nc")
     if stream.tell() > MOST_BYTES:
         raise df.ResultError(
             f"the project has {stream.tell() // 1_000_000} MB; more than {MOST_BYTES // 1_000_000} MB are not opened "
@@ -45,7 +47,7 @@ def packed(document: Document, shelf: Shelf) -> bytes:
 
 
 def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]]:
-    """Return the document of a project, and its results by identifier. Blocking.
+    """Return the document of a project, and by identifier its results, measured curve and fit. Blocking.
 
     Raises
     ------
@@ -60,11 +62,11 @@ def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]
             document = _document(plain["document"])
             files = {}
             left = 4 * MOST_BYTES
-            for kept in document.results:
-                if not IDENTIFIER.fullmatch(kept.id):
+            for identifier in [*(kept.id for kept in document.results), *beside(document)]:
+                if not IDENTIFIER.fullmatch(identifier):
                     raise df.ResultError(BROKEN)
-                files[kept.id] = _entry(archive, f"{kept.id}.nc", min(left, MOST_BYTES))
-                left -= len(files[kept.id])
+                files[identifier] = _entry(archive, f"{identifier}.nc", min(left, MOST_BYTES))
+                left -= len(files[identifier])
     except (
         zipfile.BadZipFile,
         KeyError,
@@ -77,8 +79,18 @@ def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]
         if isinstance(error, df.DForceError):
             raise
         raise df.ResultError(BROKEN) from None
-    results = {identifier: result_from(file, folder, document.plots) for identifier, file in files.items()}
+    own = set(beside(document))
+    results = {
+        identifier: beside_from(file, folder) if identifier in own else result_from(file, folder, document.plots)
+        for identifier, file in files.items()
+    }
     return document, results
+
+
+def beside(document: Document) -> list[str]:
+    """Return the identifiers of the measured curve of a document and of its fit, as far as there are such."""
+    measured = document.measured
+    return [] if measured is None else [measured.id, *([measured.fit] if measured.fit else [])]
 
 
 def _document(plain: Any) -> Document:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
-from dforce.gui import compare, figures, setpoint
+from dforce.gui import compare, explore, figures, fitting, overlay, setpoint
 from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
+from dforce.gui.measured import calibrated
 from dforce.results.curves import Picture, drawable, pictures_of
 from dforce.results.kinds import kind_of
 
@@ -61,6 +62,54 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
         if isinstance(error.__cause__, OSError) or not isinstance(error, df.DForceError):
             raise
         raise df.ResultError(UNUSABLE) from error
+    except Exception as error:  # whatever the file holds: it must not come as far as the page
+        raise df.ResultError(UNUSABLE) from error
+
+
+def rehearse_over(result: xr.Dataset) -> None:
+    """Draw each quantity of a result over parameters. Blocking.
+
+    Raises
+    ------
+    ResultError
+        When something of that fails.
+    """
+    try:
+        names = explore.quantities(result)
+        if not 0 < len(names) <= MOST_QUANTITIES or max(len(str(name)) for name in result.variables) > LONGEST_NAME:
+            raise ValueError("no quantities, more than an experiment has, or longer names")
+        for name in names:
+            choice = explore.fitting(result, explore.Choice(name))
+            explore.figure(result, choice)
+            for dim in choice.places:
+                explore.label_of(result, dim), explore.places_of(result, dim)
+            explore.settings_at(result, explore.picked(result, choice, 0.0, 0.0))
+    except Exception as error:  # whatever the file holds: it must not come as far as the page
+        raise df.ResultError(UNUSABLE) from error
+
+
+def rehearse_measured(result: xr.Dataset) -> None:
+    """Calibrate and describe a measured curve, or describe a fit of one. Blocking.
+
+    Raises
+    ------
+    ResultError
+        When it is neither, or something of that fails.
+    """
+    kind = kind_of(result)
+    if kind not in ("measured", "fit"):
+        raise df.ResultError("this is no measured curve and no fit of one")
+    try:
+        if kind == "measured":
+            overlay.Beside(calibrated(result, {}, None)).quantities()
+        else:
+            df.fit_report(result)
+            for name in ("amplitude", "phase"):
+                overlay.along(result, result[f"{name}_fit"].values[:, 0])
+            for name in map(str, result["parameter"].values):
+                fitting.found(result, name), fitting.note(result, name)
+    except df.ParameterError:  # the settings that are kept beside it say what the curve does not
+        return
     except Exception as error:  # whatever the file holds: it must not come as far as the page
         raise df.ResultError(UNUSABLE) from error
 

@@ -12,12 +12,16 @@ import time
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.gui.document import Document
 from dforce.gui.limits import ALONE, SHARED
 from dforce.gui.security import KEY, Guard, kept_secret
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
 OWN = "127.0.0.1"
@@ -56,6 +60,8 @@ class Options:
         A case to open, None for where the last visit ended.
     folder
         Where documents and results are kept; None for the user's data folder.
+    over
+        A result over parameters to look at: a plan, a sweep, or a store, which is read as far as it is looked at.
     """
 
     host: str = OWN
@@ -63,6 +69,7 @@ class Options:
     show: str = "browser"
     case: df.Case | None = None
     folder: Path | None = None
+    over: xr.Dataset | None = None
 
 
 def data_folder() -> Path:
@@ -114,7 +121,7 @@ def serve(options: Options) -> None:
     alone = options.host in (OWN, "localhost", "::1")
     hosts = own_hosts(port) if alone else frozenset[str]()
     document = None if options.case is None else Document.of(options.case)
-    pages.register(folder, document, ALONE if alone else SHARED)
+    pages.register(folder, document, ALONE if alone else SHARED, options.over)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
     told = threading.Thread(
         target=_announce, args=(options.host, port, address, options.show, folder / "browser"), daemon=True

@@ -9,14 +9,17 @@ import logging
 import threading
 import time
 import weakref
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import dforce as df
 from dforce.gui import compare
+from dforce.gui.atlas import Atlas
+from dforce.gui.bench import Bench
 from dforce.gui.compute import Job
-from dforce.gui.document import Document, Kept
+from dforce.gui.document import LOOKS, Document, Kept
+from dforce.gui.fitting import FitJob, curve_in
 from dforce.gui.limits import ALONE, Limits
 from dforce.gui.results import Shelf
 
@@ -67,6 +70,8 @@ class Session:
 
     def __init__(self, store: MutableMapping[str, Any], folder: Path, limits: Limits = ALONE) -> None:
         self.store, self.shelf, self.limits = store, Shelf(folder), limits
+        self.bench = Bench(folder / "measured")
+        self.atlas = Atlas()
         self.document = self._kept()
         self._known: dict[str, weakref.ref[xr.Dataset]] = {}
         self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
@@ -74,6 +79,7 @@ class Session:
         self.steps: list[Document] = []
         self.views: list[View] = []
         self.job: Job | None = None
+        self.fitting: FitJob | None = None  # the last fit of the measured curve
         self._last = ("", 0.0)
         self._seen = time.monotonic()
         self._saving: asyncio.TimerHandle | None = None
@@ -127,8 +133,7 @@ class Session:
         self._take(self._with_looks(document), anew=True)
 
     def _with_looks(self, document: Document) -> Document:
-        mine = self.document
-        return dataclasses.replace(document, results=mine.results, plots=mine.plots, set_point=mine.set_point)
+        return dataclasses.replace(document, **{name: getattr(self.document, name) for name in LOOKS})
 
     def _take(self, document: Document, anew: bool) -> None:
         self.document = document
@@ -153,7 +158,7 @@ class Session:
             if self.job.is_of(document) or not document.same_case(self.document):
                 return
         job = self.job = Job(case, self.limits.seconds, document)
-        await job.go(self._look, LOOKED_EVERY)
+        await job.go(self.look_at_jobs, LOOKED_EVERY)
         if job.result is not None:
             try:
                 await self.keep(job.result, shown=job.is_of(self.document))
@@ -162,7 +167,7 @@ class Session:
             if job.is_of(self.document):
                 for view in tuple(self.views):
                     view.show_result(job.result)
-        self._look()
+        self.look_at_jobs()
 
     async def keep(self, result: xr.Dataset, shown: bool = True) -> None:
         """Keep a result on the shelf and in the list; the oldest ones go where the shelf is full."""
@@ -214,23 +219,29 @@ class Session:
         before, steps = self.document, self.steps
         try:
             for identifier, result in results.items():
-                names[identifier] = await asyncio.to_thread(self.shelf.keep, result)
+                shelf = self.shelf if identifier in {kept.id for kept in document.results} else self.bench.shelf
+                names[identifier] = await asyncio.to_thread(shelf.keep, result)
             here = set(self.shelf.names())
             taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
             others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
-            self.document = dataclasses.replace(
-                self.document, results=(*others, *taken), plots=document.plots, set_point=document.set_point
-            )
+            measured = document.measured
+            if measured is not None:
+                measured = dataclasses.replace(measured, id=names[measured.id], fit=names.get(measured.fit, ""))
+            looks = {name: getattr(document, name) for name in LOOKS}
+            looks |= {"results": (*others, *taken), "measured": measured}
+            self.document = dataclasses.replace(self.document, **looks)
             self.edit(document, anew=True)
         except Exception as error:
-            for name in set(names.values()) & set(self.shelf.names()):
-                self.shelf.drop(name)
+            for shelf in (self.shelf, self.bench.shelf):
+                for name in set(names.values()) & set(shelf.names()):
+                    shelf.drop(name)
             self.steps = steps
             self._take(before, anew=True)
             if isinstance(error, df.DForceError):
                 raise
             raise df.CaseError("this project holds a case that cannot be shown") from error
         self.look(self.document)
+        await self.bench.tidy(self.document)
 
     def kept_as(self, result: xr.Dataset | None) -> Kept | None:
         """Return the entry of a result in the list; None for one that is not kept."""
@@ -258,12 +269,71 @@ class Session:
                 self.results_of[identifier] = result
                 self._known[identifier] = weakref.ref(result)
 
+    async def take_measured(self, raw: xr.Dataset, name: str, settings: Mapping[str, Any]) -> None:
+        """Take a measured curve in place of an earlier one.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written; nothing has changed then.
+        """
+        self.stop_fit()
+        self.fitting = None
+        self.look(await self.bench.keep(self.document, raw, name, settings))
+        await self.bench.tidy(self.document)
+
+    async def take_fit(self, fit: xr.Dataset) -> None:
+        """Take a fit that was opened, and the measured curve in it.
+
+        Raises
+        ------
+        ResultError
+            When they cannot be written.
+        """
+        await self.take_measured(*curve_in(fit))
+        self.look(await self.bench.keep_fit(self.document, fit))
+
+    async def drop_measured(self) -> None:
+        """Forget the measured curve and its fit."""
+        self.stop_fit()
+        self.fitting = None
+        self.look(dataclasses.replace(self.document, measured=None))
+        await self.bench.tidy(self.document)
+
+    async def fit(self, document: Document) -> None:
+        """Fit the parameters that a document names to its measured curve, and keep the fit; one that is stopped, too.
+
+        Raises
+        ------
+        ParameterError
+            When what is typed is not a case, or asks for more than the limits allow.
+        """
+        if self.bench.curve is None or (self.fitting is not None and self.fitting.busy):
+            return
+        case = self.limits.check(document.case())
+        job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.bench.curve)
+        await job.go(self.look_at_jobs, LOOKED_EVERY)
+        measured, now = document.measured, self.document.measured
+        if job.result is not None and measured is not None and now is not None and now.id == measured.id:
+            try:
+                self.look(await self.bench.keep_fit(self.document, job.result))
+                await self.bench.tidy(self.document)
+            except df.ResultError as error:
+                job.state, job.error = "failed", f"this fit could not be kept: {error}"
+        self.look_at_jobs()
+
+    def stop_fit(self) -> None:
+        """Stop the fit under way; the best so far is kept."""
+        if self.fitting is not None:
+            self.fitting.stopping.set()
+
     def stop(self) -> None:
         """Stop the run under way; what it has computed is kept."""
         if self.job is not None:
             self.job.stopping.set()
 
-    def _look(self) -> None:
+    def look_at_jobs(self) -> None:
+        """Have pages show how far everything is."""
         for view in tuple(self.views):
             view.show_job()
 
@@ -298,7 +368,8 @@ class Session:
 
     def idle(self, seconds: float) -> bool:
         """Return whether no page has shown the session for so long and nothing runs."""
-        busy = bool(self.views) or self._saving is not None or (self.job is not None and self.job.busy)
+        jobs = (job for job in (self.job, self.fitting, self.atlas.job) if job is not None)
+        busy = bool(self.views) or self._saving is not None or any(job.busy for job in jobs)
         if busy:
             self._seen = time.monotonic()
         return time.monotonic() - self._seen > seconds
@@ -306,6 +377,8 @@ class Session:
     def close(self) -> None:
         """Stop what runs and keep the document; the server ends."""
         self.stop()
+        self.stop_fit()
+        self.atlas.stop()
         if self._saving is not None:
             self._saving.cancel()
             try:

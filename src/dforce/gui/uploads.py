@@ -2,38 +2,48 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import contextlib
 import tempfile
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.gui import inspection
 from dforce.gui.document import PLUGINS, Document
-from dforce.gui.rehearsal import rehearse
+from dforce.gui.explore import is_explorable
+from dforce.gui.inspecting import HDF5, inspect
+from dforce.gui.measured import ENDINGS
+from dforce.gui.rehearsal import rehearse, rehearse_measured, rehearse_over
 from dforce.gui.store import why
 from dforce.results.curves import Picture
+from dforce.results.kinds import kind_of as kind_of_result
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Kind = Literal["case", "result", "project"]
+Kind = Literal["case", "result", "project", "measured"]
 
 MOST_BYTES = 50_000_000  # of a file
-MOST_UNPACKED = 200_000_000  # of the data in a result
-SECONDS = 40.0  # that looking through one may take
-HDF5, ZIP = b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"
+ZIP = b"PK\x03\x04"
 
 
-def kind_of(data: bytes) -> Kind:
-    """Return what a file is by its content; its name says nothing."""
+def kind_of(data: bytes, name: str = "") -> Kind:
+    """Return what a file is by its content; where that may be a measured curve as well, by the ending of its name."""
+    may_be_measured = name.lower().endswith(ENDINGS)
     if data.startswith(HDF5):
-        return "result"
-    return "project" if data.startswith(ZIP) else "case"
+        return "measured" if may_be_measured else "result"
+    if data.startswith(ZIP):
+        return "project"
+    return "measured" if may_be_measured and not _is_toml(data) else "case"
+
+
+def _is_toml(data: bytes) -> bool:
+    try:
+        return bool(tomllib.loads(data.decode("utf-8-sig")))
+    except (ValueError, RecursionError):
+        return False
 
 
 def document_from(data: bytes) -> Document:
@@ -86,26 +96,76 @@ def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> 
         When it is none, points to other files, unpacks to too much, or cannot be written again and drawn; and when it finds
         no room in the folder.
     """
+    with _looked_through(data, folder) as path:
+        result = _result(path)
+        rehearse(result, path.parent, pictures)
+    return result
+
+
+def opened_from(data: bytes, folder: Path) -> xr.Dataset:
+    """Return what is in the bytes of a netCDF file: a result, one over parameters, a measured curve or a fit. Blocking.
+
+    Raises
+    ------
+    ResultError
+        As :func:`result_from`.
+    """
+    with _looked_through(data, folder) as path:
+        result = _read(path)
+        if kind_of_result(result) in ("measured", "fit"):
+            rehearse_measured(result)
+        elif is_explorable(result):
+            rehearse_over(_result(path))
+        else:
+            rehearse(_result(path), path.parent)
+    return result
+
+
+def beside_from(data: bytes, folder: Path) -> xr.Dataset:
+    """Return the measured curve, or the fit of one, in the bytes of a netCDF file. Blocking.
+
+    Raises
+    ------
+    ResultError
+        As :func:`result_from`.
+    """
+    with _looked_through(data, folder) as path:
+        result = _read(path)
+        rehearse_measured(result)
+    return result
+
+
+@contextlib.contextmanager
+def _looked_through(data: bytes, folder: Path) -> Iterator[Path]:
+    """Give a file with bytes that are safe to be read.
+
+    Raises
+    ------
+    ResultError
+        When they are not, or there is no room for them.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
             path = Path(place) / "result.nc"
             path.write_bytes(data)
-            _inspect(path)
-            result = _result(path)
-            rehearse(result, path.parent, pictures)
+            inspect(path)
+            yield path
     except OSError as error:
         if isinstance(error, df.DForceError) and not isinstance(error.__cause__, OSError):
             raise
         raise df.ResultError(f"there is no place here to look at this file: {why(error)}") from error
-    return result
+
+
+def _read(path: Path) -> xr.Dataset:
+    try:
+        return df.read(path)
+    except df.ResultError as error:
+        raise df.ResultError(str(error).replace(f"'{shorten(str(path))}'", "this file")) from None
 
 
 def _result(path: Path) -> xr.Dataset:
-    try:
-        result = df.read(path)
-    except df.ResultError as error:
-        raise df.ResultError(str(error).replace(f"'{shorten(str(path))}'", "this file")) from None
+    result = _read(path)
     try:
         case_of(str(result.attrs.get("case", "")))
     except df.DForceError as error:
@@ -113,18 +173,3 @@ def _result(path: Path) -> xr.Dataset:
     if "status" not in result:
         raise df.ResultError("this is not the result of an experiment")
     return result
-
-
-def _inspect(path: Path) -> None:
-    command = [sys.executable, "-I", inspection.__file__, str(path), str(MOST_UNPACKED)]
-    try:
-        found = subprocess.run(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=SECONDS,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise df.ResultError("this file takes too long to read, so it is not opened") from None
-    wrong = found.stdout.decode("utf-8", "replace").strip()
-    if wrong:
-        raise df.ResultError(f"this file is not opened: {shorten(wrong, 200)}")
-    if found.returncode:
-        raise df.ResultError("this file is damaged or was cut short")

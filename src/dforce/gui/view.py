@@ -20,6 +20,7 @@ from dforce.gui.document import Document, Path, path_of
 from dforce.gui.session import Session
 from dforce.gui.shown import Part, Shown
 from dforce.gui.words import in_words, with_labels
+from dforce.results.curves import Picture
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -101,6 +102,8 @@ class View:
         Hooks called with a sentence when what is typed cannot be kept; empty when it is again.
     compose
         Makes the figure of the main chart from the result that it shows.
+    picture
+        Returns what the main chart shows; None for a map, or nothing.
     on_beside
         Hooks called when the browser has drawn the main chart: they show what stands beside it, and while something is
         dragged they wait for a pause, so that the curves come first.
@@ -119,6 +122,7 @@ class View:
         self.on_unkept: list[Callable[[str], None]] = []
         self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
+        self.picture: Callable[[], Picture | None] = lambda: None
         self.shown = Shown(lambda: self.document)
         self.shown.mark(Part.CURVES, self._mark_curves)
         self.shown.mark(Part.FORCE, lambda behind: self.force.dim(behind))
@@ -311,6 +315,7 @@ class View:
         """Draw what is to be shown when the turn comes, with the results kept; one drawing after the other."""
         async with self._drawing:
             await self.session.load_shown()
+            await self.session.bench.load(self.document)
             curve = self.curve
             await self.main.draw(self.compose(self.result))
             self.shown.show(Part.CURVES, None if curve is None else curve.document)

@@ -36,14 +36,16 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
         given = (case.folder or Path()) / asked.file
     named: dict[str, Any] = {"columns": dict(asked.columns) or None, "units": dict(asked.units) or None}
     named["phase_convention"] = asked.phase_convention or None
-    data = read_measured(given, **_known(read_measured, named, asked.read, "read"))
+    data = read_measured(given, **known_settings(read_measured, named, asked.read, "read"))
     if CALIBRATED in data.attrs:
         return data
-    return calibrate(data, case, **_known(calibrate, {}, asked.calibrate, "calibrate"))
+    return calibrate(data, case, **known_settings(calibrate, {}, asked.calibrate, "calibrate"))
 
 
-def _known(function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, Any], table: str) -> dict[str, Any]:
-    """Return what a function is called with.
+def known_settings(
+    function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, Any], table: str
+) -> dict[str, Any]:
+    """Return what a function is called with: settings that are given by name, and more of a table of `[data]`.
 
     Raises
     ------

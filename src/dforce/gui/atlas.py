@@ -1,0 +1,113 @@
+"""What a session looks at over parameters: a plan or a sweep that was opened, or one that is computed here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import dforce as df
+from dforce.gui.compute import Job
+from dforce.gui.document import Document
+from dforce.gui.parameters import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+MOST_VALUES = 101  # of a parameter
+LOGARITHMIC = 5.0  # ratio of the ends of a range from which on its values go by equal factors
+
+
+@dataclass
+class SweepJob(Job):
+    """States at the set point for values of a parameter, under way."""
+
+    over: dict[str, Any] = field(default_factory=dict)
+    share: float = 0.8
+
+    def compute(self) -> xr.Dataset:
+        """Sweep; when it is stopped, what there is of it."""
+        return df.sweep(self.case, over=self.over, at_set_point=self.share, progress=self._watch)
+
+
+class Atlas:
+    """A result over parameters.
+
+    Attributes
+    ----------
+    result
+        The result; None while there is none.
+    row, document
+        The parameter along which it was computed here, and of which document.
+    job
+        The last computation.
+    number
+        Counts the results, so that pages see that there is another one.
+    """
+
+    def __init__(self) -> None:
+        self.result: xr.Dataset | None = None
+        self.row: Row | None = None
+        self.document: Document | None = None
+        self.job: SweepJob | None = None
+        self.number = 0
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is computed."""
+        return self.job is not None and self.job.busy
+
+    def take(self, result: xr.Dataset, row: Row | None = None, document: Document | None = None) -> None:
+        """Look at a result."""
+        self.result, self.row, self.document = result, row, document
+        self.number += 1
+
+    async def compute(self, job: SweepJob, row: Row, look: Callable[[], None], every: float) -> None:
+        """Compute states along a parameter, and look at them; those of one that is stopped, too."""
+        self.job = job
+        await job.go(look, every)
+        if job.result is not None and job is self.job and job.document is not None:
+            self.take(job.result, row, job.document)
+        look()
+
+    def stop(self) -> None:
+        """Stop the computation under way; what it has is kept."""
+        if self.job is not None:
+            self.job.stopping.set()
+
+    def is_of(self, document: Document) -> bool:
+        """Return whether what was computed here is of the case of a document, whatever the parameter is there."""
+        if self.document is None or self.row is None:
+            return True
+        return self.document.put(self.row.path, None).same_case(document.put(self.row.path, None))
+
+
+def sweep_job(document: Document, case: df.Case, row: Row, ends: tuple[str, str], points: int) -> SweepJob:
+    """Return the job that computes the states at a document's set point along a parameter.
+
+    Raises
+    ------
+    ParameterError
+        When the ends are no values of the parameter, or the number of values is too large or too small.
+    """
+    if not 2 <= points <= MOST_VALUES:
+        raise df.ParameterError(f"{points} values are not between 2 and {MOST_VALUES}")
+    unit = case.quantity(row.name).unit
+    low, high = (df.parse(end, unit) for end in ends)
+    if not low < high:
+        raise df.ParameterError(f"the range from {ends[0]} to {ends[1]} does not rise")
+    ratio = high / low if low > 0.0 else 0.0
+    spacing = "log" if ratio >= LOGARITHMIC else "linear"
+    if not isinstance(case.experiment, df.experiments.Approach):
+        case = with_approach(case.replace(experiment=None))
+    over = {row.name: {"start": low, "stop": high, "points": points, "spacing": spacing}}
+    return SweepJob(case, document=document, over=over, share=document.set_point)
+
+
+def with_approach(case: df.Case) -> df.Case:
+    """Return a case with an approach that suits its instrument, where it has no experiment."""
+    if case.experiment is not None:
+        return case
+    approach = df.experiments.Approach
+    return case.replace(experiment=approach(**approach.suggested(case.problem)))

@@ -1,0 +1,62 @@
+// A measured curve beside the plots: what it is, its shift, and a fit of parameters to it.
+export default {
+  template: `
+    <aside class="df-motion df-measured" aria-label="measured curve">
+      <div class="df-motion-head"><h2>{{ name }}</h2>
+        <button type="button" class="df-remove" aria-label="close the measured curve" title="Close; the curve stays"
+                @click="$emit('close')">×</button></div>
+      <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
+      <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
+      <p v-if="hint" class="df-motion-note">{{ hint }}</p>
+      <label v-if="ready" class="df-shift"><span>Heights are shifted by
+          <input class="df-box number" type="number" step="0.01" :value="at" aria-label="shift of the heights in nm"
+                 @change="shift($event.target)" /> nm</span>
+        <input type="range" :min="low" :max="high" step="0.01" :value="at" aria-label="shift of the heights"
+               @input="shift($event.target)" /></label>
+      <div class="df-measured-buttons">
+        <button v-if="ready" type="button" class="df-plain" :title="match" @click="$emit('match')">Match the experiment</button>
+        <button type="button" class="df-plain" @click="$emit('remove')">Remove the curve</button></div>
+      <details v-if="history.length" class="df-folded"><summary>What was done with it</summary>
+        <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details>
+      <template v-if="ready">
+        <h3>Fit</h3>
+        <p class="df-text">Parameters to find; the fit begins at the values in the forms.</p>
+        <div class="df-fit-rows" role="group" aria-label="parameters to fit">
+          <template v-for="row in rows" :key="row.name">
+            <label class="df-check"><input type="checkbox" :checked="row.free" :disabled="busy"
+                @change="$emit('free', {name: row.name, free: $event.target.checked})" />
+              <span>{{ row.label }} <span class="df-symbol" v-html="row.symbol"></span></span>
+              <span class="df-check-unit">{{ row.value }}</span></label>
+            <p v-if="row.found" class="df-found" :class="{behind: stale}">{{ row.found }}</p>
+            <p v-if="row.note" class="df-advice">{{ row.note }}</p>
+          </template></div>
+        <div class="df-measured-buttons">
+          <button v-if="!busy" type="button" class="df-plain df-main-button" :disabled="!rows.some((row) => row.free)"
+                  @click="$emit('fit')">Fit</button>
+          <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
+          <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
+          <span class="df-text" role="status">{{ words }}</span></div>
+        <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
+        <template v-if="report">
+          <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
+          <p v-for="note in notes" :key="note" class="df-motion-note">{{ note }}</p>
+          <p class="df-text">{{ summary }}</p>
+          <ul class="df-facts"><li v-for="one in others" :key="one">{{ one }}</li></ul>
+          <div class="df-measured-buttons">
+            <button type="button" class="df-plain" @click="$emit('take')">Take over these values</button></div>
+          <details class="df-folded"><summary>Report</summary><pre class="df-report">{{ report }}</pre></details>
+        </template>
+      </template>
+    </aside>`,
+  props: {
+    name: { default: "" }, wrong: { default: "" }, facts: { default: () => [] }, hint: { default: "" }, ready: Boolean,
+    low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
+    rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
+    report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, others: { default: () => [] },
+  },
+  methods: {
+    shift(field) {
+      if (Number.isFinite(field.valueAsNumber)) this.$emit("shift", field.valueAsNumber);
+    },
+  },
+};

@@ -1,0 +1,199 @@
+"""Results over parameters in the window: plans, sweeps and stores, and states against a number of the case."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import functools
+
+import numpy as np
+import pytest
+from simulated import element, send, until, window
+
+import dforce as df
+from dforce.gui import explore, files, uploads
+from dforce.gui.atlas import sweep_job
+from dforce.gui.document import Document
+from dforce.gui.explore_panel import Panel
+from dforce.gui.parameters import rows_of
+
+CASE = df.example("figure-3-air").set("experiment.zc.points=41")
+OVER = {"sample.youngs_modulus": ["0.5 GPa", "1 GPa", "2 GPa"], "drive.A0": ["8 nm", "10 nm"]}
+KEPT = ("peak_force", "phase", "max_indentation")
+
+
+@functools.cache
+def swept():
+    return df.sweep(CASE, over=OVER, quantities=KEPT)
+
+
+@functools.cache
+def states():
+    return df.sweep(df.example("hysteresis"), over={"drive.A0": ["18 nm", "20 nm", "22 nm"]}, at_set_point=0.8)
+
+
+@functools.cache
+def planned():
+    case = df.example("figure-4-soft")
+    grid = {"start": "4 nm", "stop": "12 nm", "points": 5}
+    shares = {"start": 0.6, "stop": 0.9, "points": 4}
+    return df.plan(case, {"drive.A0": grid}, shares, {"max_indentation": "< 5 nm"})
+
+
+def numbers(packed):
+    values = np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"])
+    return values.reshape([int(n) for n in packed["shape"].split(", ")]) if "shape" in packed else values
+
+
+def test_a_sweep_is_a_map_of_what_is_chosen_at_a_slice():
+    result = swept()
+    choice = explore.fitting(result, explore.Choice("phase", "A0", "youngs_modulus", {"zc": 7, "direction": 1}))
+    trace = explore.figure(result, choice)["data"][0]
+    wanted = result["phase"].isel(zc=7, direction=1, tone=0).transpose("youngs_modulus", "A0").values
+    assert np.allclose(numbers(trace["z"]), wanted)
+    assert np.allclose(numbers(trace["x"]), [8.0, 10.0])
+
+
+def test_a_sweep_is_lines_along_one_parameter():
+    result = swept()
+    choice = explore.fitting(result, explore.Choice("peak_force", "zc", "", {"youngs_modulus": 2}))
+    (trace,) = explore.figure(result, choice)["data"]
+    wanted = result["peak_force"].isel(youngs_modulus=2, A0=choice.places["A0"], direction=0).values
+    scale = explore.scale_of(result, choice)[0]
+    assert np.allclose(numbers(trace["y"]) * scale, wanted, rtol=1e-6)
+
+
+def test_of_a_store_only_what_is_looked_at_is_read(tmp_path):
+    df.sweep(CASE, over=OVER, quantities=KEPT, store=tmp_path / "map.zarr")
+    result = df.read(tmp_path / "map.zarr")
+    choice = explore.fitting(result, explore.Choice("phase", "A0", "youngs_modulus"))
+    figure = explore.figure(result, choice)
+    explore.settings_at(result, explore.picked(result, choice, 8.0, 1.0))
+    assert np.allclose(numbers(figure["data"][0]["z"]), numbers(explore.figure(swept(), choice)["data"][0]["z"]))
+    assert not any(result[name].variable._in_memory for name in KEPT)
+
+
+def test_a_plan_shows_what_is_allowed_and_its_recommended_point():
+    plan = planned()
+    figure = explore.figure(plan, explore.fitting(plan, explore.Choice()))
+    words = np.array(figure["data"][0]["text"])
+    allowed = plan["allowed"].any("state").transpose("set_point", "A0").values
+    assert 0 < allowed.sum() < allowed.size
+    assert ((words == explore.NO_LIMIT) == allowed).all()
+    (mark,) = [trace for trace in figure["data"] if trace.get("name") == "most room"]
+    place = np.argwhere(plan["recommended"].values)[0]
+    assert np.isclose(numbers(mark["x"])[0], 1e9 * plan["A0"].values[place[0]])
+
+
+def test_states_that_are_the_same_in_both_directions_share_a_line():
+    result = states()
+    choice = explore.fitting(result, explore.Choice("phase", "A0", ""))
+    names = [trace["name"] for trace in explore.figure(result, choice)["data"]]
+    assert "repulsive" in names
+
+
+def test_a_limit_shades_what_it_allows_and_says_where_it_holds():
+    result = states()
+    choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
+    force = result["peak_force"].values
+    between = 0.5 * float(np.nanmax(force[1]) + np.nanmax(force[2]))
+    limit = explore.Limit(between)
+    figure = explore.figure(result, choice, limit)
+    line, shade = figure["layout"]["shapes"]
+    scale = explore.scale_of(result, choice)[0]
+    assert figure["drag"] and line["y0"] == line["y1"] == pytest.approx(between / scale)
+    assert shade["y1"] < line["y0"]
+    rising = np.nanmax(force[2]) > np.nanmax(force[1])
+    ends = "18 nm to 20 nm" if rising else "22 nm to 22 nm"
+    assert ends in explore.allowed(result, choice, limit)
+    assert explore.read_limit(result, choice, explore.shown_limit(result, choice, limit), False).value == pytest.approx(
+        between, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize("make", [swept, states, planned])
+def test_a_file_over_parameters_is_opened_and_a_click_takes_its_settings_over(tmp_path, make):
+    data = files.written(lambda path: df.write(make(), path), ".nc")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open(data, "map.nc")
+            panel, explorer = element(user, Panel), page.plots.explorer
+            await until(lambda: explorer.chart.revision > 0)
+            assert panel.props["quantities"] and panel.props["x"] == explorer.choice.x
+            explorer.choice = explore.fitting(make(), explore.Choice("peak_force", "A0", ""))
+            explorer._clicked({"x": 10.0, "y": 0.0})
+            assert "Free amplitude" in panel.props["picked"]
+            send(panel, "take")
+            nearest = make()["A0"].values[np.argmin(np.abs(make()["A0"].values - 10e-9))]
+            assert pytest.approx(float(nearest)) == page.view.document.case().drive.A0
+
+    asyncio.run(flow())
+
+
+def test_a_hostile_file_over_parameters_is_refused(tmp_path):
+    result = swept().assign_attrs(over="sample.youngs_modulus")
+    result["youngs_modulus"] = result["youngs_modulus"].assign_attrs(units="zorkmid")
+    with pytest.raises(df.ResultError, match="cannot be used here"):
+        uploads.result_from(files.written(lambda path: df.write(result, path), ".nc"), tmp_path)
+
+
+def test_states_are_computed_against_a_number_of_the_case(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.edit(Document.of(CASE), anew=True)
+            explorer, atlas = page.plots.explorer, page.view.session.atlas
+            explorer.open()
+            panel = element(user, Panel)
+            assert "sample.youngs_modulus" in [row["name"] for row in panel.props["rows"]]
+            send(panel, "suggest", "drive.A0")
+            assert (panel.props["suggested"]["low"], panel.props["suggested"]["high"]) == ("5 nm", "20 nm")
+            send(panel, "compute", {"path": "drive.A0", "low": "8 nm", "high": "12 nm", "points": 3})
+            await until(lambda: atlas.result is not None, 60.0)
+            wanted = df.sweep(CASE, over={"drive.A0": ["8 nm", "10 nm", "12 nm"]}, at_set_point=0.8)
+            assert np.allclose(atlas.result["phase"], wanted["phase"], equal_nan=True)
+            await until(lambda: panel.props["quantity"] == "peak_force" and panel.props["y"] == "")
+            send(panel, "limit", {"on": True})
+            explorer._dragged(1.0)
+            scale = explore.scale_of(atlas.result, explorer.choice)[0]
+            assert explorer.limit.value == pytest.approx(scale)
+            page.view.edit(page.view.document.put(("drive", "A0"), "9 nm"))
+            assert panel.props["note"] == ""
+            page.view.edit(page.view.document.put(("cantilever", "Q"), 200.0))
+            assert "earlier case" in panel.props["note"]
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize(
+    ("ends", "points", "words"),
+    [(("2 nm", "1 nm"), 3, "does not rise"), (("1 nm", "2 nm"), 1, "between 2 and"), (("1 nm", "2 kg"), 3, "kg")],
+)
+def test_a_range_that_makes_no_sense_is_refused(ends, points, words):
+    document = Document.of(CASE)
+    row = next(row for row in rows_of(document, ("drive",)) if row.name == "drive.A0")
+    with pytest.raises(df.ParameterError, match=words):
+        sweep_job(document, CASE, row, ends, points)
+
+
+def test_a_case_without_an_approach_gets_one_that_suits_it():
+    dwell = df.example("table-1-am")
+    document = Document.of(dwell)
+    row = next(row for row in rows_of(document, ("drive",)) if row.name == "drive.A0")
+    job = sweep_job(document, dwell, row, ("10 nm", "20 nm"), 2)
+    assert isinstance(job.case.experiment, df.experiments.Approach)
+
+
+def test_a_computation_that_is_stopped_is_no_end_of_the_window(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.edit(Document.of(CASE), anew=True)
+            page.plots.explorer.open()
+            panel, atlas = element(user, Panel), page.view.session.atlas
+            send(panel, "compute", {"path": "drive.A0", "low": "8 nm", "high": "12 nm", "points": 101})
+            await until(lambda: atlas.busy)
+            send(panel, "stop")
+            await until(lambda: not atlas.busy)
+            assert atlas.job.state == "stopped"
+
+    asyncio.run(flow())

@@ -1,0 +1,427 @@
+"""Measured curves in the window: read, asked about, drawn under the model, fitted, kept and removed."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+from importlib.resources import files
+
+import fitted_curves
+import h5py
+import measured_curve
+import numpy as np
+import pytest
+from simulated import element, send, show, until, window
+
+import dforce as df
+from dforce.gui import fitting, measured, overlay, project, uploads
+from dforce.gui.document import Document
+from dforce.gui.figures import Layer, picture
+from dforce.gui.files import written
+from dforce.gui.measured_panel import Panel, matched
+from dforce.gui.saving import SaveForm
+from dforce.gui.session import Session
+from dforce.results.curves import Picture
+
+CASE = df.example("figure-3-air").set("experiment.zc.points=5")
+USUAL = Picture("zc", ("amplitude", "phase"))
+LAG = {"phase_convention": "lag"}
+
+
+def csv(**how):
+    """Return the bytes of a measured text."""
+    return measured_curve.text(**how).encode()
+
+
+def raw(**how):
+    """Return a curve whose phases are known, before its calibration."""
+    return measured_curve.dataset(**how).assign_attrs(phase_convention="lag", source="curve.csv")
+
+
+def numbers(packed):
+    return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"])
+
+
+def of(figure, meta):
+    """Return the values of the traces of a figure that show something."""
+    return [numbers(trace["y"]) for trace in figure["data"] if trace.get("meta") == meta]
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "kind"),
+    [("a.csv", csv(), "measured"), ("a.TXT", csv(), "measured"), ("a.txt", CASE.to_toml().encode(), "case"),
+     ("a.toml", csv(), "case"), ("a.h5", uploads.HDF5, "measured"), ("a.nc", uploads.HDF5, "result")],
+)  # fmt: skip
+def test_a_text_or_a_file_of_an_instrument_is_a_measured_curve(name, data, kind):
+    assert uploads.kind_of(data, name) == kind
+
+
+def asked(data, settings=None, case=CASE, name="curve.csv", folder=None):
+    with pytest.raises(measured.Question) as question:
+        measured.curve_from(data, name, settings or {}, case, folder)
+    return question.value
+
+
+ASKED = {
+    "sign": ({}, [("phase_convention",)]),
+    "columns": ({"heading": "one,two,three"},
+                [("columns", "height"), ("units", "height"), ("columns", "amplitude"), ("units", "amplitude"),
+                 ("columns", "phase"), ("units", "phase"), ("phase_convention",)]),
+    "unit": ({"heading": "height,amplitude_nm,phase_deg"}, [("units", "height")]),
+    "volts": ({"heading": "height_nm,amplitude_V,phase_deg"}, [("read", "sensitivity")]),
+    "two columns": ({"heading": "height_nm,amplitude_nm,amplitude_nm"}, [("columns", "amplitude"), ("phase_convention",)]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", ASKED)
+def test_what_a_file_does_not_tell_is_asked(tmp_path, what):
+    how, places = ASKED[what]
+    assert list(asked(csv(**how), folder=tmp_path).asked) == places
+
+
+def test_answers_let_a_file_be_read(tmp_path):
+    data = csv(heading="one,two,three")
+    question = asked(data, folder=tmp_path)
+    told = {
+        "columns": {"height": "one", "amplitude": "two", "phase": "three"},
+        "units": {"height": "nm", "amplitude": "nm"},
+    }
+    answers = [{"height": "one", "amplitude": "two", "phase": "three"}.get(place[-1], "lag") if place[0] != "units"
+               else {"phase": "deg"}.get(place[-1], "nm") for place in question.asked]  # fmt: skip
+    settings = measured.with_answers({}, list(question.asked), answers)
+    told["units"]["phase"] = "deg"
+    assert settings == told | LAG
+    curve = measured.curve_from(data, "curve.csv", settings, CASE, tmp_path)
+    assert np.allclose(curve["amplitude"], measured_curve.numbers()[1], atol=1e-14)
+
+
+def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path):
+    lines = csv().decode().splitlines()
+    near = "\n".join([lines[0], *lines[60:], ""]).encode()
+    question = asked(near, LAG, folder=tmp_path)
+    assert {place[:2] for place in question.asked} == {
+        ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
+    settings = measured.with_answers(LAG, list(question.asked), ["20 nm", "90 deg", "30 pm", "0.2 deg"])
+    assert measured.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
+
+
+def test_what_is_no_curve_is_refused_by_its_name(tmp_path):
+    with pytest.raises(df.ResultError, match=r"^notes\.csv holds no table") as refused:
+        measured.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
+    assert not isinstance(refused.value, measured.Question)
+    assert not list(tmp_path.glob("upload-*"))
+
+
+def beside(shift=0.0, turn=0.0, fit=None):
+    return overlay.Beside(df.calibrate(raw(), CASE), shift, turn, fit)
+
+
+def test_points_lie_where_they_were_measured_and_move_with_their_shift():
+    drawn = picture([Layer(df.run(CASE))], USUAL)
+    figure = overlay.with_measured(drawn, USUAL, beside(shift=1.5e-9, turn=2.0)).figure
+    first = figure["data"][0]  # under the lines
+    curve = beside().curve
+    assert first["meta"] == "measured amplitude"
+    assert np.allclose(numbers(first["x"]), 1e9 * curve["height"].values + 1.5)
+    assert np.allclose(of(figure, "measured amplitude")[0], 1e9 * curve["amplitude"].values)
+    assert np.allclose(of(figure, "measured phase")[0], curve["phase"].values - 2.0)
+
+
+def test_a_click_finds_its_line_although_points_lie_under_it():
+    drawn = picture([Layer(df.run(CASE))], USUAL)
+    more = overlay.with_measured(drawn, USUAL, beside())
+    assert len(more.traces) == len(more.figure["data"])
+    assert [trace["meta"] for trace, what in zip(more.figure["data"], more.traces, strict=True) if what is not None] == [
+        trace["meta"] for trace, what in zip(drawn.figure["data"], drawn.traces, strict=True) if what is not None]  # fmt: skip
+
+
+@pytest.mark.parametrize("wanted", [Picture("zc", ("peak_force",)), Picture("peak_force", ("max_indentation",))])
+def test_a_picture_of_what_was_not_measured_stays_as_it_is(wanted):
+    drawn = picture([Layer(df.run(CASE))], wanted)
+    assert overlay.with_measured(drawn, wanted, beside()) is drawn
+
+
+async def dropped(page, data=None, name="curve.csv"):
+    """Drop a file whose phases are known."""
+    page.view.edit(page.view.document.put(("data",), LAG))
+    await page.files.open(csv() if data is None else data, name)
+    await until(lambda: page.view.session.bench.curve is not None)
+
+
+def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            session = page.view.session
+            await dropped(page)
+            figure = show(page, df.run(CASE))
+            assert len(of(figure, "measured amplitude")) == 1
+            assert page.view.document.case().data.file == "curve.csv"
+            again = Session(session.store, tmp_path)
+            session._write()
+            again = Session(session.store, tmp_path)
+            await again.bench.load(again.document)
+            assert again.bench.curve.identical(session.bench.curve)
+            send(element(user, Panel), "remove")
+            await until(lambda: session.document.measured is None and session.bench.curve is None)
+            assert session.bench.shelf.names() == []
+            assert of(show(page, df.run(CASE)), "measured amplitude") == []
+
+    asyncio.run(flow())
+
+
+def test_a_second_curve_takes_the_place_of_the_first(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            await dropped(page)
+            await dropped(page, csv(points=80), "second.csv")
+            session = page.view.session
+            await until(lambda: session.bench.curve.sizes["point"] == 80)
+            assert session.document.measured.name == "second.csv"
+            assert session.bench.shelf.names() == [session.document.measured.id]
+
+    asyncio.run(flow())
+
+
+def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open(csv(), "curve.csv")
+            form = element(user, SaveForm)
+            assert "sign of the phases" in form.props["why"] and "phase_convention" not in form.props["why"]
+            assert page.view.document.measured is None
+            send(form, "save", ["lead"])
+            await until(lambda: page.view.document.measured is not None)
+            assert page.view.document.measured.settings == {"phase_convention": "lead"}
+
+    asyncio.run(flow())
+
+
+def test_a_curve_is_calibrated_anew_for_another_instrument(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            await dropped(page)
+            before = page.view.session.bench.curve.attrs["k"]
+            page.view.edit(page.view.document.put(("cantilever", "k"), "3 N/m"))
+            await page.view.draw()
+            assert before != page.view.session.bench.curve.attrs["k"] == 3.0
+
+    asyncio.run(flow())
+
+
+def test_a_project_holds_the_measured_curve_with_its_shift_and_fit(tmp_path):
+    async def flow():
+        async with window(tmp_path / "one", live=False) as (_, page):
+            session = page.view.session
+            await dropped(page)
+            page.plots.measured._change(shift=0.4e-9)
+            fit = fitted_curves.result().assign_attrs(session.bench.curve.attrs, **fitted_curves.result().attrs)
+            session.look(await session.bench.keep_fit(session.document, fit))
+            data = project.packed(session.document, session.shelf, session.bench.shelf)
+        async with window(tmp_path / "two", live=False) as (_, page):
+            await page.files.open(data)
+            session = page.view.session
+            await session.bench.load(session.document)
+            assert session.document.measured.shift == 0.4e-9
+            assert session.bench.curve.sizes["point"] == 120
+            assert session.bench.fit.attrs["chi2"] == fitted_curves.result().attrs["chi2"]
+
+    asyncio.run(flow())
+
+
+def test_a_project_with_settings_of_no_reader_says_so_and_draws_no_curve(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            await dropped(page)
+            page.plots.measured._change(settings={"calibrate": {"evil": "1"}})
+            await page.view.draw()
+            assert page.view.session.bench.curve is None
+            assert "no setting 'evil'" in page.view.session.bench.wrong
+
+    asyncio.run(flow())
+
+
+def test_the_experiment_matches_a_curve():
+    document = matched(Document.of(CASE), beside().curve, 0.5e-9)
+    case = document.case()
+    zc = case.experiment.distances()
+    assert np.isclose(zc.max(), 40.5e-9) and np.isclose(zc.min(), 5.5e-9)
+    assert np.isclose(case.drive.A0, 20e-9, rtol=1e-3)
+
+
+def stiff(tmp_path):
+    """Return a session at the stiff sample's case beside the true one, with the shipped curve."""
+    session = Session({}, tmp_path)
+    case = fitted_curves.case_of("stiff").replace("sample.youngs_modulus", 1.9e9)
+    fit = {"free": ["sample.youngs_modulus"], "search": False}
+    document = Document.of(case).put(("fit",), fit)
+    session.document = document.put(("experiment",), {"kind": "approach", "zc": ["34 nm", "20 nm"]})
+    return session
+
+
+def test_a_fit_is_made_told_and_taken_over(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            session, panel = page.view.session, element(user, Panel)
+            await dropped(page, data, "stiff.csv")
+            page.plots.measured.show()
+            rows = {row["name"]: row for row in panel.props["rows"]}
+            assert [name for name, row in rows.items() if row["free"]] == ["sample.youngs_modulus"]
+            send(panel, "fit")
+            await until(lambda: session.bench.fit is not None, 60.0)
+            fit = session.bench.fit
+            value, error = (float(fit[name].sel(parameter="sample.youngs_modulus")) for name in ("value", "error"))
+            assert abs(value - 2e9) < 3.0 * error
+            page.plots.measured.show()
+            assert "±" in {row["name"]: row for row in panel.props["rows"]}["sample.youngs_modulus"]["found"]
+            assert not panel.props["stale"]
+            figure = show(page, df.run(page.view.document.case()))
+            used = fit["used"].values
+            assert np.allclose(of(figure, "residual phase")[0], fit["phase_residual"].values[used, 0])
+            send(panel, "take")
+            assert np.isclose(page.view.document.case().sample.youngs_modulus, value, rtol=1e-5)
+            assert page.view.document.measured.shift == float(fit["value"].sel(parameter="zc_offset"))
+            page.plots.measured.show()
+            assert not panel.props["stale"]
+            # with what was taken over the model passes through the measured points
+            best = df.Case.from_toml(fit.attrs["case"]).experiment
+            model = df.run(page.view.document.case().replace(experiment=best)).sel(direction="retract")
+            turned = session.bench.curve["phase"].values - page.view.document.measured.turn
+            near = np.flatnonzero((session.bench.curve["branch"].values == -1) & used)
+            zc = session.bench.curve["height"].values + page.view.document.measured.shift
+            order = np.argsort(model["zc"].values)
+            told = np.interp(zc[near], model["zc"].values[order], np.ravel(model["phase"].values)[order])
+            assert abs(np.mean(turned[near] - told)) < 4.0 * 0.3 / np.sqrt(len(near))
+            page.view.edit(page.view.document.put(("cantilever", "k"), "3 N/m"))
+            page.plots.measured.show()
+            assert panel.props["stale"]
+
+    asyncio.run(flow())
+
+
+def test_a_fit_that_is_stopped_keeps_the_best_so_far(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        session = stiff(tmp_path)
+        session.document = session.document.put(("fit", "search"), True)
+        async with window(tmp_path, session, live=False) as (user, page):
+            await dropped(page, data, "stiff.csv")
+            running = asyncio.create_task(session.fit(page.view.document))
+            await until(lambda: session.fitting is not None and session.fitting.done > 0, 60.0)
+            send(element(user, Panel), "stop")
+            await asyncio.wait_for(running, 60.0)
+            assert session.bench.fit is None or session.bench.fit.attrs["interrupted"]
+            await session.bench.load(session.document)
+            assert session.bench.fit.attrs["interrupted"]
+            page.plots.measured.show()
+            assert "stopped" in element(user, Panel).props["summary"]
+
+    asyncio.run(flow())
+
+
+def test_what_cannot_be_known_is_said_beside_its_row():
+    fit = fitted_curves.result()
+    name = str(fit["parameter"].values[0])
+    assert fitting.note(fit.assign(seen=fit["seen"].copy(data=[False, True])), name) == fitting.NOT_SEEN
+    endless = fit.assign(error=fit["error"].copy(data=[np.inf, 1e-11])).assign_attrs(products=f"{name} x tip.radius")
+    assert fitting.note(endless, name) == f"Only a product is known: {name} x tip.radius"
+    assert (fitting.found(endless, name), "±" in fitting.found(fit, name)) == ("", True)
+
+
+def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            await dropped(page, data, "stiff.csv")
+            panel = element(user, Panel)
+            send(panel, "free", {"name": "tip.radius", "free": True})
+            send(panel, "fit")
+            await until(lambda: page.view.session.fitting is not None and not page.view.session.fitting.busy)
+            page.plots.measured.show()
+            notes = {row["name"]: row["note"] for row in panel.props["rows"]}
+            assert "product" in notes["tip.radius"] or "tip" in notes["tip.radius"].lower()
+            assert notes["tip.radius"] and page.view.session.bench.fit is None
+
+    asyncio.run(flow())
+
+
+def test_a_case_that_is_saved_says_how_its_curve_is_read(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            await dropped(page)
+            text = page.view.document.case().to_toml()
+            (tmp_path / "curve.csv").write_bytes(csv())
+            (tmp_path / "case.toml").write_text(text)
+            case = df.load_case(tmp_path / "case.toml")
+            from dforce.inverse.fitting.load import measured_curve as loaded
+
+            assert loaded(case, None).sizes["point"] == 120
+
+    asyncio.run(flow())
+
+
+def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
+    case = fitted_curves.case_of("stiff")
+    fit = df.fit(case, fitted_curves.data_of("stiff"), free=["sample.youngs_modulus"], search=False)
+    data = written(lambda path: df.write(fit, path), ".nc")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open(data, "fit.nc")
+            session = page.view.session
+            await session.bench.load(session.document)
+            assert session.bench.curve.sizes["point"] == fit.sizes["point"]
+            page.plots.measured.show()
+            panel = element(user, Panel)
+            assert not panel.props["stale"] and panel.props["report"] == df.fit_report(fit)
+            send(panel, "take")
+            value = float(fit["value"].sel(parameter="sample.youngs_modulus"))
+            assert page.view.document.case().sample.youngs_modulus == pytest.approx(value, rel=1e-5)
+
+    asyncio.run(flow())
+
+
+def test_a_measured_curve_as_dforce_wrote_it_is_opened(tmp_path):
+    data = written(lambda path: df.write(df.calibrate(raw(), CASE), path), ".nc")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            await page.files.open(data, "curve.nc")
+            await page.view.session.bench.load(page.view.document)
+            assert page.view.session.bench.curve.sizes["point"] == 120
+
+    asyncio.run(flow())
+
+
+def grouped(folder, change=lambda file: None):
+    """Return the bytes of an HDF5 file with a curve in a group, as instruments write them."""
+    path = folder / "grouped.h5"
+    with h5py.File(path, "w") as file:
+        group = file.create_group("curve")
+        for name, values, unit in zip(("height", "amplitude", "phase"), measured_curve.numbers(), "mm°", strict=True):
+            group.create_dataset(name, data=values).attrs["units"] = unit
+        change(file)
+    return path.read_bytes()
+
+
+def test_a_curve_in_a_group_of_an_hdf5_file_is_read(tmp_path):
+    curve = measured.curve_from(grouped(tmp_path), "curve.h5", LAG, CASE, tmp_path / "there")
+    assert np.allclose(curve["amplitude"], measured_curve.numbers()[1])
+
+
+@pytest.mark.parametrize(
+    "link", [h5py.ExternalLink("/etc/passwd", "/x"), h5py.SoftLink("/curve")], ids=["to a file", "to a group"]
+)
+def test_a_measured_file_that_points_elsewhere_is_not_read(tmp_path, link):
+    data = grouped(tmp_path, lambda file: file["curve"].__setitem__("more", link))
+    with pytest.raises(df.ResultError, match="points to other"):
+        measured.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there")
+
+
+def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(measured, "MOST_BYTES", 100)
+    with pytest.raises(df.ResultError, match="more than a curve"):
+        measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
