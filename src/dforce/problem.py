@@ -170,9 +170,7 @@ class Problem:
         force = self.drive.copy()
         for j, tone in enumerate(self.tones):
             if self.base[j]:
-                mode = self.modes[tone.mode]
-                r = tone.frequency / mode.f0
-                force[j, tone.mode] += mode.k * complex((1.0 - r) * (1.0 + r), r / mode.Q) * self.base[j]
+                force[j, tone.mode] += self.modes[tone.mode].stiffness(tone.frequency) * self.base[j]
         force.flags.writeable = False
         return force
 
@@ -180,6 +178,19 @@ class Problem:
     def lagging(self) -> bool:
         """Whether :attr:`tip_drive` may have imaginary parts."""
         return self.shaken is not None or any(tone.lag != 0.0 for tone in self.tones)
+
+    @property
+    def late_fluid(self) -> int:
+        """Number of states of each mode that say how the fluid follows; 0 where it has no memory."""
+        memory = self.modes[0].memory
+        return 0 if memory is None else len(memory.rates)
+
+    def refuse_late_fluid(self, what: str) -> None:
+        """Raise :class:`ParameterError` where the fluid has memory, which something does without."""
+        if self.late_fluid:
+            raise ParameterError(
+                f'{what} takes the load of the fluid as a mass and a damping; write cantilever.beam.fluid = "constant"'
+            )
 
     @property
     def own_modes(self) -> list[int]:
@@ -198,9 +209,7 @@ class Problem:
         motion = np.empty((len(self.tones), len(self.modes)), dtype=complex)
         for j, tone in enumerate(self.tones):
             for n, mode in enumerate(self.modes):
-                r = tone.frequency / mode.f0
-                response = 1.0 / (mode.k * complex(1.0 - r * r, r / mode.Q))
-                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) * response
+                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) / mode.stiffness(tone.frequency)
         motion.flags.writeable = False
         return motion
 

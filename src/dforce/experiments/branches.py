@@ -231,7 +231,10 @@ class Branches(Experiment):
         data = table.dataset()
         if orbits:
             bases = [base_of(problem) * scales_of(problem) for problem in problems]
-            kept = [rows_of(orbit.kept, np.ones(1), base) for (_, orbit), base in zip(orbits, bases, strict=True)]
+            kept = [
+                rows_of(orbit.kept, np.ones(1), base, among.problem)
+                for (_, orbit), base in zip(orbits, bases, strict=True)
+            ]
             rows = np.concatenate(kept)
             data = with_motions(data, ("point",), rows, among.problem)
         unstable = UnstableStates(curves, among)

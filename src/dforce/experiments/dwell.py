@@ -93,7 +93,7 @@ class Dwell(Experiment):
                 )
             motion = record_traces(data, integrator, motion, count)
             data = with_motions(
-                data, (), rows_of(States.of(found.motion), scales_of(problem), base_of(problem))[0], problem
+                data, (), rows_of(States.of(found.motion), scales_of(problem), base_of(problem), problem)[0], problem
             )
             record_spectrum(data, integrator, motion, self.recorded_periods)
         progress(1, 1, "")

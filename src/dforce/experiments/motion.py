@@ -24,8 +24,10 @@ COMPONENT = "component"
 
 def scales_of(problem: Problem) -> Array:
     """Return the units (m, m/s) of the numbers of a scaled motion: deflection and velocity of one mode after the other."""
+    from dforce.kernel import units_of
+
     tone = problem.tones[0]
-    return np.tile([tone.A0, tone.A0 * 2.0 * math.pi * tone.frequency], len(problem.modes))
+    return units_of(problem, tone.A0, tone.A0 * 2.0 * math.pi * tone.frequency)
 
 
 def base_of(problem: Problem) -> Array:
@@ -35,10 +37,13 @@ def base_of(problem: Problem) -> Array:
     return base_in_motion(problem, tone_table(problem))
 
 
-def rows_of(states: States, scales: Array, base: Array) -> Array:
-    """Return scaled states as rows in SI: all deflections, all velocities, then memory and branches of the forces."""
-    x = (states.x - base) * scales
-    return np.concatenate([x[..., ::2], x[..., 1::2], states.memory, states.branch], axis=-1)
+def rows_of(states: States, scales: Array, base: Array, problem: Problem) -> Array:
+    """Return scaled states of problems like one as rows in SI.
+
+    They are all deflections, all velocities, the fluid's memory, then memory and branches of the forces.
+    """
+    x, moves = (states.x - base) * scales, 2 * len(problem.modes)
+    return np.concatenate([x[..., :moves:2], x[..., 1:moves:2], x[..., moves:], states.memory, states.branch], axis=-1)
 
 
 def split_rows(rows: Array, problem: Problem) -> States:
@@ -46,8 +51,11 @@ def split_rows(rows: Array, problem: Problem) -> States:
     from dforce.solvers.block import States
 
     modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
-    z, v, kept, branch = np.split(rows, [modes, 2 * modes, 2 * modes + memory], axis=-1)
-    return States(np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes), kept, branch)
+    late = modes * problem.late_fluid
+    places = np.cumsum([modes, modes, late, memory])
+    z, v, fluid, kept, branch = np.split(rows, places, axis=-1)
+    moves = np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes)
+    return States(np.concatenate([moves, fluid], axis=-1), kept, branch)
 
 
 def states_of(rows: Array, problem: Problem, scales: Array, base: Array) -> States:
@@ -62,7 +70,10 @@ def components(problem: Problem) -> dict[str, Any]:
     """Return the coordinates that name the numbers of a row and give their units."""
     modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
     branches = sum(force.switch is not None for force in problem.forces)
-    counts = {"z": (modes, "m"), "v": (modes, "m/s"), "memory": (memory, "SI"), "branch": (branches, "1")}
+    late = modes * problem.late_fluid
+    counts = {
+        "z": (modes, "m"), "v": (modes, "m/s"), "fluid": (late, "m/s"), "memory": (memory, "SI"), "branch": (branches, "1")
+    }  # fmt: skip
     names = [f"{name}_{number + 1}" for name, (count, _) in counts.items() for number in range(count)]
     units = [unit for count, unit in counts.values() for _ in range(count)]
     return {COMPONENT: (COMPONENT, names), "component_units": (COMPONENT, units)}
@@ -73,7 +84,7 @@ def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
     which = np.arange(len(values))[:, None]
     scales, base = block.scales_of(which, values), block.base_of(which, values)
     cycles = np.where(points.cycles > 0, points.cycles * float(block.common), np.nan)
-    return {MOTION: rows_of(points.states, scales, base), REPEATS: cycles}
+    return {MOTION: rows_of(points.states, scales, base, block.lot.example), REPEATS: cycles}
 
 
 def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:

@@ -71,12 +71,14 @@ class Table:
         self.shape = tuple(len(coords[dim]) for dim in dims)
         self.status = np.full(self.shape, Status.NOT_COMPUTED, dtype=np.int8)
         self.arrays: dict[str, np.ndarray[Any, Any]] = {}
+        from dforce.kernel import size_of
+
         modes, tones = len(problem.modes), len(problem.tones)
         self.inner = {
             "tone": tones,
             "mode": modes,
             "harmonic": harmonics if tones == 1 else 0,
-            "multiplier": 2 * modes,
+            "multiplier": size_of(problem),
         }
 
     def put(self, place: tuple[int, ...], found: Steady, problem: Problem) -> None:

@@ -41,15 +41,22 @@ class BaseMotion:
     def couplings(self, mode: ModeNumbers) -> tuple[float, float]:
         r"""Return what mass and drag of a mode take from the base, :math:`\chi (1 - s\mu)` and :math:`\chi (1 - s)`."""
         s = self.fluid_follows
-        return mode.base_coupling * (1.0 - s * (mode.added_mass or 0.0)), mode.base_coupling * (1.0 - s)
+        share = mode.added_mass if mode.memory is None else mode.memory.added_mass
+        return mode.base_coupling * (1.0 - s * (share or 0.0)), mode.base_coupling * (1.0 - s)
 
     def force(self, mode: ModeNumbers, frequency: float) -> complex:
         r"""Return the modal force (N/m) for each meter that the base moves at a frequency (Hz).
 
         .. math:: \hat F / Y = k \chi \left[ r^2 (1 - s\mu) - i (1 - s)\, r / Q \right], \qquad r = \omega / \omega_0
+
+        and with the fluid's memory in the same way, by its drag.
         """
-        r, (mass, drag) = frequency / mode.f0, self.couplings(mode)
-        return mode.k * complex(r * r * mass, -drag * r / mode.Q)
+        mass, drag = self.couplings(mode)
+        if mode.memory is None:
+            r = frequency / mode.f0
+            return mode.k * complex(r * r * mass, -drag * r / mode.Q)
+        r = frequency / mode.memory.frequency
+        return complex(mode.k * (r * r * mass - drag * mode.memory.drag(frequency)))
 
 
 def peak_ratio(mode: ModeNumbers, base: BaseMotion | None, path: str) -> float:
@@ -63,6 +70,8 @@ def peak_ratio(mode: ModeNumbers, base: BaseMotion | None, path: str) -> float:
     ParameterError
         When the response falls from low frequencies on, or rises without end.
     """
+    if mode.memory is not None:
+        return _peak_with_memory(mode, base, path)
     mass, drag = base.couplings(mode) if base is not None else (0.0, 0.0)
     n0, n1, n2 = (1.0 if base is None else 0.0), (drag / mode.Q) ** 2, mass**2
     linear = 1.0 / mode.Q**2 - 2.0
@@ -76,3 +85,22 @@ def peak_ratio(mode: ModeNumbers, base: BaseMotion | None, path: str) -> float:
     if not peaks:
         raise ParameterError(f"{path} = 'peak', but the free response of the mode has no peak at Q = {mode.Q:.4g}")
     return math.sqrt(peaks[0])
+
+
+def _peak_with_memory(mode: ModeNumbers, base: BaseMotion | None, path: str) -> float:
+    """Return the same for a mode whose fluid has memory: the largest response that is no end of the range it is known in."""
+    import numpy as np
+    from scipy.optimize import minimize_scalar
+
+    def response(ratio: float) -> float:
+        push = 1.0 if base is None else abs(base.force(mode, ratio * mode.f0)) / mode.k
+        return float(push * mode.k / abs(mode.stiffness(ratio * mode.f0)))
+
+    ratios = np.geomspace(0.1, 3.0, 200)
+    heights = np.array([response(float(ratio)) for ratio in ratios])
+    top = int(heights.argmax())
+    if top in (0, len(ratios) - 1):
+        raise ParameterError(f"{path} = 'peak', but the free response of the mode has no peak at Q = {mode.Q:.4g}")
+    bounds = (float(ratios[top - 1]), float(ratios[top + 1]))
+    found = minimize_scalar(lambda ratio: -response(ratio), bounds=bounds, method="bounded", options={"xatol": 1e-9})
+    return float(found.x)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, Self
@@ -66,8 +65,7 @@ def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
 
     which is :math:`k A_0 / Q` at resonance.
     """
-    r = frequency / mode.f0
-    return mode.k * A0 * math.hypot((1.0 - r) * (1.0 + r), r / mode.Q)
+    return float(A0 * abs(mode.stiffness(frequency)))
 
 
 class Tone(Parameters):
@@ -219,8 +217,7 @@ def _tone(
         force = drive_force(mode, A0 / abs(seen), frequency)
         return ToneNumbers(frequency, given.phase, A0, number - 1, force, given.lag)
     push = base.force(mode, frequency)  # N per meter of the base
-    r = frequency / mode.f0
-    response = abs(seen * push / (mode.k * complex((1.0 - r) * (1.0 + r), r / mode.Q)) + readout.sees_base)
+    response = abs(seen * push / mode.stiffness(frequency) + readout.sees_base)
     if response * FARTHEST < 1.0:
         raise ParameterError(
             f"{path}: the base cannot drive mode {number} at {frequency:.6g} Hz; it would have to move by more than "

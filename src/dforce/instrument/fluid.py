@@ -124,6 +124,12 @@ def near_wall(reynolds: float, gap: float) -> complex:
     return far + (close - far) * (MOST_GAP / gap) ** 2
 
 
+def known_near_wall(width: float, density: float, viscosity: float) -> tuple[float, float]:
+    """Return between which frequencies (Hz) the flow at a wall is known."""
+    at_one = beam.reynolds_number(1.0, width, density, viscosity)
+    return LEAST_RE / at_one * (1.0 + 1e-12), MOST_RE / at_one * (1.0 - 1e-12)
+
+
 class Wall(NamedTuple):
     """A wall below the lever: distance to its end (m), tilt (rad), and the lever's length (m)."""
 
@@ -132,14 +138,41 @@ class Wall(NamedTuple):
     length: float
 
 
+def free_flow(width: float, density: float, viscosity: float) -> Callable[[float], complex]:
+    """Return the function that gives Γ of a beam far from any wall at a frequency (Hz)."""
+
+    def gamma(frequency: float) -> complex:
+        return beam.hydrodynamic_function(beam.reynolds_number(frequency, width, density, viscosity))
+
+    return gamma
+
+
+def wall_flow(n: int, width: float, density: float, viscosity: float, wall: Wall) -> Callable[[float], complex]:
+    r"""Return the function that gives the mean Γ of mode `n` (from 1) of a beam over a wall at a frequency (Hz).
+
+    The mean along the lever, with the square of the mode's shape, at the gap :math:`g(x) = h + (L - x) \sin\alpha` of each
+    place (strip theory).
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(STATIONS)
+    places = 0.5 * (nodes + 1.0)
+    shares = weights * beam.shape(n, places) ** 2
+    shares /= shares.sum()
+    gaps = (wall.height + (1.0 - places) * wall.length * math.sin(wall.tilt)) / width
+
+    def gamma(frequency: float) -> complex:
+        reynolds = beam.reynolds_number(frequency, width, density, viscosity)
+        return complex(sum(share * near_wall(reynolds, float(gap)) for share, gap in zip(shares, gaps, strict=True)))
+
+    return gamma
+
+
 def mode_near_wall(
     n: int, vacuum_frequency: float, beam_density: float, width: float, thickness: float, density: float, viscosity: float,
     wall: Wall,
 ) -> beam.FluidMode:  # fmt: skip
     r"""Return frequency (Hz), Q and added mass of mode `n` (from 1) of a beam over a wall.
 
-    As :func:`dforce.instrument.beam.fluid_mode`, with :math:`\Gamma` averaged along the lever with the square of the mode's
-    shape, at the gap :math:`g(x) = h + (L - x) \sin\alpha` of each place (strip theory).
+    As :func:`dforce.instrument.beam.fluid_mode`, with the :math:`\Gamma` of :func:`wall_flow`.
 
     Raises
     ------
@@ -147,15 +180,10 @@ def mode_near_wall(
         When no frequency satisfies the equation, or Re or gap leave what is known.
     """
     load = math.pi * density * width / (4.0 * beam_density * thickness)
-    nodes, weights = np.polynomial.legendre.leggauss(STATIONS)
-    places = 0.5 * (nodes + 1.0)
-    shares = weights * beam.shape(n, places) ** 2
-    shares /= shares.sum()
-    gaps = (wall.height + (1.0 - places) * wall.length * math.sin(wall.tilt)) / width
+    flow = wall_flow(n, width, density, viscosity, wall)
     frequency = vacuum_frequency
     for _ in range(beam.ITERATIONS):
-        reynolds = beam.reynolds_number(frequency, width, density, viscosity)
-        gamma = complex(sum(share * near_wall(reynolds, float(gap)) for share, gap in zip(shares, gaps, strict=True)))
+        gamma = flow(frequency)
         before, frequency = frequency, vacuum_frequency / math.sqrt(1.0 + load * gamma.real)
         if abs(frequency - before) <= 1e-13 * frequency:
             fluid = load * gamma.real

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 import pydantic
 
@@ -13,6 +15,8 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import folder
 from dforce.core.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
 from dforce.instrument import beam, fluid
+from dforce.instrument.fluid import Wall
+from dforce.instrument.history import FluidMemory, band, fluid_memory
 from dforce.instrument.medium import Medium
 from dforce.library.cantilevers import cantilevers, own_cantilevers
 
@@ -32,6 +36,8 @@ class ModeNumbers:
         How strongly a base that moves drives it; 1 for a point mass.
     added_mass
         Share of the fluid in its mass; None where it is not known.
+    memory
+        The fluid's load in time; None where it is a mass and a damping. With it f0 and Q are those of the resonance.
     """
 
     f0: float
@@ -39,6 +45,24 @@ class ModeNumbers:
     Q: float
     base_coupling: float = 1.0
     added_mass: float | None = None
+    memory: FluidMemory | None = None
+
+    @property
+    def oscillator(self) -> tuple[float, float]:
+        """Frequency (Hz) and Q of the equation of motion; with the fluid's memory those of what follows at once."""
+        return (self.f0, self.Q) if self.memory is None else (self.memory.frequency, self.memory.Q)
+
+    def stiffness(self, frequency: Any) -> Any:
+        r"""Return the force over the deflection (N/m) at frequencies (Hz), where both go as :math:`e^{i \omega t}`.
+
+        .. math:: k (1 - r^2 + i r / Q), \qquad r = \omega / \omega_0
+
+        or with the fluid's memory what :meth:`dforce.instrument.history.FluidMemory.stiffness` says.
+        """
+        if self.memory is not None:
+            return self.k * self.memory.stiffness(frequency)
+        r = frequency / self.f0
+        return self.k * ((1.0 - r) * (1.0 + r) + 1j * r / self.Q)
 
 
 class Mode(Parameters):
@@ -95,6 +119,12 @@ class Beam(Parameters):
         doc="height of the tip: how far the lever's end is above the sample, whose fluid then damps it more; left out: far",
     )  # fmt: skip
     tilt: MaybeNumber = TILT
+    fluid: Literal["constant", "history"] = pydantic.Field(
+        default="constant",
+        title="Load of the fluid",
+        description="constant: a mass and a damping, those at each mode's resonance; history: as it depends on the frequency, "
+        "by a memory of the motion",
+    )
     Q: Numbers = param(
         (), unit="1", symbol="Q", above=0.5, high=1e9,
         doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
@@ -111,6 +141,10 @@ class Beam(Parameters):
             raise ParameterError(
                 f"cantilever.beam.Q has {len(self.Q)} values for {self.modes} modes; give one for each"
             )
+        if self.Q and self.fluid == "history":
+            raise ParameterError(
+                'cantilever.beam has both Q and fluid = "history", from which Q follows; give only one of them'
+            )
         return self
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
@@ -121,10 +155,26 @@ class Beam(Parameters):
         ParameterError
             When Q is not given and the medium does not tell it.
         """
-        return tuple(self._mode(n, medium) for n in range(1, self.modes + 1))
+        if self.fluid == "history" and not (medium.density and medium.viscosity):
+            raise ParameterError(
+                'cantilever.beam.fluid = "history" needs a fluid with density and viscosity; write medium = "water"'
+            )
+        found = tuple(self._mode(n, medium) for n in range(1, self.modes + 1))
+        if self.fluid == "history":
+            low, high = band([mode.f0 for mode in found])
+            if self.tip_height is not None:  # the flow near a wall is known within limits
+                known = fluid.known_near_wall(self.width, medium.needed("density"), medium.needed("viscosity"))
+                low, high = max(low, known[0]), min(high, known[1])
+            found = tuple(self._remembering(n, mode, medium, low, high) for n, mode in enumerate(found, start=1))
+        for n, mode in enumerate(found, start=1):
+            if mode.Q <= 0.5:
+                raise ParameterError(
+                    f"mode {n} of cantilever.beam has Q = {mode.Q:.3g} in this medium; it must be above 0.5"
+                )
+        return found
 
     def _mode(self, n: int, medium: Medium) -> ModeNumbers:
-        free = beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
+        free = self._in_vacuum(n)
         f0, Q, added_mass = free.frequency, self.Q[n - 1] if self.Q else math.nan, 0.0
         if medium.density and medium.viscosity:
             wet = self._wet(n, free.frequency, medium.density, medium.viscosity)
@@ -132,19 +182,45 @@ class Beam(Parameters):
         elif not self.Q:
             why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
             raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
-        if Q <= 0.5:
-            raise ParameterError(f"mode {n} of cantilever.beam has Q = {Q:.3g} in this medium; it must be above 0.5")
         return ModeNumbers(f0, free.stiffness * normal_factor(self.tilt), Q, beam.base_coupling(n), added_mass)
+
+    def _in_vacuum(self, n: int) -> beam.BeamMode:
+        return beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
+
+    @property
+    def _wall(self) -> Wall | None:
+        return None if self.tip_height is None else Wall(self.tip_height, self.tilt or 0.0, self.length)
 
     def _wet(self, n: int, frequency: float, density: float, viscosity: float) -> beam.FluidMode:
         """Return a mode in a fluid, whose frequency in vacuum is known (Hz); over the sample if the tip's height is given."""
         numbers = (frequency, self.density, self.width, self.thickness, density, viscosity)
-        if self.tip_height is None:
+        if self._wall is None:
             return beam.fluid_mode(*numbers)
         try:
-            return fluid.mode_near_wall(n, *numbers, fluid.Wall(self.tip_height, self.tilt or 0.0, self.length))
+            return fluid.mode_near_wall(n, *numbers, self._wall)
         except ParameterError as error:
             raise ParameterError(f"mode {n} of cantilever.beam at tip_height: {error}") from None
+
+    def _remembering(self, n: int, mode: ModeNumbers, medium: Medium, low: float, high: float) -> ModeNumbers:
+        """Return a mode with the fluid's memory between two frequencies (Hz)."""
+        flowing = (self.width, medium.needed("density"), medium.needed("viscosity"))
+        load = math.pi * flowing[1] * self.width / (4.0 * self.density * self.thickness)
+        try:
+            memory = _memory(n, self._in_vacuum(n).frequency, load, flowing, self._wall, low, high)
+            f0, Q = memory.resonance()
+        except ParameterError as error:
+            raise ParameterError(f"mode {n} of cantilever.beam with its fluid's history: {error}") from None
+        return dataclasses.replace(mode, f0=f0, Q=Q, memory=memory)
+
+
+@functools.lru_cache(maxsize=256)
+def _memory(
+    n: int, vacuum_frequency: float, load: float, flowing: tuple[float, float, float], wall: Wall | None, low: float,
+    high: float,
+) -> FluidMemory:  # fmt: skip
+    """Return the fluid's memory on a mode; `flowing` are width (m), density and viscosity."""
+    gamma = fluid.free_flow(*flowing) if wall is None else fluid.wall_flow(n, *flowing, wall)
+    return fluid_memory(vacuum_frequency, load, gamma, low, high)
 
 
 class Cantilever(Parameters):

@@ -15,7 +15,7 @@ from dforce.kernel.vocabulary import (
     drive_between,
     force,
     lane_drive,
-    mode_count,
+    motion_size,
     parameters_of,
     put_column,
     rate_of,
@@ -33,12 +33,12 @@ AT_BEGIN, AT_END, SINCE, UNTIL, BEGIN, END, LOW, HIGH, COUNTS, STATES = range(10
 
 def room_of() -> Any:
     """Return scratch for the lanes that are divided together."""
-    return np.zeros((STATES + 8 * mode_count(), LANES))
+    return np.zeros((STATES + 4 * motion_size(), LANES))
 
 
 def copy_columns(motions: Any, first: int, room: Any, place: int) -> None:
     """Copy motions, from the first one on, to a place among the states of the room."""
-    for k in range(2 * mode_count()):
+    for k in range(motion_size()):
         for i in range(room.shape[1]):
             room[STATES + place + k, i] = motions[k, first + i]
 
@@ -48,7 +48,7 @@ def divide_whole(
     room: Any, work: Any,
 ) -> None:  # fmt: skip
     """Divide the steps of lanes that are marked as near a kink, where that is needed, and take those marks away."""
-    size, count = 2 * mode_count(), room.shape[1]
+    size, count = motion_size(), room.shape[1]
     for first in range(0, marks.shape[0], count):
         found = 0
         for i in range(count):
@@ -95,7 +95,7 @@ def divide_lanes(
     numbers: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
 ) -> bool:  # fmt: skip
     """Write where steps, or parts of them, lead in parts; return whether those of any lane count."""
-    size, count, begin, end = 2 * mode_count(), room.shape[1], 0.0, 0.0
+    size, count, begin, end = motion_size(), room.shape[1], 0.0, 0.0
     for i in range(count):
         begin, end = max(begin, room[AT_BEGIN, i]), max(end, room[AT_END, i])
     if begin == 0.0 and end == 0.0:
@@ -112,7 +112,7 @@ def divide_lanes(
 
 def weigh_roots(numbers: Any, kinks: Any, h: float, first: int, room: Any) -> None:
     """Write how much parts count beside roots."""
-    size, count = 2 * mode_count(), room.shape[1]
+    size, count = motion_size(), room.shape[1]
     starts, whole = room[STATES : STATES + size], room[STATES + size : STATES + 2 * size]
     for i in range(count):
         room[SINCE, i], room[UNTIL, i] = REACH, REACH
@@ -135,7 +135,7 @@ def weigh_roots(numbers: Any, kinks: Any, h: float, first: int, room: Any) -> No
 
 def weigh_spikes(numbers: Any, kinks: Any, h: float, tau: float, first: int, room: Any) -> None:
     """Raise how much parts count where the force has a spike at one end."""
-    size, count = 2 * mode_count(), room.shape[1]
+    size, count = motion_size(), room.shape[1]
     starts, whole = room[STATES : STATES + size], room[STATES + size : STATES + 2 * size]
     away = np.full(count, REACH * h)
     for k in range(kinks.shape[0]):
@@ -166,7 +166,7 @@ def add_parts(
     side: int, numbers: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
 ) -> None:  # fmt: skip
     """Add what parts change that start at the beginning, or at the end, to where the steps lead."""
-    size, count = 2 * mode_count(), room.shape[1]
+    size, count = motion_size(), room.shape[1]
     now, ends = room[STATES + 2 * size : STATES + 3 * size], np.zeros((PARTS + 1, count))
     for i in range(count):
         if room[side, i] > 0.0:  # roots take long

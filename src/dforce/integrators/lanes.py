@@ -39,11 +39,15 @@ from dforce.kernel.vocabulary import (
     column,
     distance,
     drive_between,
+    fluid_mean,
+    fluid_size,
+    fluid_slopes,
+    followed,
     force,
     forced,
     free_acceleration,
     lane_drive,
-    mode_count,
+    motion_size,
     parameters_of,
     pushed,
     put_column,
@@ -72,18 +76,30 @@ def smooth_step(
     b1 = free_acceleration(u0, y, p)
     a1 = forced(b1, f, p)
     ya = pushed(middle, 0.5 * h, a1)
+    if fluid_size():
+        q1 = fluid_slopes(y, p)
+        ya = followed(ya, y, 0.5 * h, q1)
     fa = force(distance(middle, p), rate_of(ya, p), t + 0.5 * dt, memory, latched, p)
     b2 = free_acceleration(u1, ya, p)
     a2 = forced(b2, fa, p)
     bend = 0.25 * h * h
     yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
+    if fluid_size():
+        q2 = fluid_slopes(ya, p)
+        yb = followed(yb, y, 0.5 * h, q2)
     db = distance(bent(middle, bend, b1), p) + bend * yielding(p) * f
     a3 = forced(free_acceleration(u1, yb, p), force(db, rate_of(yb, p), t + 0.5 * dt, memory, latched, p), p)
     bend = 0.5 * h * h
     yc = pushed(bent(last, bend, a2), h, a3)
+    if fluid_size():
+        q3 = fluid_slopes(yb, p)
+        yc = followed(yc, y, h, q3)
     dc = distance(bent(last, bend, b2), p) + bend * yielding(p) * fa
     a4 = forced(free_acceleration(u2, yc, p), force(dc, rate_of(yc, p), t + dt, memory, latched, p), p)
-    return arrived(last, h, a1, a2, a3, a4)
+    end = arrived(last, h, a1, a2, a3, a4)
+    if fluid_size():
+        end = followed(end, y, h, fluid_mean(q1, q2, q3, fluid_slopes(yc, p)))
+    return end
 
 
 @by_address(
@@ -104,7 +120,7 @@ def advance_lanes(
     """
     h = TAU / points
     rows, size = block.shape[0], block.shape[2]
-    place = 2 * mode_count()
+    place = motion_size()
     cuts = np.empty((place + SCRATCH, LANES))
     room = room_of()
     for i in range(points):
@@ -154,7 +170,7 @@ def cut_lanes(
     The way is that of `cut_at_kink`, which is left the rest: two kinks in a step, or one where Newton's method does not land.
     No lane depends on those beside it. `cuts` is scratch, a column for each of the lanes.
     """
-    found, size, count = 0, 2 * mode_count(), cuts.shape[1]
+    found, size, count = 0, motion_size(), cuts.shape[1]
     for i in range(count):
         found |= crossed[first + i]
     if found == 0:
@@ -203,7 +219,10 @@ def cut_lanes(
         d = held(distance(landed, p), (limits[0, i], limits[1, i]))
         f = force(d, rate_of(landed, p), t + seconds(at, p), nothing, nothing, p)
         a = forced(free_acceleration(drive_between(u0, u1, u2, at / h), landed, p), f, p)
-        landed = pushed(bent(coasted(landed, back[i]), 0.5 * back[i] * back[i], a), back[i], a)
+        near = landed
+        landed = pushed(bent(coasted(near, back[i]), 0.5 * back[i] * back[i], a), back[i], a)
+        if fluid_size():
+            landed = followed(landed, near, back[i], fluid_slopes(near, p))
         done = abs(back[i]) < CLOSE * h and 0.0 < at + back[i] < h
         done = done and (distance(landed, p) > level[i]) != (distance(y, p) > level[i])
         share[i], passes[i] = at + back[i], passes[i] if done else 0.0
@@ -236,7 +255,7 @@ def divide_part(
     c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
 ) -> None:  # fmt: skip
     """Divide the part of steps before their cut (0) or behind it (2), which leads to `cuts`; the room holds its start."""
-    copy_columns(cuts, 0, room, 2 * mode_count())
+    copy_columns(cuts, 0, room, motion_size())
     for i in range(share.shape[0]):
         room[BEGIN, i], room[END, i] = (0.0, share[i] / h) if side == 0 else (share[i] / h, 1.0)
         room[LOW, i], room[HIGH, i], room[COUNTS, i] = limits[side, i], limits[side + 1, i], passes[i]
@@ -244,8 +263,8 @@ def divide_part(
     weigh_spikes(numbers, kinks, h, tau, first, room)
     if divide_lanes(numbers, drive, c0, c1, c2, h, tau, first, room, work):
         for i in range(share.shape[0]):
-            for k in range(2 * mode_count()):
-                cuts[k, i] = room[STATES + 6 * mode_count() + k, i]
+            for k in range(motion_size()):
+                cuts[k, i] = room[STATES + 3 * motion_size() + k, i]
 
 
 def surround(here: Any, there: Any, numbers: Any, kinks: Any, first: int, limits: Any, level: Any, passes: Any) -> None:

@@ -6,7 +6,17 @@ import math
 from typing import Any
 
 from dforce.kernel.codegen import FIRST_DRIVE
-from dforce.kernel.vocabulary import coasted, distance, force, latch_count, memory_size, mode_count, rate_of, switch
+from dforce.kernel.vocabulary import (
+    coasted,
+    distance,
+    force,
+    latch_count,
+    memory_size,
+    mode_count,
+    motion_size,
+    rate_of,
+    switch,
+)
 from dforce.observables.interpolant import cubic, turning
 
 TAU = 2.0 * math.pi
@@ -53,7 +63,7 @@ def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
 
 def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
     """Write memory, branches and force as part of sample i of a period."""
-    place = 2 * mode_count()
+    place = motion_size()
     for k in range(memory_size()):
         block[i, place + k] = memory[k]
     place += memory_size()

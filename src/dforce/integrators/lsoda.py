@@ -19,9 +19,9 @@ from dforce.kernel.vocabulary import (
     force,
     keep,
     memory_size,
-    mode_count,
     motion,
     motion_of,
+    motion_size,
     rate_of,
 )
 
@@ -31,7 +31,7 @@ LANDED = 1e-10  # how near behind a switch is near enough, relative to the way t
 
 def derivative(tau: float, state: Any, start: float, latched: Any, tones: Any, bases: Any, p: Any) -> Any:
     """Return the rates of change of motion and memory; `start` is the scaled time at which tau is zero."""
-    size = 2 * mode_count()
+    size = motion_size()
     change = np.empty(state.shape[0])
     y = motion_of(state.reshape(1, state.shape[0]), 0)
     d, rate, t = distance(y, p), rate_of(y, p), seconds(start + tau, p)
@@ -44,7 +44,7 @@ def derivative(tau: float, state: Any, start: float, latched: Any, tones: Any, b
 
 def sample(state: Any, t: float, latched: Any, p: Any, block: Any, i: int) -> int:
     """Write a state as sample i of a period; return which latch must switch, or -1."""
-    size = 2 * mode_count()
+    size = motion_size()
     y = motion_of(state.reshape(1, state.shape[0]), 0)
     keep(block, i, y)
     f = force(distance(y, p), rate_of(y, p), t, state[size:], latched, p)

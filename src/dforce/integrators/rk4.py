@@ -33,6 +33,9 @@ from dforce.kernel.vocabulary import (
     distance,
     drive_at,
     drive_between,
+    fluid_size,
+    fluid_slopes,
+    followed,
     force,
     forced,
     free_acceleration,
@@ -92,7 +95,10 @@ def cut_at_kink(
             back, reached = -off * NEAR * h, held(distance(landed, p), limits)
             before = force(reached, rate_of(landed, p), t + seconds(first, p), memory, latched, p)
             a = forced(free_acceleration(uh, landed, p), before, p)
-            landed = pushed(bent(coasted(landed, back), 0.5 * back * back, a), back, a)
+            near = landed
+            landed = pushed(bent(coasted(near, back), 0.5 * back * back, a), back, a)
+            if fluid_size():
+                landed = followed(landed, near, back, fluid_slopes(near, p))
             if passed(y, landed, t, latched, kinks, p) != which:
                 break
             left, between = h - first, t + seconds(first, p)

@@ -26,6 +26,10 @@ from dforce.kernel.vocabulary import (
     distance,
     drive_between,
     evolve,
+    fluid_mean,
+    fluid_size,
+    fluid_slopes,
+    followed,
     force,
     forced,
     free_acceleration,
@@ -62,6 +66,9 @@ def step(
     b1 = free_acceleration(u0, y, p)
     a1 = forced(b1, f, p)
     ya = pushed(middle, 0.5 * h, a1)
+    if fluid_size():
+        q1 = fluid_slopes(y, p)
+        ya = followed(ya, y, 0.5 * h, q1)
     da, ra = held(distance(middle, p), limits), rate_of(ya, p)
     if size:
         evolve(d, rate, t, memory, latched, work[1], p)
@@ -73,6 +80,9 @@ def step(
     a2 = forced(b2, fa, p)
     bend = 0.25 * h * h
     yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
+    if fluid_size():
+        q2 = fluid_slopes(ya, p)
+        yb = followed(yb, y, 0.5 * h, q2)
     db, rb = held(distance(bent(middle, bend, b1), p) + bend * yielding(p) * f, limits), rate_of(yb, p)
     if size:
         for i in range(size):
@@ -81,6 +91,9 @@ def step(
     a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
     bend = 0.5 * h * h
     yc = pushed(bent(last, bend, a2), h, a3)
+    if fluid_size():
+        q3 = fluid_slopes(yb, p)
+        yc = followed(yc, y, h, q3)
     dc, rc = held(distance(bent(last, bend, b2), p) + bend * yielding(p) * fa, limits), rate_of(yc, p)
     if size:
         for i in range(size):
@@ -90,7 +103,10 @@ def step(
     if size:
         for i in range(size):
             stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
-    return arrived(last, h, a1, a2, a3, a4)
+    end = arrived(last, h, a1, a2, a3, a4)
+    if fluid_size():
+        end = followed(end, y, h, fluid_mean(q1, q2, q3, fluid_slopes(yc, p)))
+    return end
 
 
 def whole_step(

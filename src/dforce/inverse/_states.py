@@ -89,7 +89,7 @@ class Solver:
         )  # fmt: skip
         points.zc = found.zc.copy()
         for i, problem in enumerate(problems):
-            points.motions[i] = rows_of(found.states.take([i]), scales_of(problem), base_of(problem))[0]
+            points.motions[i] = rows_of(found.states.take([i]), scales_of(problem), base_of(problem), problem)[0]
         return found
 
     def _states(self, problems: Sequence[Problem], motions: Array) -> Any:

@@ -13,7 +13,17 @@ import numpy as np
 from dforce.core import log
 from dforce.forces import Force
 from dforce.kernel import cache, texts
-from dforce.kernel.codegen import FIRST_DRIVE, OTHERS, compose, compose_solvers, native_types
+from dforce.kernel.codegen import (
+    FIRST_DRIVE,
+    FIRST_MODE,
+    OTHERS,
+    PER_MODE,
+    compose,
+    compose_solvers,
+    motion_size,
+    native_types,
+    parameter_count,
+)
 from dforce.problem import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -44,8 +54,12 @@ def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
     scale = scales(problem)
     numbers = [zc, scale.length, scale.speed, scale.omega, problem.a0]
     for mode in problem.modes:
-        ratio = TWO_PI * mode.f0 / scale.omega
-        numbers += [ratio**2, ratio / mode.Q, ratio**2 / (mode.k * scale.length)]
+        frequency, Q = mode.oscillator
+        ratio = TWO_PI * frequency / scale.omega
+        numbers += [ratio**2, ratio / Q, ratio**2 / (mode.k * scale.length)]
+    for mode in problem.modes:
+        if mode.memory is not None:
+            numbers += [value / scale.omega for value in (*mode.memory.rates, *mode.memory.weights)]
     for force in problem.forces:
         numbers += force.numbers()
     return tuple(map(float, numbers))
@@ -62,7 +76,7 @@ def tone_table(problem: Problem) -> Array:
     for j, tone in enumerate(problem.tones):
         table[j, :FIRST_DRIVE] = TWO_PI * tone.frequency / scale.omega, tone.phase
         for n, mode in enumerate(problem.modes):
-            ratio = TWO_PI * mode.f0 / scale.omega
+            ratio = TWO_PI * mode.oscillator[0] / scale.omega
             drive = ratio**2 * problem.tip_drive[j, n] / (mode.k * scale.length)
             table[j, FIRST_DRIVE + n], table[j, FIRST_DRIVE + modes + n] = drive.real, drive.imag
         base = problem.base[j] / scale.length
@@ -71,10 +85,51 @@ def tone_table(problem: Problem) -> Array:
     return table
 
 
+def stiffness_of(numbers: Array, modes: int, late: int, omega: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    """Return the scaled force over deflection of each mode at scaled angular frequencies, (..., modes).
+
+    `numbers` are parameters (..., parameters), `late` the states of the fluid's memory of each mode, `omega` (..., modes).
+    """
+    lever = numbers[..., FIRST_MODE : FIRST_MODE + PER_MODE * modes].reshape(*numbers.shape[:-1], modes, PER_MODE)
+    fluid = numbers[..., FIRST_MODE + PER_MODE * modes : parameter_count(modes, late)]
+    rates, weights = np.moveaxis(fluid.reshape(*numbers.shape[:-1], modes, 2, late), -2, 0)
+    drag = lever[..., 1] - (weights * rates / (rates + 1j * omega[..., None])).sum(axis=-1)
+    return np.asarray(lever[..., 0] - omega**2 + 1j * omega * drag)
+
+
 def drive_of(tones: Array, modes: int) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """Return the complex drive that tone tables (..., tones, columns) hold, (..., tones, modes)."""
     parts = tones[..., FIRST_DRIVE : FIRST_DRIVE + 2 * modes]
     return np.asarray(parts[..., :modes] + 1j * parts[..., modes:])
+
+
+def size_of(problem: Problem) -> int:
+    """Return the number of numbers of a problem's motion."""
+    return motion_size(len(problem.modes), problem.late_fluid)
+
+
+def units_of(problem: Problem, length: Any, speed: Any) -> Array:
+    """Return the unit of each number of a problem's motion, (..., numbers); the fluid's are velocities."""
+    both = np.stack([length, speed], axis=-1)
+    late = len(problem.modes) * problem.late_fluid
+    return np.concatenate([np.tile(both, len(problem.modes)), np.repeat(both[..., 1:], late, axis=-1)], axis=-1)
+
+
+def fluid_behind(numbers: Array, problem: Problem, omega: Array, speeds: Any) -> Array:
+    """Return the states of the fluid's memory behind steady motion, (..., numbers).
+
+    Parameters
+    ----------
+    numbers
+        The kernel's parameters, (..., parameters).
+    omega, speeds
+        Scaled angular frequencies of the tones, and complex velocities of the modes at each, (..., tones, modes).
+    """
+    modes, late = len(problem.modes), problem.late_fluid
+    fluid = numbers[..., FIRST_MODE + PER_MODE * modes : parameter_count(modes, late)]
+    rates = fluid.reshape(*numbers.shape[:-1], 1, modes, 2, late)[..., 0, :]
+    behind = rates / (rates + 1j * omega[..., :, None, None]) * speeds[..., None]
+    return np.asarray(behind.sum(axis=-3).real.reshape(*numbers.shape[:-1], modes * late))
 
 
 def base_of(tones: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
@@ -83,13 +138,14 @@ def base_of(tones: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
 
 
 def base_in_motion(problem: Problem, tones: Array, period: int = 0) -> Array:
-    """Return what of the scaled motion that tone tables (..., tones, columns) lead to is that of the base, (..., 2 modes).
+    """Return what of the scaled motion that tone tables (..., tones, columns) lead to is that of the base, (..., numbers).
 
-    It is that at the start of a period of the first tone. Of the problem only the tones' own modes count.
+    It is that at the start of a period of the first tone. Of the problem only the tones' own modes count. The states of the
+    fluid's memory, behind, follow base and deflection together, and stay.
     """
     turns = tones[..., 0] * period
     base = base_of(tones) * np.exp(1j * (tones[..., 1] + TWO_PI * (turns - np.floor(turns))))
-    moved = np.zeros((*tones.shape[:-2], 2 * len(problem.modes)))
+    moved = np.zeros((*tones.shape[:-2], size_of(problem)))
     for j, n in enumerate(problem.own_modes):
         moved[..., 2 * n] += base[..., j].real
         moved[..., 2 * n + 1] -= tones[..., j, 0] * base[..., j].imag
@@ -105,11 +161,15 @@ def responses(problem: Problem) -> Array:
         return np.empty((len(problem.tones), 0))
     rows = []
     for tone in problem.tones:
-        row = np.zeros((3, len(problem.modes)))
+        row, late, omega = np.zeros((3, len(problem.modes))), [], TWO_PI * tone.frequency
         for n, mode in enumerate(problem.modes):
-            ratio, own, (mass, drag) = mode.f0 / tone.frequency, float(n == tone.mode), problem.shaken.couplings(mode)
-            row[:, n] = mass - own, ratio / mode.Q * (own - drag), ratio**2 * own
-        rows.append([*row.ravel(), tone.frequency / problem.shaken.piezo_f0, problem.shaken.piezo_Q])
+            frequency, Q = mode.oscillator
+            ratio, own, (mass, drag) = frequency / tone.frequency, float(n == tone.mode), problem.shaken.couplings(mode)
+            row[:, n] = mass - own, ratio / Q * (own - drag), ratio**2 * own
+            if mode.memory is not None:
+                late += [rate / omega for rate in mode.memory.rates]
+                late += [weight * Q / (TWO_PI * frequency) for weight in mode.memory.weights]
+        rows.append([*row.ravel(), tone.frequency / problem.shaken.piezo_f0, problem.shaken.piezo_Q, *late])
     return np.array(rows)
 
 
@@ -190,17 +250,20 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     """
     modes, tones = len(problem.modes), len(problem.tones)
     forces = tuple(signature(force) for force in problem.forces)
-    key = (modes, tones, forces, tuple(entries.items()), problem.lagging)
+    key = (modes, tones, forces, tuple(entries.items()), problem.lagging, problem.late_fluid)
     if key not in _KERNELS:
         parts = (
             modes,
             tones,
             problem.lagging,
+            problem.late_fluid,
             [rest for _, _, *rest in forces],
             [(name, entry.__module__, entry.__qualname__) for name, entry in entries.items()],
         )
         text = texts.remembered(
-            parts, problem.forces, lambda: compose(modes, tones, problem.forces, entries, problem.lagging)
+            parts,
+            problem.forces,
+            lambda: compose(modes, tones, problem.forces, entries, problem.lagging, problem.late_fluid),
         )
         module = cache.load(text)
         what = " + ".join(force.name for force in problem.forces) or "a free tip"
@@ -208,12 +271,14 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     return _KERNELS[key]
 
 
-def load_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]]) -> Kernel:
+def load_solvers(
+    modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
+) -> Kernel:
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
-    key = (modes, tuple(entries.items()), tuple(called))
+    key = (modes, late, tuple(entries.items()), tuple(called))
     if key not in _KERNELS:
-        parts = (modes, [(f.__module__, f.__qualname__) for f in (*entries.values(), *called)], list(entries))
-        module = cache.load(texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called)))
+        parts = (modes, late, [(f.__module__, f.__qualname__) for f in (*entries.values(), *called)], list(entries))
+        module = cache.load(texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called, late)))
         _KERNELS[key] = Kernel(module, f"the solvers for {modes} mode{'s' * (modes > 1)}")
     return _KERNELS[key]
 
@@ -221,9 +286,10 @@ def load_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Seq
 class Tip:
     """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call."""
 
-    def __init__(self, kernel: Kernel, modes: int, called: dict[str, Callable[..., Any]]) -> None:
+    def __init__(self, kernel: Kernel, size: int, called: dict[str, Callable[..., Any]]) -> None:
+        """`size` is the number of numbers of a motion."""
         self._kernel = kernel
-        self._types = {name: native_types(function, modes, len(called)) for name, function in called.items()}
+        self._types = {name: native_types(function, size, len(called)) for name, function in called.items()}
         self._addresses = [0] * len(called)
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,8 @@ entry = njit(**OPTIONS)
 # and what is added to the detector's phase.
 RATIO, PHASE, FIRST_DRIVE = 0, 1, 2
 
-# Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain), then come the forces'.
+# Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain); then come the rates
+# and weights of the fluid's memory of one mode after the other, if it has one, and the forces'.
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
 
 
@@ -39,13 +41,15 @@ TIP = "Tuple(({numbers},f8[::1],{addresses}))"
 OTHERS = CONTACT + 1
 
 
-def native_types(function: Callable[..., Any], modes: int, addresses: int) -> str:
-    """Return the types of a function that is called by its address, one of so many."""
+def native_types(function: Callable[..., Any], size: int, addresses: int) -> str:
+    """Return the types of a function that is called by its address, one of so many, for motions of so many numbers."""
     tip = TIP.format(numbers=",".join(OTHERS * ["f8"]), addresses=",".join(addresses * ["i8"]))
-    return signature_of(function).format(y=MOTION.format(size=2 * modes), p=tip)
+    return signature_of(function).format(y=MOTION.format(size=size), p=tip)
 
 
-def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]]) -> str:
+def compose_solvers(
+    modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
+) -> str:
     """Return the text of a module with entry functions that are the same for all forces.
 
     Parameters
@@ -56,14 +60,18 @@ def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: 
         The functions to be called from Python, by name.
     called
         What they call by its address, in the order of the addresses.
+    late
+        States of the fluid's memory of each mode.
     """
-    count, first = len(called), OTHERS + 1
-    linker = Linker(elsewhere={f: (first + i, native_types(f, modes, count)) for i, f in enumerate(called)})
+    count, first, size = len(called), OTHERS + 1, motion_size(modes, late)
+    linker = Linker(elsewhere={f: (first + i, native_types(f, size, count)) for i, f in enumerate(called)})
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(Path(__file__).with_name("pointers.py").read_text(encoding="utf-8"))
-    places, addresses = range(2 * modes), [f"p[{first + i}]" for i in range(count)]
+    places, addresses = range(size), [f"p[{first + i}]" for i in range(count)]
     for text in (
         f"def mode_count():\n    return {modes}",
+        f"def fluid_size():\n    return {late * modes}",
+        f"def motion_size():\n    return {size}",
         f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
         f"def of_case(p, table, j, zc):\n    others = np.empty(table.shape[0] - {OTHERS})\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
@@ -77,8 +85,9 @@ def compose_solvers(modes: int, entries: dict[str, Callable[..., Any]], called: 
 
 
 def compose(
-    modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]], lagging: bool = True
-) -> str:
+    modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]], lagging: bool = True,
+    late: int = 0,
+) -> str:  # fmt: skip
     """Return the text of a module with the composed tip equation and the given entry functions.
 
     Parameters
@@ -91,52 +100,97 @@ def compose(
         The functions to be called from Python, by name, written over :mod:`dforce.kernel.vocabulary`.
     lagging
         Whether the drive may have imaginary parts; lanes take longer with them.
+    late
+        States of the fluid's memory of each mode.
     """
-    sizes = _sizes(modes, forces)
+    sizes = _sizes(modes, forces, late)
     linker = Linker(sizes)
     what = " + ".join(force.name for force in forces) or "no force"
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
-    count = parameter_count(modes) + sum(len(force.numbers()) for force in forces)
+    count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
     counts = [f"def {name}():\n    return {value}" for name, value in sizes.items()]
-    for text in (*counts, *_kinematics(modes), *_arithmetic(2 * modes), *_lanes(modes, tones, count, lagging)):
+    for text in (
+        *counts,
+        *_kinematics(modes, late),
+        *_arithmetic(modes, late),
+        *_lanes(modes, tones, count, lagging, late),
+    ):
         linker.emit(text, "inlined")
-    for text in _forces(linker, modes, forces):
+    for text in _forces(linker, parameter_count(modes, late), forces):
         linker.emit(text, "inlined")
     for name, function in entries.items():
         linker.add_entry(function, name)
     return "\n\n".join(linker.text) + "\n"
 
 
-def parameter_count(modes: int) -> int:
+def parameter_count(modes: int, late: int) -> int:
     """Return the place in `p` of the first force's first argument."""
-    return FIRST_MODE + PER_MODE * modes
+    return FIRST_MODE + (PER_MODE + 2 * late) * modes
 
 
-def _sizes(modes: int, forces: Sequence[Force]) -> dict[str, int]:
+def motion_size(modes: int, late: int) -> int:
+    """Return the number of numbers of a motion: deflections, velocities, and `late` states of the fluid of each mode."""
+    return (2 + late) * modes
+
+
+def _sizes(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
     memory = sum(force.memory for force in forces)
     latches = sum(force.switch is not None for force in forces)
     roots = sum(force.is_rooted for force in forces)
-    return {"mode_count": modes, "memory_size": memory, "latch_count": latches, "root_count": roots}
+    return {
+        "mode_count": modes, "memory_size": memory, "latch_count": latches, "root_count": roots,
+        "fluid_size": late * modes, "motion_size": motion_size(modes, late),
+    }  # fmt: skip
 
 
 def _tuple(parts: Sequence[str]) -> str:
     return f"({', '.join(parts)},)"
 
 
-def _pairs(size: int, x: str, v: str) -> str:
-    """Return the motion whose deflections and velocities are these, written with their places and the mode's."""
-    return _tuple([form.format(x=i, v=i + 1, n=i // 2) for i in range(0, size, 2) for form in (x, v)])
+def _pairs(modes: int, late: int, x: str, v: str) -> str:
+    """Return the motion whose deflections and velocities are these, written with their places and the mode's.
+
+    The states of the fluid stay those of y.
+    """
+    moves = [form.format(x=i, v=i + 1, n=i // 2) for i in range(0, 2 * modes, 2) for form in (x, v)]
+    return _tuple([*moves, *(f"y[{k}]" for k in range(2 * modes, motion_size(modes, late)))])
 
 
-def _kinematics(modes: int) -> list[str]:
+def _fluid(modes: int, late: int) -> list[str]:
+    """Return the functions of the fluid's memory; they are called only where it has one."""
+    if not late:
+        return []
+    places = range(2 * modes, motion_size(modes, late))
+    rates = FIRST_MODE + PER_MODE * modes
+    slopes = [
+        f"p[{rates + 2 * late * n + k}] * (y[{2 * n + 1}] - y[{2 * modes + late * n + k}])"
+        for n in range(modes)
+        for k in range(late)
+    ]
+    grown = [f"start[{k}] + h * slopes[{k - 2 * modes}]" for k in places]
+    mean = [f"(k1[{k}] + 2.0 * (k2[{k}] + k3[{k}]) + k4[{k}]) / 6.0" for k in range(late * modes)]
+    return [
+        f"def fluid_slopes(y, p):\n    return {_tuple(slopes)}",
+        f"def followed(y, start, h, slopes):\n    return {_tuple([*(f'y[{k}]' for k in range(2 * modes)), *grown])}",
+        f"def fluid_mean(k1, k2, k3, k4):\n    return {_tuple(mean)}",
+    ]
+
+
+def _kinematics(modes: int, late: int) -> list[str]:
     n = range(modes)
     x = " + ".join(f"y[{2 * i}]" for i in n)
     v = " + ".join(f"y[{2 * i + 1}]" for i in n)
     place = [FIRST_MODE + PER_MODE * i for i in n]
     free = [f"u[{i}] - p[{place[i]}] * y[{2 * i}] - p[{place[i] + 1}] * y[{2 * i + 1}]" for i in n]
+    weights = FIRST_MODE + PER_MODE * modes + late
+    free = [
+        " + ".join([one, *(f"p[{weights + 2 * late * i + k}] * y[{2 * modes + late * i + k}]" for k in range(late))])
+        for i, one in enumerate(free)
+    ]
     accelerations = [f"a[{i}] + p[{place[i] + 2}] * f" for i in n]
     gains = " + ".join(f"p[{place[i] + 2}]" for i in n)
-    slopes = [part for i in n for part in (f"y[{2 * i + 1}]", f"a[{i}]")]
+    slopes = [part for i in n for part in (f"y[{2 * i + 1}]", f"a[{i}]")] + [f"q[{k}]" for k in range(late * modes)]
+    with_fluid = "    q = fluid_slopes(y, p)\n" if late else ""
     sums = "\n".join(f"    u{i} = 0.0" for i in n)
     re, im = FIRST_DRIVE, FIRST_DRIVE + modes
     adds = "\n".join(f"        u{i} += tones[j, {re + i}] * c - tones[j, {im + i}] * s" for i in n)
@@ -145,7 +199,8 @@ def _kinematics(modes: int) -> list[str]:
         f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
         f"def free_acceleration(u, y, p):\n    return {_tuple(free)}",
         f"def forced(a, f, p):\n    return {_tuple(accelerations)}",
-        f"def motion(u, f, y, p):\n    a = forced(free_acceleration(u, y, p), f, p)\n    return {_tuple(slopes)}",
+        *_fluid(modes, late),
+        f"def motion(u, f, y, p):\n    a = forced(free_acceleration(u, y, p), f, p)\n{with_fluid}    return {_tuple(slopes)}",
         f"def yielding(p):\n    return p[{LENGTH}] * ({gains})",
         "def drive_between(u0, u1, u2, s):\n"
         "    w0, w1, w2 = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)\n"
@@ -157,8 +212,8 @@ def _kinematics(modes: int) -> list[str]:
     ]
 
 
-def _arithmetic(size: int) -> list[str]:
-    places = range(size)
+def _arithmetic(modes: int, late: int) -> list[str]:
+    places, form = range(motion_size(modes, late)), functools.partial(_pairs, modes, late)
     blended = [f"y[{i}] + h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))})" for i in places]
     # the last acceleration comes last: the next step waits for these sums
     arrived_x = "y[{x}] + h * s * (a1[{n}] + a2[{n}]) + h * s * a3[{n}]"
@@ -170,10 +225,10 @@ def _arithmetic(size: int) -> list[str]:
         for i in places
     )
     return [
-        f"def coasted(y, h):\n    return {_pairs(size, 'y[{x}] + h * y[{v}]', 'y[{v}]')}",
-        f"def bent(y, h, a):\n    return {_pairs(size, 'y[{x}] + h * a[{n}]', 'y[{v}]')}",
-        f"def pushed(y, h, a):\n    return {_pairs(size, 'y[{x}]', 'y[{v}] + h * a[{n}]')}",
-        f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {_pairs(size, arrived_x, arrived_v)}",
+        f"def coasted(y, h):\n    return {form('y[{x}] + h * y[{v}]', 'y[{v}]')}",
+        f"def bent(y, h, a):\n    return {form('y[{x}] + h * a[{n}]', 'y[{v}]')}",
+        f"def pushed(y, h, a):\n    return {form('y[{x}]', 'y[{v}] + h * a[{n}]')}",
+        f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {form(arrived_x, arrived_v)}",
         f"def blend(y, h, weights, {slopes}):\n    return {_tuple(blended)}",
         f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
         *_samples(places),
@@ -188,8 +243,8 @@ def _samples(places: Sequence[int]) -> list[str]:
     ]
 
 
-def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
-    places = range(2 * modes)
+def _lanes(modes: int, tones: int, parameters: int, lagging: bool, late: int) -> list[str]:
+    places = range(motion_size(modes, late))
     waves = range(0, 2 * tones, 1 if lagging else 2)
     products = [[f"amplitudes[{k * modes + n}, j] * c[{i}]" for i, k in enumerate(waves)] for n in range(modes)]
     drive = [" + ".join(terms) for terms in products]
@@ -206,8 +261,8 @@ def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
     ]
 
 
-def _forces(linker: Linker, modes: int, forces: Sequence[Force]) -> list[str]:
-    place, state, latch = parameter_count(modes), 0, 0
+def _forces(linker: Linker, first: int, forces: Sequence[Force]) -> list[str]:
+    place, state, latch = first, 0, 0
     terms, evolutions, switches = [], [], []
     for force in forces:
         law = linker.add(force.law_function())

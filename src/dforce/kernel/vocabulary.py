@@ -4,8 +4,8 @@ Each name here is a place that the kernel fills for one combination of modes and
 loops import these names, and the linker puts the composed functions in their place. They are never called as they stand.
 
 Scaled quantities: length in the first tone's free amplitude, time in 1/omega of the first tone. The motion is a tuple
-``y = (x1, v1, x2, v2, ...)`` of scaled deflections and velocities; `p` is the tuple of all parameters. Distances `d`,
-their `rate` and the time `t`, forces, and the forces' memory are in SI units.
+``y = (x1, v1, x2, v2, ...)`` of scaled deflections and velocities, and behind them velocities of fluid that follows late;
+`p` is the tuple of all parameters. Distances `d`, their `rate`, the time `t`, forces and the forces' memory are in SI units.
 """
 
 from __future__ import annotations
@@ -30,6 +30,16 @@ def root_count() -> int:
 
 def mode_count() -> int:
     """Return the number of modes."""
+    raise NotImplementedError
+
+
+def fluid_size() -> int:
+    """Return the number of states of the fluid's memory, of all modes."""
+    raise NotImplementedError
+
+
+def motion_size() -> int:
+    """Return the number of numbers in a motion y."""
     raise NotImplementedError
 
 
@@ -95,6 +105,21 @@ def pushed(y: Any, h: float, a: Any) -> Any:
 
 def arrived(y: Any, h: float, a1: Any, a2: Any, a3: Any, a4: Any) -> Any:
     """Return the motion at the end of a Runge–Kutta step of length h from the four accelerations; `y` has coasted over it."""
+    raise NotImplementedError
+
+
+def fluid_slopes(y: Any, p: Any) -> Any:
+    """Return the rates of change of the states of the fluid's memory."""
+    raise NotImplementedError
+
+
+def followed(y: Any, start: Any, h: float, slopes: Any) -> Any:
+    """Return the motion y with the fluid's memory of another one, increased by h times these slopes."""
+    raise NotImplementedError
+
+
+def fluid_mean(k1: Any, k2: Any, k3: Any, k4: Any) -> Any:
+    """Return the slope of the fluid's memory over a Runge–Kutta step from those of its four stages."""
     raise NotImplementedError
 
 

@@ -150,7 +150,8 @@ class Grid:
             return np.asarray(table[tuple(place[axis] for axis in axes)])
 
         example = self.example
-        modes = piece(MODES).reshape(len(numbers), -1, 3)
+        count = len(example.modes)
+        modes = piece(MODES)[:, : 3 * count].reshape(len(numbers), -1, 3)
         tones = piece(TONES).reshape(len(numbers), len(example.tones), -1)
         f0, k, Q = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
         length, omega = tones[:, 0, 2], TWO_PI * tones[:, 0, 0]
@@ -158,7 +159,7 @@ class Grid:
         per_mode = np.stack([ratio**2, ratio / Q, ratio**2 / (k * length[:, None])], axis=2)
         first = np.stack([np.zeros(len(numbers)), length, length * omega, omega, piece(CONTACT)[:, 0]], axis=1)
         laws, kinks, jumps = ([piece(f"{part} {place}") for place in example.places] for part in FORCE_PARTS)
-        count = len(example.modes)
+        fluid = piece(MODES)[:, 3 * count :] / omega[:, None]
         table = np.zeros((len(numbers), len(example.tones), FIRST_DRIVE + 2 * count + 3))
         drive = tones[:, :, 6:].reshape(len(numbers), -1, count, 2)
         table[:, :, 0], table[:, :, 1] = TWO_PI * tones[:, :, 0] / omega[:, None], tones[:, :, 1]
@@ -166,19 +167,24 @@ class Grid:
         table[:, :, FIRST_DRIVE:-3] = np.moveaxis(scaled, 3, 2).reshape(len(numbers), -1, 2 * count)
         table[:, :, -3:-1], table[:, :, -1] = tones[:, :, 3:5] / length[:, None, None], tones[:, :, 5]
         return Lot(
-            example, np.concatenate([first, per_mode.reshape(len(numbers), -1), *laws], axis=1), table,
+            example, np.concatenate([first, per_mode.reshape(len(numbers), -1), fluid, *laws], axis=1), table,
             _distinct(_joined(kinks, len(numbers))), _joined(jumps, len(numbers)),
         )  # fmt: skip
 
 
 def _laws(problem: Problem) -> list[Any]:
     """Return what decides how a problem is computed, beside its numbers."""
-    return [problem.lagging, *((signature(force), force.timed) for force in problem.forces)]
+    return [problem.lagging, problem.late_fluid, *((signature(force), force.timed) for force in problem.forces)]
 
 
 def _piece(problem: Problem, name: str) -> list[float]:
     if name == MODES:
-        return [number for mode in problem.modes for number in (mode.f0, mode.k, mode.Q)]
+        rows = []
+        for mode in problem.modes:
+            frequency, Q = mode.oscillator
+            rows += [frequency, mode.k, Q]
+        memories = [mode.memory for mode in problem.modes if mode.memory is not None]
+        return rows + [number for memory in memories for number in (*memory.rates, *memory.weights)]
     if name == TONES:
         rows, turns = [], problem.readout.turns or (0.0,) * len(problem.tones)
         for tone, base, turn, drive in zip(problem.tones, problem.base, turns, problem.tip_drive, strict=True):

@@ -128,7 +128,9 @@ class Lines:
     ) -> None:  # fmt: skip
         self.case, self.knobs, self.conditions = case, list(knobs), list(conditions)
         self.length, self.watch = length, watch
-        self.size = 2 * len(case.problem.modes)
+        from dforce.kernel import size_of
+
+        self.size = size_of(case.problem)
         self._block = functools.lru_cache(maxsize=64)(self._new_block)
 
     def _new_block(self, scaled: tuple[float, ...]) -> Block:

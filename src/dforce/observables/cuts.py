@@ -23,9 +23,9 @@ from dforce.kernel.vocabulary import (
     free_acceleration,
     latch_count,
     memory_size,
-    mode_count,
     motion,
     motion_of,
+    motion_size,
     pushed,
     rate_of,
     switch,
@@ -69,7 +69,7 @@ def force_at(
 
     `rates` holds the rates of change of the memory at all samples, `stage` has room for the memory.
     """
-    place = 2 * mode_count()
+    place = motion_size()
     size = memory_size()
     for k in range(size):
         begin, end = block[i, place + k], block[i + 1, place + k]
@@ -227,7 +227,7 @@ def time_to(event: float, level: float, d: float, rate: float, a: float, block: 
             off -= (d + off * (rate + 0.5 * off * a) - level) / (rate + off * a)
         return off
     if latch_count():
-        which, place = int(SWITCH - event), 2 * mode_count() + memory_size()
+        which, place = int(SWITCH - event), motion_size() + memory_size()
         latched, off, near = block[i, place : place + latch_count()], 0.0, 1e-9 / p[3]
         for _ in range(4):
             here = switch(which, latched, d + off * (rate + 0.5 * off * a), rate + off * a, t + off, p)
@@ -303,7 +303,7 @@ def add_piece(
 
 def switching_share(which: int, block: Any, i: int, h: float, t: float, p: Any) -> float:
     """Return where in step i a branch switched, or 1 when it did not."""
-    place = 2 * mode_count() + memory_size()
+    place = motion_size() + memory_size()
     if block[i, place + which] == block[i + 1, place + which]:
         return 1.0
     a, b = motion_of(block, i), motion_of(block, i + 1)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array, drive_of
+from dforce.kernel import Array, drive_of, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
@@ -50,7 +50,9 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * len(example.modes)].reshape(count, -1, PER_MODE)
     square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
     driven = [tone.mode for tone in example.tones]
-    response = square[:, driven] - tones[:, :, 0] ** 2 + 1j * damping[:, driven] * tones[:, :, 0]
+    at = np.repeat(tones[:, :, :1], len(example.modes), axis=2)
+    every = stiffness_of(numbers[:, None], len(example.modes), example.late_fluid, at)
+    response = every[:, np.arange(len(driven)), driven]
     drive = drive_of(tones, len(example.modes))[:, np.arange(len(driven)), driven]
     free = length[:, None] * np.abs(drive / response)
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]

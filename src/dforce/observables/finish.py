@@ -163,13 +163,17 @@ def apparent_energy(problem: Problem, total: Complex, numbers: Array, tables: Ar
     own, each = problem.own_modes, range(len(problem.tones))
     count, length = len(problem.modes), numbers[:, LENGTH, None]
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)[:, own]
-    square, damping, gain, w = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2], tables[:, :, 0]
+    gain, w = modes[:, :, 2], tables[:, :, 0]
+    stiffness = kernel.stiffness_of(
+        numbers[:, None], count, problem.late_fluid, np.repeat(w[:, :, None], count, axis=2)
+    )
+    stiffness = stiffness[:, each, own]
     base, seen = kernel.base_of(tables), np.array(problem.readout.weights)[each, own]
-    moved = kernel.drive_of(tables, count)[:, each, own] / (square - w * w + 1j * damping * w) - base
+    moved = kernel.drive_of(tables, count)[:, each, own] / stiffness - base
     free = seen * moved + problem.readout.base * base
     lost = np.abs(free) * -total.imag - np.abs(total) ** 2
-    # k r / Q = damping w / (gain length), as gain = square / (k length)
-    return np.asarray(np.pi * damping * w / gain * length * lost)
+    # k r / Q is the imaginary part of the force over the deflection
+    return np.asarray(np.pi * stiffness.imag / gain * length * lost)
 
 
 def driving_tone(problem: Problem, mode: int) -> int:

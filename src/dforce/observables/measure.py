@@ -24,6 +24,7 @@ from dforce.kernel.vocabulary import (
     mode_count,
     motion,
     motion_of,
+    motion_size,
     rate_of,
     row,
 )
@@ -161,7 +162,7 @@ def measure_force(
         np.zeros(max(memory_size(), 1)),
         np.empty((points + 1 if memory_size() else 1, max(memory_size(), 1))),
     )
-    place = 2 * mode_count()
+    place = motion_size()
     if memory_size():
         for i in range(points + 1):
             memory = block[i, place : place + memory_size()]

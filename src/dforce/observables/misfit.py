@@ -74,12 +74,12 @@ def _tables(problem: Problem) -> tuple[Array, Array]:
 def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numbers: Array, tones: Array) -> Array:
     count, length = len(example.modes), numbers[:, LENGTH, None]
     modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
-    square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
+    square, gain = modes[:, :, 0], modes[:, :, 2]
     driver = [driving_tone(example, n) for n in range(count)]
     drives = kernel.drive_of(tones, count)
     omega, drive = tones[:, driver, 0], drives[:, driver, np.arange(count)]
     largest = np.abs(drives / gain[:, None, :]).max(axis=(1, 2))  # of the driving forces (N)
-    left = (square - omega**2 + 1j * damping * omega) * c / length - drive - gain * f
+    left = kernel.stiffness_of(numbers, count, example.late_fluid, omega) * c / length - drive - gain * f
     of_modes = np.abs(left) / np.where(drive != 0.0, np.abs(drive), gain * largest[:, None])
     compliance = (gain / square).sum(axis=1) * length[:, 0]
     of_mean = np.abs(mean_f - mean_z / compliance) / (np.abs(mean_f) + largest)

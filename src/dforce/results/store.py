@@ -366,7 +366,7 @@ def _is_there(url: str) -> bool:
         return bool(files.exists(f"{path.rstrip('/')}/zarr.json"))
     except ImportError as error:
         raise ResultError(f"{_name(url)} needs a package that is not installed: {_said(error)}") from None
-    except Exception as error:  # of whatever reads the URL
+    except Exception as error:  # of whatever reads the URL  # noqa: BLE001
         raise ResultError(f"{_name(url)} cannot be reached: {_said(error)}") from None
 
 

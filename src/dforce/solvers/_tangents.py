@@ -9,7 +9,17 @@ import numpy as np
 from dforce.integrators.loops import TAU, grazes, passed, seconds, tabulate
 from dforce.integrators.rk4 import cut_at_kink
 from dforce.integrators.steps import step
-from dforce.kernel.vocabulary import distance, force, from_vector, latch_count, memory_size, mode_count, rate_of, row
+from dforce.kernel.vocabulary import (
+    distance,
+    force,
+    from_vector,
+    latch_count,
+    memory_size,
+    mode_count,
+    motion_size,
+    rate_of,
+    row,
+)
 
 ASIDE = 2e-6  # of the scale: steps are short, so that the rounding of their differences counts more than the bend of the force
 
@@ -30,7 +40,7 @@ def tangents(
     work, ends
         Scratch: (9, memory), and (2, numbers).
     """
-    points, size, states = change.shape[0], 2 * mode_count(), memory_size()
+    points, size, states = change.shape[0], motion_size(), memory_size()
     h = TAU / points
     table = np.empty((2 * points + 1, mode_count()))
     tabulate(tones, bases, points, table)

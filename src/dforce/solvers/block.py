@@ -13,7 +13,7 @@ import numpy as np
 from dforce import kernel
 from dforce.integrators.lanes import padded
 from dforce.kernel import Array
-from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED
+from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
 from dforce.observables import measure
 from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
@@ -98,7 +98,7 @@ class Block:
         self.points, self.watch, self.parameter = points, watch, parameter
         self.frequencies = [tone.frequency for tone in example.tones]
         self.common = common_period(self.frequencies) or 1
-        self.size = 2 * len(example.modes)
+        self.modes, self.late, self.size = len(example.modes), example.late_fluid, kernel.size_of(example)
         self.memory_scale = np.array([force.memory_scale for force in example.forces for _ in range(force.memory)])
         self.hysteresis = sum(force.switch is not None for force in example.forces)
         self.columns = measure.FIRST + 2 * len(example.tones) * (len(example.modes) + 1) + 2 * harmonics
@@ -112,7 +112,7 @@ class Block:
             self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
-        self._tip = kernel.Tip(self._kernel, len(example.modes), CALLED)
+        self._tip = kernel.Tip(self._kernel, self.size, CALLED)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
 
@@ -209,9 +209,10 @@ class Block:
         if self.parameter == FREQUENCY:  # as `place_column` does
             ratio = (values / self.reference[:, None]).reshape(-1, 1)
             numbers[:, [SPEED, OMEGA]] *= ratio
-            for n in range(self.size // 2):
+            for n in range(self.modes):
                 first = FIRST_MODE + PER_MODE * n
                 numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
+            numbers[:, FIRST_MODE + PER_MODE * self.modes : parameter_count(self.modes, self.late)] /= ratio
         return numbers, self._tones_at(np.repeat(np.arange(len(values)), steps), values.ravel())
 
     def _tones_at(self, which: Indices, values: Array) -> Array:
@@ -220,7 +221,7 @@ class Block:
         if self.parameter == FREQUENCY:
             for rows, responses, g in zip(tones, self.responses[which], values / self.reference[which], strict=True):
                 for row, response in zip(rows, responses, strict=True):
-                    retune(row, response, self.size // 2, g)
+                    retune(row, response, self.modes, g)
         return tones
 
     def base_of(self, which: Any, values: Array) -> Array:
@@ -236,7 +237,7 @@ class Block:
         length, omega = self.lot.length[which], 2.0 * math.pi * self.reference[which]
         if self.parameter == FREQUENCY:
             omega = 2.0 * math.pi * values
-        return np.tile(np.stack(np.broadcast_arrays(length, length * omega), axis=-1), self.size // 2)
+        return kernel.units_of(self.lot.example, *np.broadcast_arrays(length, length * omega))
 
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""

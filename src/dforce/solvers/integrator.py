@@ -46,6 +46,7 @@ ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
     "phases": loops.phases,
 }
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
+FOLLOWED = 1.2  # of the shortest time in which a fluid follows: longest step; its errors count for little
 RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
 MOST_POINTS = 1_000_000  # samples per period that a force's relaxation may ask for
 ROUND = 16  # sample counts are multiples of this
@@ -86,6 +87,8 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
         if settings.integrator == "rk4":
             least = max(least, 2.0 * math.pi * (2.0 * mode.Q / (120.0 * PHASE_ERROR)) ** 0.25)
         needs.append(least * mode.f0 / first)
+        if mode.memory is not None:
+            needs.append(max(mode.memory.rates) / (FOLLOWED * first))
     for force in problem.forces:
         needs.append(force.fastest_rate / (RELAXED * first))
         if needs[-1] > MOST_POINTS:
@@ -100,7 +103,9 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
 
 def load_kernels(problem: Problem) -> tuple[kernel.Kernel, kernel.Kernel]:
     """Return the composed tip equation of a problem, and the solvers that call it."""
-    return kernel.load(problem, ENTRIES), kernel.load_solvers(len(problem.modes), SOLVERS, tuple(CALLED.values()))
+    return kernel.load(problem, ENTRIES), kernel.load_solvers(
+        len(problem.modes), SOLVERS, tuple(CALLED.values()), problem.late_fluid
+    )
 
 
 class Integrator(ABC):
@@ -117,7 +122,7 @@ class Integrator(ABC):
         self.memory_size = sum(force.memory for force in problem.forces)
         self.latch_count = sum(force.switch is not None for force in problem.forces)
         self.columns = measure.FIRST + 2 * count * (modes + 1) + 2 * harmonics + 2 * count
-        width = 2 * modes + self.memory_size + self.latch_count + 1
+        width = kernel.size_of(problem) + self.memory_size + self.latch_count + 1
         self.block = np.zeros((self.points + 1, width))
         self.work = np.zeros((9, max(self.memory_size, 1)))
         self.take(problem)
@@ -131,7 +136,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = kernel.Tip(self.kernel, len(problem.modes), CALLED)
+        self._tip = kernel.Tip(self.kernel, kernel.size_of(problem), CALLED)
         self._turns: dict[int, lockin.Turns] = {}
 
     def turns(self, points: int) -> lockin.Turns:
@@ -178,11 +183,16 @@ def free_amplitudes(integrator: Integrator, period: int = 0) -> np.ndarray[Any, 
 def with_amplitudes(integrator: Integrator, amplitudes: np.ndarray[Any, Any], period: int = 0) -> Motion:
     """Return the state at the start of a period that deflects with these amplitudes; forces' memories are at rest."""
     omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
-    base = kernel.base_in_motion(integrator.problem, integrator.tones, period)
-    x = amplitudes.sum(0).real / integrator.scales.length + base[::2]
-    v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed + base[1::2]
-    y = tuple(float(value) for pair in zip(x, v, strict=True) for value in pair)
-    return Motion(y, np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
+    moves = amplitudes / integrator.scales.length
+    base = kernel.base_of(integrator.tones) * np.exp(1j * integrator.tones[:, 1])
+    turns = integrator.tones[:, 0] * period
+    moves[range(len(omega)), integrator.problem.own_modes] += base * np.exp(
+        1j * kernel.TWO_PI * (turns - np.floor(turns))
+    )
+    speeds = 1j * integrator.tones[:, :1] * moves
+    y = np.stack([moves.sum(0).real, speeds.sum(0).real], axis=1).ravel()
+    y = np.append(y, kernel.fluid_behind(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds))
+    return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
 
 
 class RK4(Integrator):

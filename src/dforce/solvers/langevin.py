@@ -120,6 +120,7 @@ class Langevin(Integrator):
             raise ParameterError(
                 "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
             )
+        problem.refuse_late_fluid("solver.integrator = langevin")
         self._looked, self._decay, self._poles = math.inf, 0.0, 0
         super().__init__(problem, settings, harmonics, points)
 

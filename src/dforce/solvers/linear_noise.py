@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.instrument.history import FluidMemory
 from dforce.instrument.noise import time_constant
 from dforce.integrators import loops
 from dforce.kernel import Array
@@ -91,7 +92,7 @@ def linear_noise(
         total += now
     total /= len(steps)
     count = 2 * len(problem.modes)
-    units = np.tile([scales.length, scales.speed], len(problem.modes))
+    units = kernel.units_of(problem, scales.length, scales.speed)[:count]
     first = size - 2 * tones
     last = total[first:, first:] * scales.length**2
     read = np.array([last[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(tones)])
@@ -114,7 +115,7 @@ def _periods(integrator: Integrator, motion: Motion, periods: int) -> Sequence[t
     """Return the tangents of all steps of each period, the phases of the tones at its start, and the step."""
     problem = integrator.problem
     compiled = kernel.load(problem, ENTRIES)
-    size, states = 2 * len(problem.modes), integrator.memory_size
+    size, states = kernel.size_of(problem), integrator.memory_size
     rows = []
     for _ in range(periods):
         bases, change = np.empty(len(problem.tones)), np.empty((integrator.points, size + states, size + states))
@@ -176,16 +177,31 @@ def _augmented(
     return list(zip(A, added, strict=True))
 
 
+def _add_late_fluid(strength: Array, n: int, problem: Problem, memory: FluidMemory, unit: float) -> None:
+    r"""Add the noise of the fluid that follows a mode late, and what of the mode's own is one with it.
+
+    A part :math:`W, s` of :class:`dforce.instrument.history.FluidMemory` moves as a mass :math:`m W / s` that a dashpot
+    :math:`m W` ties to the lever: its noise pushes both, one way and the other. `unit` is :math:`2 k_B T / m`, scaled.
+    """
+    for j, (rate, weight) in enumerate(zip(memory.rates, memory.weights, strict=True)):
+        if weight > 0.0:
+            place = 2 * len(problem.modes) + n * len(memory.rates) + j
+            strength[place, place] = unit * rate**2 / weight
+            strength[place, 2 * n + 1] = strength[2 * n + 1, place] = -unit * rate
+
+
 def _step_noise(problem: Problem, change: Array, h: float) -> Array:
     """Return the covariance that thermal noise adds to motion and memory over each step, by Simpson's rule."""
     inner = change.shape[1]
     strength, scale = np.zeros((inner, inner)), kernel.scales(problem)
     for n, mode in enumerate(problem.modes):
-        omega = 2.0 * math.pi * mode.f0
-        # 2 kT c / m^2 in scaled units of velocity and time
-        strength[2 * n + 1, 2 * n + 1] = (
-            2.0 * problem.noise.kT * omega**3 / (mode.k * mode.Q) / (scale.speed**2 * scale.omega)
-        )
+        frequency, Q = mode.oscillator
+        omega = 2.0 * math.pi * frequency
+        # 2 kT / m, and 2 kT c / m^2, in scaled units of velocity and time
+        unit = 2.0 * problem.noise.kT * omega**2 / mode.k / (scale.speed**2 * scale.omega)
+        strength[2 * n + 1, 2 * n + 1] = unit * omega / Q
+        if mode.memory is not None:
+            _add_late_fluid(strength, n, problem, mode.memory, unit)
     rest = change - np.eye(inner)
     # the root of the tangent, which leads over half a step
     root = np.eye(inner) + 0.5 * rest @ (np.eye(inner) - 0.25 * rest @ (np.eye(inner) - 0.5 * rest))

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.vocabulary import mode_count
+from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, march
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted
@@ -230,7 +230,7 @@ def approach(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: A
 
 def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> None:
     """Take one Newton step in every slot, with the given monodromy matrix, and measure the orbit there."""
-    size, count = 2 * mode_count(), slots.case.shape[0]
+    size, count = motion_size(), slots.case.shape[0]
     which, first, second, matrix = np.empty(count, np.int64), np.empty(size), np.zeros(size), np.empty((size, size))
     for s in range(count):
         which[s] = s
@@ -248,7 +248,7 @@ def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> 
 
 def central_differences(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Replace forward by central differences in the monodromy matrices: an error of second order."""
-    size = 2 * mode_count()
+    size = motion_size()
     march(slots, which, count, size, False, model, drive, room)
     for g in range(count):
         s = which[g]
@@ -291,7 +291,7 @@ def polish(slots: Any, s: int, orbits: Any, memory_scale: Any, first: Any, secon
 
 def is_stable(monodromy: Any) -> bool:
     """Say whether all multipliers lie within the unit circle: whether powers of the monodromy matrix die out."""
-    size = 2 * mode_count()
+    size = motion_size()
     if size == 2:
         area = monodromy[0, 0] * monodromy[1, 1] - monodromy[0, 1] * monodromy[1, 0]
         return bool(abs(area) < 1.0 and abs(monodromy[0, 0] + monodromy[1, 1]) < 1.0 + area)

@@ -14,7 +14,7 @@ import numpy as np
 from dforce.integrators.lanes import FAR, advance_lanes, padded
 from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
-from dforce.kernel.vocabulary import from_vector, mode_count, of_case
+from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case
 from dforce.observables.measure import measure
 from dforce.solvers.retune import retune
 
@@ -130,6 +130,8 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
             numbers[first, j] /= ratio * ratio
             numbers[first + 1, j] /= ratio
             numbers[first + 2, j] /= ratio * ratio
+        for k in range(2 * fluid_size()):
+            numbers[FIRST_MODE + PER_MODE * mode_count() + k, j] /= ratio
     for k in range(tones.shape[1]):
         for n in range(tones.shape[2]):
             tones[j, k, n] = model.tones[case, k, n]
@@ -154,13 +156,13 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
     room
         Scratch for the samples, at least (points + 1) (size + 1) lanes long.
     """
-    size, total = 2 * mode_count(), count * each
+    size, total = motion_size(), count * each
     side = -1.0 if each == size else 1.0
     smooth = model.memory_scale.shape[0] == 0 and model.hysteresis == 0
     lanes = padded(total) if smooth else total
     numbers, kinks = np.empty((model.numbers.shape[0], lanes)), np.empty((model.kinks.shape[0], lanes))
     tones = np.empty((lanes, model.tones.shape[1], model.tones.shape[2]))
-    forcing, starts = np.empty((model.tones.shape[1] * size, lanes)), np.empty((size, lanes))
+    forcing, starts = np.empty((2 * model.tones.shape[1] * mode_count(), lanes)), np.empty((size, lanes))
     for j in range(lanes):
         s, e = (which[j // each], first_column(each) + j % each) if j < total else (which[0], 0)
         case, value = slots.case[s], slots.value[s]
@@ -179,7 +181,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
 
 def first_column(each: int) -> int:
     """Return what the first of so many columns of a slot is: 0, the state itself, or 1, its first neighbor."""
-    return 1 if each == 2 * mode_count() else 0
+    return 1 if each == motion_size() else 0
 
 
 def march_lanes(

@@ -24,7 +24,10 @@ Indices = np.ndarray[Any, np.dtype[np.int64]]
 def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
     """Say whether :meth:`Lot.samples` knows all that decides how many samples problems like this need."""
     return (
-        len(problem.tones) == 1 and settings.integrator == "rk4" and not any(force.memory for force in problem.forces)
+        len(problem.tones) == 1
+        and settings.integrator == "rk4"
+        and not any(force.memory for force in problem.forces)
+        and not problem.late_fluid
     )
 
 
@@ -81,7 +84,10 @@ class Lot:
     @functools.cached_property
     def decay(self) -> Indices:
         """Decay times of the slowest mode, in periods of the drive."""
-        slowest = self._modes()[:, :, 1].min(1)  # ratio / Q
+        modes = self._modes()
+        own = np.sqrt(modes[:, :, 0])
+        drag = kernel.stiffness_of(self.numbers, modes.shape[1], self.example.late_fluid, own).imag / own
+        slowest = drag.min(1)  # ratio / Q
         return np.asarray(np.maximum(1, np.ceil(1.0 / (math.pi * slowest))), dtype=np.int64)
 
     def samples(self, settings: SolverSettings) -> Indices:
@@ -99,14 +105,24 @@ class Lot:
         turn = (amplitude / self.length) * np.exp(1j * (self.tones[:, 0, 1] - phase))
         out[:, 2 * mode] += turn.real
         out[:, 2 * mode + 1] -= turn.imag
-        return out
+        return self._with_fluid(out)
 
     def free(self) -> Array:
         """Return the scaled motions without tip–sample forces at the start of a period."""
         modes = self._modes()
         drive = kernel.drive_of(self.tones[:, 0], modes.shape[1]) * np.exp(1j * self.tones[:, :1, 1])
-        motion = drive / (modes[:, :, 0] - 1.0 + 1j * modes[:, :, 1])
-        return np.stack([motion.real, -motion.imag], axis=2).reshape(len(self), -1)
+        ones = np.ones(modes.shape[:2])
+        motion = drive / kernel.stiffness_of(self.numbers, modes.shape[1], self.example.late_fluid, ones)
+        moves = np.stack([motion.real, -motion.imag], axis=2).reshape(len(self), -1)
+        room = np.zeros((len(self), kernel.size_of(self.example) - moves.shape[1]))
+        return self._with_fluid(np.concatenate([moves, room], axis=1))
+
+    def _with_fluid(self, motions: Array) -> Array:
+        """Return motions at the first tone's frequency with the fluid as it follows them."""
+        count = 2 * len(self.example.modes)
+        speeds = motions[:, 1:count:2] + 1j * motions[:, :count:2]
+        behind = kernel.fluid_behind(self.numbers, self.example, np.ones((len(self), 1)), speeds[:, None])
+        return np.concatenate([motions[:, :count], behind], axis=1)
 
     def _modes(self) -> Array:
         """Return stiffness, damping and gain of each mode, (problems, modes, 3)."""

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.vocabulary import mode_count
+from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import CONVERGED, is_stable, longest, solve_orbits
 
 LARGEST = 0.1  # of the parameter's unit: step
@@ -106,7 +106,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
     The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. `slots` and
     `orbits` are scratch: as many for each problem as orbits are looked for ahead.
     """
-    size, cases, most = 2 * mode_count(), path.counts.shape[0], slots.case.shape[0]
+    size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
     states, branches, ahead = model.memory_scale.shape[0], model.hysteresis, most // cases
     guesses, place = np.empty((most, size)), np.empty(most, np.int64)
     before, x_before, slope_before = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.vocabulary import mode_count
+from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import is_stable, longest, solve_both, subtract_from_one
 from dforce.solvers.period_map import FD_STEP, march
 
@@ -61,7 +61,7 @@ def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) ->
 
     By squaring: over h periods the way is S_h c and the change after them M^h c, with S_2h = S_h + M^h S_h.
     """
-    size = 2 * mode_count()
+    size = motion_size()
     power, total, product = np.eye(size), np.zeros((size, size)), np.empty((size, size))
     for bit in range(62, -1, -1):
         if (span >> bit) == 0:
@@ -88,7 +88,7 @@ def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) ->
 
 def multiply(a: Any, b: Any, out: Any) -> None:
     """Write the product of two matrices."""
-    size = 2 * mode_count()
+    size = motion_size()
     for i in range(size):
         for j in range(size):
             out[i, j] = 0.0
@@ -98,7 +98,7 @@ def multiply(a: Any, b: Any, out: Any) -> None:
 
 def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any) -> int:
     """Take the motions of all slots on, in so many leaps at most, until each is near a stable orbit; return how many go on."""
-    size, count = 2 * mode_count(), slots.case.shape[0]
+    size, count = motion_size(), slots.case.shape[0]
     which, matrix = np.empty(count, np.int64), np.empty((size, size))
     change, way, predicted, monodromy = np.empty(size), np.empty(size), np.empty(size), np.empty((size, size))
     going = 0

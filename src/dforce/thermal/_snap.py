@@ -63,6 +63,7 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     except UnitError as error:
         raise UnitError(f"zc {error}") from None
     problem = case.problem
+    problem.refuse_late_fluid("Kramers' rate")
     mode, force = problem.modes[0], _at_rest(case, place)
 
     def net(d: float) -> float:

@@ -94,6 +94,7 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
     except UnitError as error:
         raise UnitError(f"duration {error}") from None
     problem = case.problem
+    problem.refuse_late_fluid("the thermal spectrum")
     if problem.noise.kT <= 0.0:
         raise ParameterError("noise.thermal = false, so there is no thermal spectrum")
     with watched(progress, f"thermal spectrum: {case.title}") as tell:

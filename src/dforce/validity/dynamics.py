@@ -84,8 +84,7 @@ STARK = "R. W. Stark, W. M. Heckl, Surf. Sci. 457, 219 (2000); the modes of a un
 
 def _response(mode: ModeNumbers, frequency: float) -> complex:
     """Return the deflection of a mode per force at a frequency (m/N)."""
-    r = frequency / mode.f0
-    return 1.0 / (mode.k * complex(1.0 - r * r, r / mode.Q))
+    return complex(1.0 / mode.stiffness(frequency))
 
 
 def drive_off_resonance(seen: Evidence) -> Advice | None:

@@ -134,8 +134,9 @@ def _fastest(seen: Evidence, d: float) -> float:
     dashpot = (_force(seen, d, -slow) - _force(seen, d, slow)) / (2.0 * slow)
     if not math.isfinite(spring + dashpot):
         return 0.0
-    mass = np.array([mode.k / (2.0 * math.pi * mode.f0) ** 2 for mode in modes])
-    damping = np.array([m * 2.0 * math.pi * mode.f0 / mode.Q for m, mode in zip(mass, modes, strict=True)])
+    own, Q = np.array([mode.oscillator for mode in modes]).T
+    mass = np.array([mode.k for mode in modes]) / (2.0 * math.pi * own) ** 2
+    damping = mass * 2.0 * math.pi * own / Q
     stiffness = np.diag([mode.k for mode in modes]) + max(spring, 0.0)
     linear = np.zeros((2 * count, 2 * count))
     linear[:count, count:] = np.eye(count)
@@ -184,7 +185,8 @@ def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
     if array is None or len(problem.tones) > 1 or any(force.timed for force in problem.forces):
         return None
     tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
-    most = float(abs(problem.tip_drive[0, tone.mode]) * mode.Q / mode.k + abs(problem.base[0]))
+    lost = mode.stiffness(tone.frequency).imag
+    most = float(abs(problem.tip_drive[0, tone.mode]) / lost + abs(problem.base[0]))
     found = float(np.nanmax(array, initial=0.0))
     if found <= BEYOND * most:
         return None

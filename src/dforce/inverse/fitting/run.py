@@ -185,7 +185,7 @@ def fit_many(
             except DForceError as error:
                 done[name] = str(error)
                 continue
-            except Exception as error:  # whatever is wrong with one curve, the others are fitted
+            except Exception as error:  # whatever is wrong with one curve, the others are fitted  # noqa: BLE001
                 done[name] = f"{type(error).__name__}: {error}"
                 continue
             if one.attrs.get("interrupted"):  # by a stop that is meant for all

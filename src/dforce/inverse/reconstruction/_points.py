@@ -97,6 +97,7 @@ def balance(reading: Reading, problem: Problem) -> Balance:
 
 def _locked(reading: Reading, problem: Problem, shift: Array) -> Balance:
     """Return the balance of a curve whose phase is held; one mode, driven by a force."""
+    problem.refuse_late_fluid("the reconstruction from frequency shifts")
     mode = problem.modes[0]
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
     reference = mode.f0 * (-cotangent / (2.0 * mode.Q) + np.sqrt(1.0 + (cotangent / (2.0 * mode.Q)) ** 2))
@@ -112,15 +113,14 @@ def _locked(reading: Reading, problem: Problem, shift: Array) -> Balance:
 
 def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, problem: Problem) -> Balance:
     response = np.stack([sum(_mode_responses(problem, order * frequency)) for order in range(HARMONICS + 1)], axis=1)
-    mobility = sum(mode.f0**2 / mode.k for mode in problem.modes) / frequency**2
+    mobility = sum(mode.oscillator[0] ** 2 / mode.k for mode in problem.modes) / frequency**2
     work = force * tip.conj()
     return Balance(Motions(height, np.abs(tip), frequency, response, mobility), 0.5 * work.real, -np.pi * work.imag)
 
 
 def _mode_responses(problem: Problem, frequency: Array) -> list[Complex]:
     """Return the answer of each mode to a force (m/N) at frequencies (Hz)."""
-    ratios = [(mode, frequency / mode.f0) for mode in problem.modes]
-    return [np.asarray(1.0 / (mode.k * (1.0 - r**2 + 1j * r / mode.Q)), dtype=complex) for mode, r in ratios]
+    return [np.asarray(1.0 / mode.stiffness(frequency), dtype=complex) for mode in problem.modes]
 
 
 def read_points(
