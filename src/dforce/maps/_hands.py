@@ -27,6 +27,7 @@ TRIES = 2  # of a block
 TRIES_OF_DEAD = (
     8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
 )
+LOGS = ("distributed", "distributed.client")  # where Dask says that a connection is lost
 AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
 
@@ -196,16 +197,15 @@ class Cluster:
         except ImportError:
             raise ParameterError("a cluster needs Dask, which is not installed: pip install 'dforce[maps]'") from None
         self._own = isinstance(client, str)
-        self._log = logging.getLogger("distributed.client")
-        self._level = self._log.level
+        self._levels = {name: logging.getLogger(name).level for name in LOGS}
         if self._own:  # a lost scheduler is one sentence here, not a traceback in a log
-            self._log.setLevel(logging.CRITICAL)
+            self._log(dict.fromkeys(LOGS, logging.CRITICAL))
         try:
             connect: Any = distributed.Client
             self.client: Any = connect(client, set_as_default=False) if self._own else client
             self._pool = self.client.get_executor(pure=False)
         except (OSError, ValueError, AttributeError) as error:
-            self._log.setLevel(self._level)
+            self._log(self._levels)
             raise ResultError(f"no cluster answers at '{client}': {error}") from None
         self._sent = Sent.of(case, kept)
 
@@ -243,4 +243,8 @@ class Cluster:
         self._pool.shutdown(wait=False)
         if self._own:
             self.client.close(timeout=5)
-            self._log.setLevel(self._level)
+            self._log(self._levels)
+
+    def _log(self, levels: dict[str, int]) -> None:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
