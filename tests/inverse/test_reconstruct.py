@@ -6,6 +6,7 @@ import xarray as xr
 from scipy.special import ive
 
 import dforce as df
+from dforce.inverse.reconstruction._least import solve
 
 K, F0, Q = 180e3, 30e3, 1e4
 A = 0.1e-9
@@ -129,6 +130,18 @@ def test_a_loss_by_drag_comes_back_as_its_coefficient():
 
 def test_without_a_loss_there_is_no_damping(found, air):
     assert "damping" not in found and "damping" not in air[1]
+
+
+def test_least_squares_choose_a_smoothing_that_the_noise_does_not_move():
+    nodes, points, draw = np.linspace(0.0, 1.0, 60), np.linspace(0.0, 1.0, 120), np.random.default_rng(1)
+    matrix = np.exp(-np.abs(points[:, None] - nodes) / 0.3)
+    law, error = np.exp(-nodes / 0.2) - 3.0 * np.exp(-(((nodes - 0.3) / 0.08) ** 2)), np.full(120, 0.02)
+    fits = [solve(matrix, matrix @ law + error * draw.standard_normal(120), error) for _ in range(200)]
+    spread = np.var([fit.values for fit in fits], axis=0, ddof=1).mean()
+    # 200 repeats of some 20 values that are told apart: known to 1 %
+    assert np.sqrt(spread / np.mean([np.diag(fit.noise) for fit in fits])) == pytest.approx(1.0, abs=0.05)
+    sigma = np.sqrt([np.diag(fit.noise + fit.smoothing) for fit in fits])
+    assert (np.abs([fit.values - law for fit in fits]) < 2.0 * sigma).mean() > 0.95
 
 
 @pytest.mark.long

@@ -36,7 +36,7 @@ def reconstruct(
 
     .. math:: V_i = \langle F(d_i(\theta))\, A_i \cos\theta \rangle,
 
-    linear in F. Least squares find the smoothest force that explains all points to their errors, whatever branch they lie on;
+    linear in F. Least squares find the most likely smooth force that explains all points, whatever branch they lie on;
     the paths are those of the real lever, harmonics and mean deflection included, found anew with each force.
 
     Parameters

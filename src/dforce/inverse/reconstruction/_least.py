@@ -11,7 +11,7 @@ import scipy.optimize
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 LEAST = 1e-12  # smallest singular value that counts, as a share of the largest: below it is rounding
-MORE = 2.0  # times the least chi2 that no force goes below
+MORE = 2.0  # times the number of points: a chi2 beyond is no noise
 WEIGHTS = 240  # of the penalty that are tried for the evidence
 
 
@@ -30,7 +30,7 @@ class Fit(NamedTuple):
     chi2
         Sum of the squared residuals over the errors.
     reached
-        Whether `chi2` is the number of points, as it should be.
+        Whether `chi2` is about the number of points, as it should be.
     """
 
     values: Array
@@ -55,6 +55,11 @@ class _Standard(NamedTuple):
         damped = weight / (self.s**2 + weight)
         return self.rest + float(np.sum((damped * self.share) ** 2))
 
+    def evidence(self, logs: Array) -> Array:
+        """Return the logarithm of how likely the data are, for logarithms of weights."""
+        size = np.exp(-logs)[:, None] * self.s**2
+        return np.asarray(-0.5 * (np.sum(np.log1p(size) + self.share**2 / (1.0 + size), axis=1) + self.rest))
+
 
 def _standard(matrix: Array, data: Array, error: Array) -> _Standard:
     nodes = matrix.shape[1]
@@ -76,29 +81,32 @@ def evidence(matrix: Array, data: Array, error: Array) -> float:
     (MacKay, Neural Computation 4, 415 (1992).) It compares ways to lay nodes.
     """
     made = _standard(matrix, data, error)
-    size = np.geomspace(1e-8 * made.s[0] ** -2, 1e8 * made.s[-1] ** -2, WEIGHTS)[:, None] * made.s**2
-    found = -0.5 * np.sum(np.log1p(size) + made.share**2 / (1.0 + size), axis=1)
-    return float(found.max()) - 0.5 * made.rest
+    around = np.log(1e8)
+    return float(
+        made.evidence(np.linspace(2.0 * np.log(made.s[-1]) - around, 2.0 * np.log(made.s[0]) + around, WEIGHTS)).max()
+    )
 
 
 def solve(matrix: Array, data: Array, error: Array) -> Fit:
-    r"""Return the smoothest values whose residuals are as large as the errors.
+    r"""Return the values that are most likely if their curvatures are random, of the size that makes the data most likely.
 
     Minimizes :math:`\chi^2 + \lambda |L F|^2` with second differences L between neighboring nodes, and at the last node the
-    value and the first difference. The weight :math:`\lambda` makes :math:`\chi^2` the number of points (Morozov, Soviet Math.
-    Dokl. 7, 414 (1966)), or twice the least one where none does: the errors are too small then.
+    value and the first difference. The weight :math:`\lambda` is that of the largest evidence (MacKay, Neural Computation 4,
+    415 (1992)). A weight that makes :math:`\chi^2` the number of points (Morozov) swings with the noise, so that values scatter
+    by more than their covariance says.
     """
     made = _standard(matrix, data, error)
-    s, count = made.s, len(data)
+    s = made.s
     low, high = 2.0 * np.log(s[-1]), 2.0 * np.log(s[0]) + 20.0
-    least = made.chi2(np.exp(low))
-    reached, wanted = least < count, max(float(count), MORE * least)
-    if made.chi2(np.exp(high)) > wanted:
-        weight = float(np.exp(scipy.optimize.brentq(lambda x: made.chi2(np.exp(x)) - wanted, low, high)))
-    else:
-        weight = float(np.exp(high))
+    tried = np.linspace(low, high, WEIGHTS)
+    best, step = float(tried[np.argmax(made.evidence(tried))]), float(tried[1] - tried[0])
+    found = scipy.optimize.minimize_scalar(
+        lambda x: -made.evidence(np.array([x]))[0], bounds=(best - step, best + step), method="bounded"
+    )
+    weight = float(np.exp(found.x))
     back = made.smooth @ made.vt.T
     gain = back * (s / (s**2 + weight)) @ made.u.T / error
     hidden = made.smooth @ made.smooth.T - back @ back.T  # curvatures that the data do not touch
     smoothing = (back * (weight / (s**2 + weight) ** 2)) @ back.T + hidden / weight
-    return Fit(gain @ data, gain, (gain * error**2) @ gain.T, smoothing, made.chi2(weight), reached)
+    chi2 = made.chi2(weight)
+    return Fit(gain @ data, gain, (gain * error**2) @ gain.T, smoothing, chi2, chi2 < MORE * len(data))
