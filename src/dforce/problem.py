@@ -215,7 +215,7 @@ class Problem:
         motion = np.empty((len(self.tones), len(self.modes)), dtype=complex)
         for j, tone in enumerate(self.tones):
             for n, mode in enumerate(self.modes):
-                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) / mode.stiffness(tone.frequency)
+                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) * (1.0 / mode.stiffness(tone.frequency))
         motion.flags.writeable = False
         return motion
 
