@@ -89,6 +89,8 @@ def test_lever_stays_beyond_the_distances_that_are_known():
 def test_drift_is_written_and_read_again():
     given = case(DRIFT)
     assert df.Case.from_toml(given.to_toml()) == given
+    typed = df.Drift(zc=["0 nm", "20 nm", "1 um"], Q=[2.0, 2.2, 3.0], A0=["8 nm", "9 nm", "12 nm"])
+    assert given.cantilever.drift == typed
 
 
 def test_what_cannot_drift_is_refused_in_a_sentence():
