@@ -68,7 +68,7 @@ def test_memory_answers_as_the_beam_does_and_better_than_a_basset_force():
     numbers, by_basset = basset(ratio)
     assert numbers == pytest.approx([1.0186493, 4.2879887, 0.0], abs=1e-6)
     assert np.abs(by_basset / exact(ratio) - 1.0).max() == pytest.approx(0.027, abs=5e-4)
-    assert off.max() < 1e-3
+    assert off.max() < 3e-4
     assert [mode.f0, mode.Q] == pytest.approx([WET.frequency, WET.Q], rel=1e-3)
 
 
@@ -268,5 +268,5 @@ def test_modes_with_memory_move_over_a_shaken_base_as_the_whole_beam(ratio, want
     # z / Y at the end of the beam in its fluid, solved as a beam: constants are 18 % off below resonance
     problem = case("base", free=True, modes=3, frequency=ratio * WET.frequency).problem
     found = problem.free[0].sum() / problem.base[0]
-    # modes that are left out are 0.2 % of it
-    assert abs(found / wanted - 1.0) < 4e-3
+    # 8e-5 and 1e-4 here: modes that are left out, and the ten states
+    assert abs(found / wanted - 1.0) < 3e-4
