@@ -20,6 +20,7 @@ from dforce.instrument import (
     Cantilever,
     Contact,
     Drive,
+    Heights,
     Medium,
     ModeNumbers,
     Noise,
@@ -30,6 +31,7 @@ from dforce.instrument import (
     Tip,
     ToneNumbers,
     effective_modulus,
+    heights_of,
 )
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
@@ -57,6 +59,8 @@ class Problem:
         How the base is shaken; None under a force.
     noise
         What shakes the lever and its reading; steady motion is without.
+    heights
+        Modes and tones at each distance, where they change with it; see :meth:`at_height`.
     forces
         Force models, bound to the instrument, in the order of their names: what is asked decides the numbers, and the
         compiled code, not the order in which it is asked.
@@ -75,6 +79,7 @@ class Problem:
     readout: ReadoutNumbers
     shaken: BaseMotion | None = None
     noise: NoiseNumbers = dataclasses.field(default_factory=NoiseNumbers)
+    heights: Heights | None = None
 
     @classmethod
     def build(
@@ -122,6 +127,7 @@ class Problem:
             readout=numbers,
             shaken=shaken,
             noise=(noise or Noise()).resolve(medium.temperature),
+            heights=heights_of(cantilever, drive, medium, readout, modes, tones),
         )
         tuned = [tone.frequency == "peak" for tone in drive.tones or (drive,)]
         free = [readout.phase_reference == "free" or (readout.phase_reference is None and peak) for peak in tuned]
@@ -209,7 +215,7 @@ class Problem:
         motion = np.empty((len(self.tones), len(self.modes)), dtype=complex)
         for j, tone in enumerate(self.tones):
             for n, mode in enumerate(self.modes):
-                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) / mode.stiffness(tone.frequency)
+                motion[j, n] = self.drive[j, n] * np.exp(1j * tone.phase) * (1.0 / mode.stiffness(tone.frequency))
         motion.flags.writeable = False
         return motion
 
@@ -226,6 +232,16 @@ class Problem:
         """Whether the tip moves otherwise than the detector says."""
         others = any(weight != 1.0 for weights in self.readout.weights for weight in weights)
         return others or self.shaken is not None or any(self.readout.turns)
+
+    def at_height(self, zc: float) -> Self:
+        """Return the problem as it is at an average distance (m), where the lever changes with it; else the same one.
+
+        Phases are counted from where they were.
+        """
+        if self.heights is None:
+            return self
+        modes, tones = self.heights.at(zc)
+        return dataclasses.replace(self, modes=modes, tones=tones, heights=None)
 
     def at_frequency(self, frequency: float, tone: int = 0) -> Self:
         """Return the problem with another frequency (Hz) of a tone (counted from 0), under the same driving force or base.

@@ -68,7 +68,7 @@ def test_memory_answers_as_the_beam_does_and_better_than_a_basset_force():
     numbers, by_basset = basset(ratio)
     assert numbers == pytest.approx([1.0186493, 4.2879887, 0.0], abs=1e-6)
     assert np.abs(by_basset / exact(ratio) - 1.0).max() == pytest.approx(0.027, abs=5e-4)
-    assert off.max() < 1e-3
+    assert off.max() < 3e-4
     assert [mode.f0, mode.Q] == pytest.approx([WET.frequency, WET.Q], rel=1e-3)
 
 
@@ -111,7 +111,7 @@ def test_base_drives_the_mass_and_what_of_the_fluid_stays(follows):
     ratio = tone.frequency / WET.frequency
     mass = VACUUM.stiffness / (2.0 * math.pi * VACUUM.frequency) ** 2
     moved = mass * (2.0 * math.pi * tone.frequency) ** 2 * (1.0 + (1.0 - follows) * LOAD * gamma(ratio)[0])
-    assert problem.drive[0, 0] == pytest.approx(mode.base_coupling * moved * tone.base, rel=2e-3)
+    assert problem.drive[0, 0] == pytest.approx(mode.base_coupling * moved * tone.base, rel=2e-3, abs=0.0)
 
 
 def along(mode, base, omega, zc):
@@ -154,7 +154,7 @@ def test_tapping_over_a_shaken_base_is_the_motion_of_the_equation():
     assert np.abs(path.y[:, -1] - start).max() > 0.0
     assert np.abs((path.y[:, -1] - start) / scale).max() < 1e-7
     c = 2.0 * np.mean(path.y[0, :-1] * np.exp(-1j * omega * times[:-1]))
-    assert float(found["amplitude"][0]) == pytest.approx(abs(c), rel=1e-7)
+    assert float(found["amplitude"][0]) == pytest.approx(abs(c), rel=1e-7, abs=0.0)
     assert float(found["phase"][0]) == pytest.approx(-math.degrees(np.angle(c)), abs=1e-5)
 
 
@@ -181,16 +181,16 @@ def test_every_experiment_finds_the_same_motion():
     branch = df.branches(water, zc=("12 nm", "9 nm"))
     stable = branch.where(branch["stable"], drop=True).sortby("zc")
     end = stable["zc"].values.argmin()
-    assert float(stable["amplitude"][end, 0]) == pytest.approx(amplitude[2], rel=1e-6)
+    assert float(stable["amplitude"][end, 0]) == pytest.approx(amplitude[2], rel=1e-6, abs=0.0)
     slow = df.dwell(water.replace("solver.method", "transient"), zc="9 nm")
-    assert float(slow["amplitude"][0]) == pytest.approx(amplitude[2], rel=1e-4)  # as far as it settles
+    assert float(slow["amplitude"][0]) == pytest.approx(amplitude[2], rel=1e-4, abs=0.0)  # as far as it settles
     reference = water.replace("solver", {"method": "transient", "integrator": "adaptive"})
-    assert float(df.dwell(reference, zc="9 nm")["amplitude"][0]) == pytest.approx(amplitude[2], rel=1e-4)
+    assert float(df.dwell(reference, zc="9 nm")["amplitude"][0]) == pytest.approx(amplitude[2], rel=1e-4, abs=0.0)
     swept = df.sweep(
         water.replace("experiment", {"kind": "approach", "zc": [12e-9, 9e-9]}),
         over={"sample.youngs_modulus": [20e6, 50e6]},
     )
-    assert swept["amplitude"].values[1, :, 0] == pytest.approx(amplitude[[0, 2]], rel=1e-9)
+    assert swept["amplitude"].values[1, :, 0] == pytest.approx(amplitude[[0, 2]], rel=1e-9, abs=0.0)
     assert df.motion_at(approach.isel(zc=1))["deflection"].values.max() > 0.9 * amplitude[1]
 
 
@@ -212,10 +212,12 @@ def test_noise_of_the_fluid_keeps_equipartition():
     integrator.place(1e-6)
     noise = linear_noise(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), 1, 1e3, 1)
     (mode,) = problem.modes
-    assert noise.state[0, 0] == pytest.approx(problem.noise.kT / mode.k, rel=1e-6)
+    assert noise.state[0, 0] == pytest.approx(problem.noise.kT / mode.k, rel=1e-6, abs=0.0)
     # the mass that follows at once has its share of the velocity
     speed = problem.noise.kT / mode.k * (2.0 * math.pi * mode.memory.frequency) ** 2
-    assert noise.state[1, 1] == pytest.approx(speed, rel=1e-3)  # Simpson's rule over steps as long as the fastest rate
+    assert noise.state[1, 1] == pytest.approx(
+        speed, rel=1e-3, abs=0.0
+    )  # Simpson's rule over steps as long as the fastest rate
 
 
 def test_in_air_the_memory_changes_next_to_nothing():
@@ -224,7 +226,7 @@ def test_in_air_the_memory_changes_next_to_nothing():
     assert pytest.approx(constant.problem.modes[0].Q, rel=2e-3) == air.problem.modes[0].Q
     found = [df.dwell(one, zc="8 nm") for one in (air, constant)]
     # harmonics off resonance feel little of a fluid that takes 1/Q
-    assert float(found[0]["amplitude"][0]) == pytest.approx(float(found[1]["amplitude"][0]), rel=1e-3)
+    assert float(found[0]["amplitude"][0]) == pytest.approx(float(found[1]["amplitude"][0]), rel=1e-3, abs=0.0)
 
 
 def test_wall_changes_the_memory_as_it_changes_the_resonance():
@@ -266,5 +268,5 @@ def test_modes_with_memory_move_over_a_shaken_base_as_the_whole_beam(ratio, want
     # z / Y at the end of the beam in its fluid, solved as a beam: constants are 18 % off below resonance
     problem = case("base", free=True, modes=3, frequency=ratio * WET.frequency).problem
     found = problem.free[0].sum() / problem.base[0]
-    # modes that are left out are 0.2 % of it
-    assert abs(found / wanted - 1.0) < 4e-3
+    # 8e-5 and 1e-4 here: modes that are left out, and the ten states
+    assert abs(found / wanted - 1.0) < 3e-4

@@ -210,8 +210,15 @@ AXES = _table(
     Observable("state", "", "1", "1", "state", "steady state, counted from the one that most starts lead to"),
     Observable("reached", "", "1", "1", "state reached", "steady state that the motion settles to; 0: none"),
     Observable("motion", "", "SI", "", "motion",
-               "motion at the start of a common period: deflection and velocity of each mode, then memory and branches of "
-               "the forces"),
+               "motion at the start of a common period: deflection and velocity of each mode, then the fluid that follows "
+               "late, then memory and branches of the forces"),
+    Observable("free_amplitude", "A_0", "m", "nm", "free amplitude",
+               "amplitude that the detector reads without tip–sample forces, at a distance with which the lever changes",
+               ("tone",)),
+    Observable("resonance_frequency", "f_0", "Hz", "kHz", "resonance frequency",
+               "resonance frequency of a mode at a distance with which the lever changes", ("mode",)),
+    Observable("quality_factor", "Q", "1", "1", "quality factor",
+               "quality factor of a mode at a distance with which the lever changes", ("mode",)),
     Observable("component", "", "", "", "component", "number of the motion; component_units gives its unit"),
     Observable("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip

@@ -93,4 +93,20 @@ class Approach(Experiment):
             make, coords, self.visits(), self.protocol, self.carry_state, self.start, "jump_zc",
             ("approach", "retract"), lambda zc: f"zc = {1e9 * zc:.4g} nm",
         )  # fmt: skip
-        return curve.run(progress, earlier)
+        return self._with_lever(curve.run(progress, earlier), problem)
+
+    def _with_lever(self, data: xr.Dataset, problem: Problem) -> xr.Dataset:
+        """Return the curve with the lever at each distance, where it changes on the way."""
+        from dforce.results.dataset import describe
+
+        if problem.heights is None:
+            return data
+        there = [problem.at_height(float(zc)) for zc in data["zc"].values]
+        data["resonance_frequency"] = ("zc", "mode"), [[mode.f0 for mode in one.modes] for one in there]
+        data["quality_factor"] = ("zc", "mode"), [[mode.Q for mode in one.modes] for one in there]
+        data["free_amplitude"] = ("zc", "tone"), [np.abs(one.detected_free) for one in there]
+        return describe(data)
+
+    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
+        """Return the problem at the distance of a point; see :class:`Experiment`."""
+        return problem.at_height(float(point["zc"]))

@@ -49,6 +49,7 @@ class Dwell(Experiment):
         case: CaseLike | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
+        problem = problem.at_height(self.zc)
         if settings.integrator == "langevin":
             from dforce.experiments._thermal import thermal_dwell
 

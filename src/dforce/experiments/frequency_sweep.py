@@ -113,7 +113,7 @@ class FrequencySweep(Experiment):
         from dforce.results.dataset import describe
         from dforce.solvers.block import Block
 
-        frequencies = self.frequencies()
+        problem, frequencies = problem.at_height(self.zc), self.frequencies()
         coords: dict[str, Any] = {"frequency": frequencies}
         if self.direction == "both":
             coords["direction"] = ["up", "down"]
@@ -130,4 +130,4 @@ class FrequencySweep(Experiment):
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at the frequency of a point; see :class:`Experiment`."""
-        return problem.at_frequency(float(point["frequency"]))
+        return problem.at_height(self.zc).at_frequency(float(point["frequency"]))

@@ -1,7 +1,9 @@
 """The instrument: cantilever, drive, read-out, tip, sample, contact and medium, as a user describes them."""
 
 from dforce.instrument.base import BaseMotion, Piezo
+from dforce.instrument.drift import Drift
 from dforce.instrument.drive import Drive, Tone, ToneNumbers
+from dforce.instrument.heights import Heights, heights_of
 from dforce.instrument.lever import Beam, Cantilever, Mode, ModeNumbers
 from dforce.instrument.medium import Medium
 from dforce.instrument.noise import Noise, NoiseNumbers
@@ -14,7 +16,9 @@ __all__ = [
     "Beam",
     "Cantilever",
     "Contact",
+    "Drift",
     "Drive",
+    "Heights",
     "Medium",
     "Mode",
     "ModeNumbers",
@@ -28,4 +32,5 @@ __all__ = [
     "Tone",
     "ToneNumbers",
     "effective_modulus",
+    "heights_of",
 ]

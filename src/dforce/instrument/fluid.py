@@ -80,7 +80,7 @@ def _bessel() -> Array:
 
 
 @functools.cache
-def _near_wall() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+def _near_wall() -> tuple[Any, Any, Any, Any]:
     """Return splines of real part and log of the imaginary part, near the wall and without it."""
     from scipy.interpolate import CubicSpline, RectBivariateSpline
 
@@ -96,8 +96,8 @@ def _near_wall() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., 
     return near[0], near[1], free[0], free[1]
 
 
-def near_wall(reynolds: float, gap: float) -> complex:
-    r"""Return :math:`\Gamma(\mathrm{Re}, H)` of a thin blade at a gap, in widths, over a wall that the fluid sticks to.
+def near_wall(reynolds: float, gap: Any) -> Any:
+    r"""Return :math:`\Gamma(\mathrm{Re}, H)` of a thin blade at gaps, in widths, over a wall that the fluid sticks to.
 
     A spline through a table of the exact solution; beyond ten widths the wall's part falls as the inverse square.
 
@@ -110,18 +110,17 @@ def near_wall(reynolds: float, gap: float) -> complex:
         raise ParameterError(
             f"Re = {reynolds:.4g} is outside of {LEAST_RE} to {MOST_RE:g}, where the flow at a wall is known"
         )
-    if not gap >= LEAST_GAP:
+    least = float(np.min(gap))
+    if not least >= LEAST_GAP:
         raise ParameterError(
-            f"the gap is {gap:.3g} widths of the lever, below {LEAST_GAP}, where the flow at a wall is not known"
+            f"the gap is {least:.3g} widths of the lever, below {LEAST_GAP}, where the flow at a wall is not known"
         )
     real, imaginary, free_real, free_imaginary = _near_wall()
     x = math.log(reynolds)
-    y = math.log(min(gap, MOST_GAP))
-    close = complex(float(real(x, y)[0, 0]), math.exp(float(imaginary(x, y)[0, 0])))
-    if gap <= MOST_GAP:
-        return close
+    y = np.log(np.minimum(gap, MOST_GAP))
+    close = real.ev(x, y) + 1j * np.exp(imaginary.ev(x, y))
     far = complex(float(free_real(x)), math.exp(float(free_imaginary(x))))
-    return far + (close - far) * (MOST_GAP / gap) ** 2
+    return far + (close - far) * np.minimum(1.0, MOST_GAP / np.asarray(gap)) ** 2
 
 
 def known_near_wall(width: float, density: float, viscosity: float) -> tuple[float, float]:
@@ -160,8 +159,7 @@ def wall_flow(n: int, width: float, density: float, viscosity: float, wall: Wall
     gaps = (wall.height + (1.0 - places) * wall.length * math.sin(wall.tilt)) / width
 
     def gamma(frequency: float) -> complex:
-        reynolds = beam.reynolds_number(frequency, width, density, viscosity)
-        return complex(sum(share * near_wall(reynolds, float(gap)) for share, gap in zip(shares, gaps, strict=True)))
+        return complex(shares @ near_wall(beam.reynolds_number(frequency, width, density, viscosity), gaps))
 
     return gamma
 

@@ -15,6 +15,7 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import folder
 from dforce.core.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
 from dforce.instrument import beam, fluid
+from dforce.instrument.drift import Drift
 from dforce.instrument.fluid import Wall
 from dforce.instrument.history import FluidMemory, band, fluid_memory
 from dforce.instrument.medium import Medium
@@ -119,6 +120,11 @@ class Beam(Parameters):
         doc="height of the tip: how far the lever's end is above the sample, whose fluid then damps it more; left out: far",
     )  # fmt: skip
     tilt: MaybeNumber = TILT
+    wall: Literal["at_sample", "at_distance"] = pydantic.Field(
+        default="at_sample",
+        title="Height above the sample",
+        description="at_sample: the fluid loads the lever as with its tip at the sample; at_distance: as at each distance",
+    )
     fluid: Literal["constant", "history"] = pydantic.Field(
         default="constant",
         title="Load of the fluid",
@@ -141,6 +147,14 @@ class Beam(Parameters):
             raise ParameterError(
                 f"cantilever.beam.Q has {len(self.Q)} values for {self.modes} modes; give one for each"
             )
+        if self.wall == "at_distance":
+            if self.tip_height is None:
+                raise ParameterError('cantilever.beam.wall = "at_distance" needs cantilever.beam.tip_height')
+            if self.Q or self.fluid == "history":
+                other = "Q" if self.Q else 'fluid = "history"'
+                raise ParameterError(
+                    f'cantilever.beam.wall = "at_distance" does not go with {other}; leave one of them out'
+                )
         if self.Q and self.fluid == "history":
             raise ParameterError(
                 'cantilever.beam has both Q and fluid = "history", from which Q follows; give only one of them'
@@ -186,6 +200,10 @@ class Beam(Parameters):
 
     def _in_vacuum(self, n: int) -> beam.BeamMode:
         return beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
+
+    def nearest(self) -> float:
+        """Return the least height (m) at which the flow below the lever is known."""
+        return fluid.LEAST_GAP * self.width * (1.0 + 1e-12)
 
     @property
     def _wall(self) -> Wall | None:
@@ -271,6 +289,7 @@ class Cantilever(Parameters):
         doc="radius of the tip of a cantilever known by name; tip.radius comes first",
     )  # fmt: skip
     tilt: MaybeNumber = TILT
+    drift: Part[Drift | None] = part(None, description="how Q or the free amplitude changes on the way to the sample")
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
 
@@ -313,6 +332,8 @@ class Cantilever(Parameters):
         ]
         if self.beam is not None and self.tilt is not None:
             raise ParameterError("cantilever.tilt is that of given modes; a beam has its own, cantilever.beam.tilt")
+        if self.beam is not None and self.drift is not None:
+            raise ParameterError('cantilever.drift is that of given modes; a beam has wall = "at_distance"')
         if len(ways) > 1:
             raise ParameterError(f"cantilever has both {ways[0]} and {ways[1]}; give only one of them")
         if not ways:

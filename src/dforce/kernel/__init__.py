@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core import log
+from dforce.core.errors import ParameterError
 from dforce.forces import Force
 from dforce.kernel import cache, texts
 from dforce.kernel.codegen import (
@@ -50,7 +51,18 @@ def scales(problem: Problem) -> Scales:
 
 
 def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
-    """Return the kernel's parameter tuple for one average distance (m)."""
+    """Return the kernel's parameter tuple for one average distance (m).
+
+    Raises
+    ------
+    ParameterError
+        Where the lever changes with its height, and no height was chosen.
+    """
+    if problem.heights is not None:
+        raise ParameterError(
+            "a lever that changes with its height (cantilever.drift, cantilever.beam.wall) is taken by approach, dwell and "
+            "frequency_sweep alone; leave that out here"
+        )
     scale = scales(problem)
     numbers = [zc, scale.length, scale.speed, scale.omega, problem.a0]
     for mode in problem.modes:

@@ -83,6 +83,8 @@ class Block:
         Gives a problem by its number and the value of the parameter, for what is done one by one.
     parameter, zc
         What is varied; the average distances (m), (problems,), where that is the frequency.
+    changing
+        The problem whose lever changes with its height, of which the lot holds the one far away; along the distance.
     whole
         Whether the lot is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
         of a sweep must not depend on how that is cut into parts.
@@ -91,7 +93,7 @@ class Block:
     def __init__(
         self, lot: Lot, problem: Callable[[int, float], tuple[Problem, float]], settings: SolverSettings,
         harmonics: int, points: int, watch: Watch, parameter: int = DISTANCE, zc: Array | None = None,
-        whole: bool = False,
+        whole: bool = False, changing: Problem | None = None,
     ) -> None:  # fmt: skip
         example = lot.example
         self.lot, self.problem, self.settings, self.harmonics = lot, problem, settings, harmonics
@@ -111,6 +113,8 @@ class Block:
             self.numbers[:, 0] = zc
             self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
+        self.changing = changing
+        self._heights, self._levers, self._drives = self._by_height()
         self._kernel, self._solvers = load_kernels(example)
         self._tip = kernel.Tip(self._kernel, self.size, CALLED)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
@@ -127,8 +131,12 @@ class Block:
         unit: float | None = None,
     ) -> Block:
         """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
-        samples = points or sample_count(problem, settings)
-        block = cls(Lot.of([problem]), lambda _, zc: (problem, zc), settings, harmonics, samples, watch, whole=True)
+        far, changing = problem.at_height(math.inf), None if problem.heights is None else problem
+        samples = points or sample_count(far, settings)
+        block = cls(
+            Lot.of([far]), lambda _, zc: (problem.at_height(zc), zc), settings, harmonics, samples, watch, whole=True,
+            changing=changing,
+        )  # fmt: skip
         block.unit = block.unit if unit is None else np.array([unit])
         return block
 
@@ -168,6 +176,7 @@ class Block:
         zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
         return Block(
             self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc,
+            changing=self.changing,
         )  # fmt: skip
 
     @property
@@ -213,16 +222,39 @@ class Block:
                 first = FIRST_MODE + PER_MODE * n
                 numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
             numbers[:, FIRST_MODE + PER_MODE * self.modes : parameter_count(self.modes, self.late)] /= ratio
+        elif self.changing is not None:
+            behind = FIRST_MODE + self._levers.shape[1]
+            numbers[:, FIRST_MODE:behind] = self._interpolated(self._levers, values.ravel())
         return numbers, self._tones_at(np.repeat(np.arange(len(values)), steps), values.ravel())
 
     def _tones_at(self, which: Indices, values: Array) -> Array:
         """Return the tone tables of problems at values of the parameter, one for each."""
         tones = self.lot.tones[which]
+        if self.changing is not None:
+            return self._interpolated(self._drives, values)
         if self.parameter == FREQUENCY:
             for rows, responses, g in zip(tones, self.responses[which], values / self.reference[which], strict=True):
                 for row, response in zip(rows, responses, strict=True):
                     retune(row, response, self.modes, g)
         return tones
+
+    def _by_height(self) -> tuple[Array, Array, Array]:
+        """Return the heights at which the lever is known, its parameters and the tone tables there."""
+        heights = None if self.changing is None else self.changing.heights
+        if self.changing is None or heights is None:
+            tones = self.lot.tones
+            return np.empty(0), np.empty((0, 0)), np.empty((0, *tones.shape[1:]))
+        there = [self.changing.at_height(zc) for zc in heights.zc]
+        levers = [kernel.parameters(one, 0.0)[FIRST_MODE : FIRST_MODE + PER_MODE * self.modes] for one in there]
+        return np.array(heights.zc), np.array(levers), np.array([kernel.tone_table(one) for one in there])
+
+    def _interpolated(self, table: Array, zc: Array) -> Array:
+        """Return rows of a table of the heights at distances (m)."""
+        heights = self._heights
+        place = np.clip(np.searchsorted(heights, zc, "right") - 1, 0, len(heights) - 2)
+        share = np.clip((zc - heights[place]) / (heights[place + 1] - heights[place]), 0.0, 1.0)
+        share = share.reshape(-1, *(1,) * (table.ndim - 1))
+        return np.asarray((1.0 - share) * table[place] + share * table[place + 1])
 
     def base_of(self, which: Any, values: Array) -> Array:
         """Return what of each number of scaled motions is that of the base, for problems at values of the parameter."""
@@ -246,7 +278,8 @@ class Block:
         return Model(
             _columns(self.numbers[which]), _columns(self.lot.kinks[which]), np.ascontiguousarray(self.lot.tones[which]),
             np.ascontiguousarray(self.responses[which]), self.parameter, np.ascontiguousarray(self.unit[which]),
-            np.ascontiguousarray(self.reference[which]), self.memory_scale, self.hysteresis, tip,
+            np.ascontiguousarray(self.reference[which]), self._heights, self._levers, self._drives,
+            self.memory_scale, self.hysteresis, tip,
         )  # fmt: skip
 
     def follow(

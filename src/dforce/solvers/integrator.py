@@ -183,15 +183,16 @@ def free_amplitudes(integrator: Integrator, period: int = 0) -> np.ndarray[Any, 
 def with_amplitudes(integrator: Integrator, amplitudes: np.ndarray[Any, Any], period: int = 0) -> Motion:
     """Return the state at the start of a period that deflects with these amplitudes; forces' memories are at rest."""
     omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
-    moves = amplitudes / integrator.scales.length
-    base = kernel.base_of(integrator.tones) * np.exp(1j * integrator.tones[:, 1])
+    base = kernel.base_in_motion(integrator.problem, integrator.tones, period)[: 2 * amplitudes.shape[1]]
+    speeds = 1j * omega[:, None] * amplitudes / integrator.scales.speed
+    x = amplitudes.sum(0).real / integrator.scales.length + base[::2]
+    v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed + base[1::2]
     turns = integrator.tones[:, 0] * period
-    moves[range(len(omega)), integrator.problem.own_modes] += base * np.exp(
-        1j * kernel.TWO_PI * (turns - np.floor(turns))
-    )
-    speeds = 1j * integrator.tones[:, :1] * moves
-    y = np.stack([moves.sum(0).real, speeds.sum(0).real], axis=1).ravel()
-    y = np.append(y, kernel.fluid_behind(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds))
+    start = np.exp(1j * (integrator.tones[:, 1] + kernel.TWO_PI * (turns - np.floor(turns))))
+    moved = 1j * integrator.tones[:, 0] * kernel.base_of(integrator.tones) * start
+    speeds[range(len(omega)), integrator.problem.own_modes] += moved
+    late = kernel.fluid_behind(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds)
+    y = np.append(np.stack([x, v], axis=1), late)
     return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
 
 

@@ -42,6 +42,9 @@ class Model(NamedTuple):
         The parameter's unit of each problem: the free amplitude (m), or the width of the resonance (Hz).
     reference
         Frequency (Hz) at which the numbers hold.
+    heights, levers, drives
+        Distances (m) at which the lever is known where it changes with its height, the first numbers of the parameters and
+        the tone tables there, one row each; none where it stays.
     memory_scale
         Scale of each number of the forces' memory.
     hysteresis
@@ -57,6 +60,9 @@ class Model(NamedTuple):
     parameter: int
     unit: Any
     reference: Any
+    heights: Any
+    levers: Any
+    drives: Any
     memory_scale: Any
     hysteresis: int
     tip: Any
@@ -132,13 +138,31 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
             numbers[first + 2, j] /= ratio * ratio
         for k in range(2 * fluid_size()):
             numbers[FIRST_MODE + PER_MODE * mode_count() + k, j] /= ratio
+    place, share = between(model.heights, value)
+    if place >= 0:
+        for k in range(model.levers.shape[1]):
+            low, high = model.levers[place, k], model.levers[place + 1, k]
+            numbers[FIRST_MODE + k, j] = (1.0 - share) * low + share * high
     for k in range(tones.shape[1]):
         for n in range(tones.shape[2]):
             tones[j, k, n] = model.tones[case, k, n]
+            if place >= 0:
+                low, high = model.drives[place, k, n], model.drives[place + 1, k, n]
+                tones[j, k, n] = (1.0 - share) * low + share * high
         if model.parameter == FREQUENCY:
             retune(tones[j, k], model.responses[case, k], mode_count(), ratio)
         for n in range(2 * mode_count()):
             drive[2 * k * mode_count() + n, j] = tones[j, k, FIRST_DRIVE + n]
+
+
+def between(heights: Any, value: float) -> Any:
+    """Return the number of the interval of heights that a distance is in, and how far (0 to 1); -1 where there are none."""
+    last = heights.shape[0] - 2
+    if last < 0:
+        return -1, 0.0
+    place = min(max(np.searchsorted(heights, value, "right") - 1, 0), last)
+    share = (value - heights[place]) / (heights[place + 1] - heights[place])
+    return place, min(max(share, 0.0), 1.0)
 
 
 def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, room: Any) -> None:

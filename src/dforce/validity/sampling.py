@@ -71,6 +71,7 @@ def _misfits(seen: Evidence) -> Array | None:
 
     result, settings = seen.result, seen.case.solver
     along_other = seen.along == "frequency" or getattr(seen.case.experiment, "parameter", None) is not None
+    along_other |= seen.problem.heights is not None
     if result is None or along_other or settings.settle == "fixed" or not {*MEASURED, "status"} <= {*result.variables}:
         return None
     settled = repeats(result.variables["status"].values)
@@ -182,7 +183,8 @@ def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
     """Look for amplitudes that the drive cannot keep up against the damping of the mode, whatever a passive sample does."""
     problem = seen.problem
     array = seen.array("tip_amplitude" if problem.tip_differs else "amplitude")
-    if array is None or len(problem.tones) > 1 or any(force.timed for force in problem.forces):
+    timed = any(force.timed for force in problem.forces)
+    if array is None or len(problem.tones) > 1 or timed or problem.heights is not None:
         return None
     tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
     lost = mode.stiffness(tone.frequency).imag

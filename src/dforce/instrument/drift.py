@@ -1,0 +1,41 @@
+"""A lever whose Q or free amplitude was seen to change on its way to the sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import pydantic
+
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Numbers, Parameters, param
+
+
+class Drift(Parameters):
+    """What was seen of a lever on its way to the sample, before contact: Q, the free amplitude, or both."""
+
+    title_of: ClassVar[str] = "cantilever.drift"
+    example: ClassVar[Mapping[str, Any]] = {"zc": ["0 um", "5 um"], "Q": [180, 200]}
+
+    zc: Numbers = param(unit="m", symbol="z_c", doc="average distances, rising; beyond the last numbers stay")
+    Q: Numbers = param(
+        (), unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor at each; left out: the lever's own at all"
+    )
+    A0: Numbers = param(
+        (), unit="m", symbol="A_0", above="0 nm", high="1 mm",
+        doc="free amplitude at each; left out: what the drive that gives drive.A0 at the lever's own Q gives there",
+    )  # fmt: skip
+
+    @pydantic.model_validator(mode="after")
+    def _a_table(self) -> Self:
+        if len(self.zc) < 2 or any(b <= a for a, b in zip(self.zc, self.zc[1:], strict=False)):
+            raise ParameterError("cantilever.drift.zc takes two distances or more, each above the one before")
+        if not self.Q and not self.A0:
+            raise ParameterError("cantilever.drift has neither Q nor A0; give one of them, or both")
+        for name in ("Q", "A0"):
+            count = len(getattr(self, name))
+            if count and count != len(self.zc):
+                raise ParameterError(
+                    f"cantilever.drift.{name} has {count} values for {len(self.zc)} distances; give one for each"
+                )
+        return self
