@@ -21,7 +21,7 @@ import numpy as np
 
 from dforce.checks.validation.comparison import reference
 from dforce.checks.validation.draws import FAMILIES, Draw, draw
-from dforce.experiments.plan import initial_motion
+from dforce.experiments.base import initial_motion
 from dforce.experiments.table import graded, status_of
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.problem import Problem

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 import dforce as df
-from dforce.experiments.plan import initial_motion
+from dforce.experiments.base import initial_motion
 from dforce.solvers.block import Block
 from dforce.solvers.protocols import settle_at
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import dforce as df
-from dforce.maps import _hands, _map
+from dforce.maps import _executors, _map
 
 CURVE = 101  # points
 LARGE = 1e8  # points of the map on paper
@@ -67,7 +67,7 @@ def stores(folder: Path, blocks: int) -> tuple[float, int, float]:
     return store[1] / points, arrays, size / points
 
 
-def nothing(sent: object, axes: object) -> _hands.Arrays:
+def nothing(sent: object, axes: object) -> _executors.Arrays:
     """Compute an empty block."""
     return {}
 
@@ -80,7 +80,7 @@ def scheduler(folder: Path, tasks: int) -> float:
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(folder)
     )
     with cluster, distributed.Client(cluster) as client:
-        hands = _hands.Cluster(case(), _hands.Kept(frozenset(KEPT), frozenset(KEPT), None), client)
+        hands = _executors.Cluster(case(), _executors.Kept(frozenset(KEPT), frozenset(KEPT), None), client)
         pending, begun, done, start = set(), 0, 0, time.perf_counter()
         while done < tasks:
             room = hands.room()

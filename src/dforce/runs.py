@@ -14,7 +14,7 @@ from dforce.core.progress import ProgressBar
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import at_end, late_stop_waits
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:

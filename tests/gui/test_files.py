@@ -17,7 +17,7 @@ import xarray as xr
 from simulated import show, window
 
 import dforce as df
-from dforce.gui import files, project, telling, uploads
+from dforce.gui import error_messages, files, project, uploads
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer, picture
 from dforce.gui.results import Shelf
@@ -168,7 +168,7 @@ def full(*_, **__):
 
 def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypatch):
     said = []
-    monkeypatch.setattr(telling, "say", said.append)
+    monkeypatch.setattr(error_messages, "say", said.append)
 
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
@@ -223,7 +223,7 @@ def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_p
             await user.should_see("this result could not be kept: no space left")
             page.view.curve = Curve(page.view.document, shown[0])
             said = []
-            monkeypatch.setattr(telling, "say", said.append)
+            monkeypatch.setattr(error_messages, "say", said.append)
             await page.plots.kept._keep()
             assert said == ["No space left."]
 

@@ -173,7 +173,7 @@ def test_a_sweep_starts_and_finds_what_single_runs_do(start):
 
 
 def test_vectorized_starts_are_those_of_single_runs():
-    from dforce.experiments.plan import initial_motion
+    from dforce.experiments.base import initial_motion
     from dforce.solvers.block import Block
 
     asked = case(drive=BASE | {"phase": 0.7})

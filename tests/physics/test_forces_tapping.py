@@ -7,7 +7,7 @@ import pytest
 
 import dforce as df
 from dforce import kernel
-from dforce.experiments.plan import initial_motion
+from dforce.experiments.base import initial_motion
 from dforce.forces import REGISTRY
 from dforce.integrators.adaptive import advance
 from dforce.integrators.loops import phases, tabulate

@@ -14,7 +14,7 @@ import dforce as df
 from dforce.checks.validation.comparison import mean_squares
 from dforce.checks.validation.identities import closures, limit
 from dforce.checks.validation.motions import averages
-from dforce.experiments.plan import initial_motion
+from dforce.experiments.base import initial_motion
 from dforce.problem import Problem
 from dforce.solvers.integrator import INTEGRATORS
 from dforce.solvers.transient import steady

@@ -109,7 +109,7 @@ def test_a_curve_over_a_wall_and_a_sweep_of_it_refine_each_point_that_needs_it()
 
 
 def test_numbers_that_no_samples_mend_are_none_and_say_why(monkeypatch):
-    monkeypatch.setattr("dforce.solvers.refine.FINER", ())
+    monkeypatch.setattr("dforce.solvers.sample_counts.FINER", ())
     found = df.dwell(WALL, NEAR_THE_WALL)
     assert found.status == df.Status.UNRESOLVED
     assert "too steep for the samples" in df.Status.UNRESOLVED.sentence

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.experiments.plan import initial_motion
+from dforce.experiments.base import initial_motion
 from dforce.observables.averaging import common_period, weights, window_length
 from dforce.observables.finish import finish
 from dforce.solvers.integrator import INTEGRATORS

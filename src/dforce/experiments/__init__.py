@@ -1,11 +1,11 @@
 """Experiments: one file, one experiment; a class whose fields are its keys in a case."""
 
 from dforce.experiments.approach import Approach
+from dforce.experiments.base import Experiment, Grid, InitialMotion, RelativeGrid
 from dforce.experiments.basins import AmplitudeGrid, Basins, DeflectionGrid, PhaseGrid, VelocityGrid
 from dforce.experiments.branches import Branches, Span
 from dforce.experiments.dwell import Dwell
 from dforce.experiments.frequency_sweep import FrequencyGrid, FrequencySweep
-from dforce.experiments.plan import Experiment, Grid, InitialMotion, RelativeGrid
 
 EXPERIMENTS: dict[str, type[Experiment]] = {
     "dwell": Dwell, "approach": Approach, "branches": Branches, "frequency_sweep": FrequencySweep,

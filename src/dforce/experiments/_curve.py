@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.quantities import MOTION, REPEATS
+from dforce.experiments.base import Progress, Start, initial_motion
 from dforce.experiments.motion import COMPONENT, components, motions, states_of
-from dforce.experiments.plan import Progress, Start, initial_motion
 from dforce.experiments.table import Table
 from dforce.results.dataset import REPEATING, Status
 
@@ -63,7 +63,7 @@ class Curve:
 
     def run(self, progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
         """Return the curve as a Dataset; what is there when it is stopped is kept."""
-        from dforce.solvers.refine import TooFewSamples, sample_counts
+        from dforce.solvers.sample_counts import TooFewSamples, sample_counts
 
         block, reached = self.make(None), 0 if earlier is None else int(earlier.attrs["samples_per_period"])
         for count, is_last in sample_counts(block.points, block.settings):
@@ -80,8 +80,8 @@ class Curve:
         from dforce.solvers.accuracy import assure
         from dforce.solvers.block import unwatched
         from dforce.solvers.protocols import Stepwise, actual, make_protocol
-        from dforce.solvers.refine import TooFewSamples
-        from dforce.solvers.walk import CHUNK, Walk
+        from dforce.solvers.quasi_static_walk import CHUNK, Walk
+        from dforce.solvers.sample_counts import TooFewSamples
 
         block = self.block
         values = np.array([next(iter(self.coords.values()))[place[0]] for place in self.visits])
@@ -148,7 +148,7 @@ class Curve:
     def _resume(self, solver: Any, table: Table, earlier: xr.Dataset, taken: int, values: Array) -> list[Jump]:
         """Take over points of an interrupted result, and the motion at the last of them; return the jumps before it."""
         from dforce.solvers.points import Jump
-        from dforce.solvers.walk import Walk
+        from dforce.solvers.quasi_static_walk import Walk
 
         table.take_over(earlier, self.visits[:taken])
         place, last, state = self.visits[taken - 1], values[taken - 1], self._state(earlier, taken - 1, values)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.core.errors import ParameterError
+from dforce.experiments.base import Progress, initial_motion
 from dforce.experiments.dwell import MOST_SAMPLES, Dwell, record_spectrum, record_traces
-from dforce.experiments.plan import Progress, initial_motion
 from dforce.experiments.table import Table
 from dforce.results.dataset import Status
 

@@ -8,7 +8,7 @@ import numpy as np
 import pydantic
 
 from dforce.core.parameters import Part, param, part
-from dforce.experiments.plan import (
+from dforce.experiments.base import (
     PROTOCOL,
     CaseLike,
     Distances,

@@ -13,7 +13,7 @@ import pydantic
 
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Parameters, Part, param, part
-from dforce.experiments.plan import CaseLike, Experiment, Progress, tapping_distance
+from dforce.experiments.base import CaseLike, Experiment, Progress, tapping_distance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -222,7 +222,7 @@ class Starts:
     def _settle(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
         """Settle a block of starts; those that need more samples with more."""
         from dforce.solvers.block import Block
-        from dforce.solvers.refine import sample_counts
+        from dforce.solvers.sample_counts import sample_counts
 
         plain = Block.of_one(self.problem, self.settings, self.harmonics, crew.watch)
         crew_add: Callable[[int], None] = crew.add
@@ -241,7 +241,7 @@ class Starts:
         from dforce.solvers.block import Block, States
         from dforce.solvers.problem_batch import Lot
         from dforce.solvers.protocols import STEPWISE, make_protocol
-        from dforce.solvers.walk import Walk
+        from dforce.solvers.quasi_static_walk import Walk
 
         lot = Lot.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
         block = Block(lot, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, watch)

@@ -13,7 +13,7 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError
 from dforce.core.parameters import Number, Parameters, Part, Quantity, param
 from dforce.core.quantities import MOTION, REPEATS
-from dforce.experiments.plan import CaseLike, Experiment, Progress, whole_range
+from dforce.experiments.base import CaseLike, Experiment, Progress, whole_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

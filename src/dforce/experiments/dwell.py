@@ -10,7 +10,7 @@ import pydantic
 
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Part, param, part
-from dforce.experiments.plan import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
+from dforce.experiments.base import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +59,7 @@ class Dwell(Experiment):
         from dforce.results.dataset import Status
         from dforce.solvers.block import Block, States
         from dforce.solvers.protocols import settle_at
-        from dforce.solvers.refine import sample_counts
+        from dforce.solvers.sample_counts import sample_counts
 
         if self.record == "all":  # the whole way there is asked for, so it has to be gone
             settings = settings.replace(method="transient")

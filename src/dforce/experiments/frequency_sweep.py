@@ -10,7 +10,7 @@ import pydantic
 from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Number, Parameters, Part, param, part
-from dforce.experiments.plan import (
+from dforce.experiments.base import (
     MOST_POINTS,
     PROTOCOL,
     CaseLike,

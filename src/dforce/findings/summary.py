@@ -12,8 +12,8 @@ import numpy as np
 from dforce.case import case_of
 from dforce.core.errors import DForceError, ParameterError, checked
 from dforce.core.listing import Listing, aligned, html_table
+from dforce.findings.by_kind import rows_of
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
-from dforce.findings.others import rows_of
 from dforce.results.curves import goes_along, swept
 from dforce.results.dataset import Status, unit_for
 from dforce.results.kinds import kind_of

@@ -17,9 +17,9 @@ from dforce.gui.atlas import MOST_VALUES, sweep_job
 from dforce.gui.chart import Chart
 from dforce.gui.compute import LIVE, Latest, in_thread
 from dforce.gui.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
+from dforce.gui.error_messages import as_sentence, say
 from dforce.gui.parameters import Row, rows_of
 from dforce.gui.session import LOOKED_EVERY
-from dforce.gui.telling import as_sentence, say
 from dforce.gui.view import View
 from dforce.gui.words import in_words
 

@@ -18,12 +18,12 @@ from dforce.core.errors import shorten
 from dforce.gui import measured, project, uploads
 from dforce.gui.atlas import with_approach
 from dforce.gui.document import Document
+from dforce.gui.error_messages import as_sentence, say, telling
 from dforce.gui.explore import is_explorable
 from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
 from dforce.gui.plots import Plots
 from dforce.gui.saving import ask, choice, text
-from dforce.gui.telling import as_sentence, say, telling
 from dforce.gui.view import View
 from dforce.results.curves import Picture
 from dforce.results.kinds import kind_of

@@ -13,8 +13,8 @@ import dforce as df
 from dforce.core.notation import html_symbol
 from dforce.gui import compare
 from dforce.gui.document import LONGEST_NAME, Kept
+from dforce.gui.error_messages import telling
 from dforce.gui.figures import Layer
-from dforce.gui.telling import telling
 from dforce.gui.view import View
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from dforce.core.errors import shorten
 from dforce.core.units import show
 from dforce.gui import fitting, overlay
 from dforce.gui.document import Document, Measured, path_of
-from dforce.gui.telling import as_sentence, say, telling
+from dforce.gui.error_messages import as_sentence, say, telling
 from dforce.gui.view import View
 from dforce.gui.words import in_words, with_labels
 from dforce.validity import advice_in

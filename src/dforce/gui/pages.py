@@ -14,6 +14,7 @@ from dforce.gui.chart import LIBRARY, Chart, library_file
 from dforce.gui.compute import LIVE, Job
 from dforce.gui.document import FIRST, Document
 from dforce.gui.entry import LONGEST
+from dforce.gui.error_messages import as_sentence, say
 from dforce.gui.files import Files
 from dforce.gui.forms import Forms
 from dforce.gui.limits import ALONE, Limits
@@ -23,7 +24,6 @@ from dforce.gui.session import Session
 from dforce.gui.shown import Part
 from dforce.gui.sliders import SliderStrip
 from dforce.gui.store import Store
-from dforce.gui.telling import as_sentence, say
 from dforce.gui.view import Said, View
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.inverse._states import Points, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes

@@ -19,9 +19,9 @@ from dforce.core.errors import ParameterError, ResultError, shorten
 from dforce.core.quantities import JUMPS as WORDS
 from dforce.core.quantities import MOTION
 from dforce.experiments import Approach
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._hands import LOST, Alone, Arrays, Cluster, Hands, Kept, Threads
+from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, Kept, Threads
 from dforce.maps._pace import paced
 from dforce.maps._result import JUMPS, QUANTITIES, Layout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of

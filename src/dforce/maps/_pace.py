@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 
 LEAST = 1.0  # s before the first figure
 

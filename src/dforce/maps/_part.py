@@ -16,8 +16,8 @@ from dforce.case import Case
 from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
 from dforce.experiments import Approach, Dwell, InitialMotion, RelativeGrid
+from dforce.experiments.base import initial_motion
 from dforce.experiments.motion import motions
-from dforce.experiments.plan import initial_motion
 from dforce.maps._result import Found, Layout, to_result
 from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, count, dims_of
 
@@ -138,7 +138,7 @@ class Part:
         """Compute cases side by side, and those that need more samples again with more."""
         from dforce.results.dataset import Status
         from dforce.solvers.integrator import sample_count
-        from dforce.solvers.refine import sample_counts
+        from dforce.solvers.sample_counts import sample_counts
 
         first = self.grid.problem(int(self.numbers[which[0]]))
         told = self.crew.add

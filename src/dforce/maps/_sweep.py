@@ -10,7 +10,7 @@ from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
 from dforce.core.parallel import Crew
 from dforce.experiments import Approach, Dwell
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
 from dforce.maps._pace import paced
 from dforce.maps._part import solve

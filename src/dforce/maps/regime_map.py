@@ -15,7 +15,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.errors import ParameterError, checked
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.loci import Knob, Place
 from dforce.maps.seeds import Curves, curves_of

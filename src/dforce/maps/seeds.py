@@ -11,7 +11,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.quantities import MOTION
 from dforce.experiments import Approach
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.findings.set_point import at_set_point
 from dforce.maps._sweep import sweep
 

@@ -18,7 +18,7 @@ from dforce.observables.finish import finish_each
 from dforce.solvers.block import Block, States
 from dforce.solvers.points import Points
 from dforce.solvers.problem_batch import Indices
-from dforce.solvers.refine import MOST_SAMPLES
+from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 
 FINER = (2, 4, 16, 64)  # times the samples, one after the other

@@ -13,9 +13,9 @@ from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block, States
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Jump, Points
+from dforce.solvers.quasi_static_walk import JUMP, SUDDEN, Walk, as_kept
 from dforce.solvers.settling import apart
 from dforce.solvers.transient import Steady, steady
-from dforce.solvers.walk import JUMP, SUDDEN, Walk, as_kept
 
 QUASI_STATIC, STEPWISE = "quasi_static", "stepwise"
 

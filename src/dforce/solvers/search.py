@@ -34,8 +34,8 @@ from dforce.solvers.continuation import Curve
 from dforce.solvers.integrator import free_amplitudes, with_amplitudes
 from dforce.solvers.newton import LARGEST
 from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
-from dforce.solvers.squares import Square
 from dforce.solvers.transient import Watch, decay_periods
+from dforce.solvers.winding import Square
 
 SAME = 1e-5  # of the free amplitude: orbits nearer to each other are one
 NEAR = 0.05  # of the free amplitude: how near to a known orbit another is looked at closely

@@ -12,7 +12,7 @@ from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.runs import dwell, watched
-from dforce.thermal._along import Progress, lock_in_of
+from dforce.thermal._noise_along_curve import Progress, lock_in_of
 
 if TYPE_CHECKING:
     import xarray as xr

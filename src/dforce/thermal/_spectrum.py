@@ -14,7 +14,7 @@ from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.instrument import beam
 from dforce.instrument.noise import thermal_density
 from dforce.runs import watched
-from dforce.thermal._along import Progress
+from dforce.thermal._noise_along_curve import Progress
 
 if TYPE_CHECKING:
     import xarray as xr

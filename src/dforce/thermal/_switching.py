@@ -13,8 +13,8 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.instrument.noise import BOLTZMANN
 from dforce.runs import watched
-from dforce.thermal._along import Progress
 from dforce.thermal._lanes import CHUNK, langevin, settling_periods, start_of
+from dforce.thermal._noise_along_curve import Progress
 from dforce.validity import Evidence, attributes
 from dforce.validity.noise import thermal_switching
 

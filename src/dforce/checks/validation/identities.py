@@ -17,7 +17,7 @@ from dforce.case import Case, example
 from dforce.checks.validation.checks import Check, Part
 from dforce.checks.validation.comparison import find
 from dforce.experiments import InitialMotion
-from dforce.experiments.plan import Start
+from dforce.experiments.base import Start
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 

@@ -22,7 +22,7 @@ from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.kernel import Array
 from dforce.results.dataset import provenance
 from dforce.solvers.block import Block, States
-from dforce.solvers.walk import Walk
+from dforce.solvers.quasi_static_walk import Walk
 
 if TYPE_CHECKING:
     import xarray as xr

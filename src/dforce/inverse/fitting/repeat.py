@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
-from dforce.experiments.plan import Progress
+from dforce.experiments.base import Progress
 from dforce.inverse.fitting.report import check_fit
 from dforce.inverse.fitting.result import data_of
 from dforce.inverse.fitting.run import fit

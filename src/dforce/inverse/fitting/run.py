@@ -27,7 +27,7 @@ from dforce.runs import watched
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.experiments.plan import Progress
+    from dforce.experiments.base import Progress
 
 NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by

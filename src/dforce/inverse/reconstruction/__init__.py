@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
-    from dforce.experiments.plan import Progress
+    from dforce.experiments.base import Progress
 
 SEEN = 5.0  # errors of a virial
 

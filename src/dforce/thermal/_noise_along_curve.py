@@ -10,7 +10,7 @@ from dforce.case import case_of
 from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
-from dforce.experiments.plan import Progress as Told
+from dforce.experiments.base import Progress as Told
 from dforce.runs import watched
 from dforce.validity import advice, attributes
 
