@@ -58,6 +58,13 @@ def counts(module):
     return sum(stats.cache_hits.values()), sum(stats.cache_misses.values())
 
 
+def kind(folder, function):
+    """Return how the code of a function lies on disk."""
+    [path] = folder.rglob(f"{function}-*{CODE}")
+    _, ((_, found, _), *_) = pickle.loads(kept(path))
+    return found
+
+
 DAMAGE = {
     "empty": lambda content: b"",
     "cut short": lambda content: content[: len(content) // 2],
@@ -112,7 +119,7 @@ def test_an_entry_by_address_lies_on_disk_with_all_that_it_calls(folder, text):
         found = ctypes.c_double()
         assert function(address(Kernel(module, "a test")))(ctypes.byref(found), None, 1.0) == 0
         assert found.value == 1.0 + number
-        assert len(list(folder.rglob(f"inner*{CODE}"))) == 1
+        assert kind(folder, "inner") == "object"
     assert sum(module.inner.stats.cache_hits.values()) == 1
 
 
@@ -122,7 +129,7 @@ def test_functions_that_others_call_become_no_machine_code_of_their_own(folder, 
     assert outer(1.0) == 2.0 * module.inner.py_func(1.0)
     [part] = module.inner.overloads.values()
     assert whole.is_part(part.library)
-    assert not list(folder.rglob(f"inner*{CODE}")) and len(list(folder.rglob(f"outer*{CODE}"))) == 1
+    assert [kind(folder, name) for name in ("inner", "outer")] == [whole.PART, "object"]
     again = started(text)
     assert Kernel(again, "a test").entry("outer")(1.0) == outer(1.0) and counts(again) == (1, 0)
 
@@ -140,6 +147,23 @@ def test_a_kernel_whose_compilation_was_cut_off_is_compiled_when_it_is_wanted_ag
         kernel.address("inner", "f8(f8)")
     assert kernel.address("inner", "f8(f8)") != 0
     assert kernel.entry("outer")(1.0) == 2.0 * kernel.module.inner.py_func(1.0)
+
+
+def test_a_part_from_disk_gives_the_same_code_as_one_just_written(folder, text):
+    text += "\n@njit\ndef third(x):\n    return inner(x) / 3.0\n"
+    Kernel(started(text), "a test").entry("outer")(1.0)
+    module = started(text)
+    found = Kernel(module, "a test").entry("third")
+    assert found(1.0) == module.inner.py_func(1.0) / 3.0
+    assert sum(module.inner.stats.cache_hits.values()) == 1
+    [part] = module.inner.overloads.values()
+    assert whole.is_part(part.library)
+    with_part = module.third.inspect_llvm(module.third.signatures[0])
+    df.clear_kernel_cache()
+    module = started(text)
+    Kernel(module, "a test").entry("third")(1.0)
+    assert sum(module.inner.stats.cache_hits.values()) == 0
+    assert with_part.count("fdiv") == module.third.inspect_llvm(module.third.signatures[0]).count("fdiv") > 0
 
 
 def test_code_that_a_kernel_left_as_a_part_serves_a_users_own_function(text):

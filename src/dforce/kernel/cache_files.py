@@ -97,15 +97,14 @@ class Kept:
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep numba's result of compiling for these types, where that is code of its own."""
+        """Keep numba's result of compiling for these types."""
         from numba.core.serialize import dumps
 
-        if is_part(compiled.library):
-            return
-        if compiled.library.has_dynamic_globals:  # addresses of this process
-            return
+        library = compiled.library
         try:
-            keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
+            with library.linked() if is_part(library) else contextlib.nullcontext():
+                if not library.has_dynamic_globals:  # addresses of this process
+                    keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
         except OSError as error:
             self._failed(error)
 

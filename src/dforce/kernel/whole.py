@@ -2,8 +2,8 @@
 
 numba links, optimizes and turns into machine code every function by itself, then links that into those who call it, and does
 the same again: most of its time goes into code that nobody calls by itself. Here a function that only others call stays as
-it was written; it is linked, optimized and turned into machine code in those that are called from outside, and where
-somebody asks for its address.
+it was written, in memory and on disk; it is linked, optimized and turned into machine code in those that are called from
+outside, and where somebody asks for its address.
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ from typing import Any
 # what is used of numba's class for a function's code; a numba that has it no more compiles in its own way
 USED = (
     "_check_llvm_bugs", "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
-    "add_linking_library", "codegen", "finalize", "get_pointer_to_function",
+    "_unserialize", "add_linking_library", "codegen", "finalize", "get_pointer_to_function", "has_dynamic_globals",
+    "serialize_using_object_code",
 )  # fmt: skip
+PART = "part"  # how a function is kept on disk that is linked into others
+DYNAMIC = "numba.dynamic.globals"  # how numba begins the names of addresses of a process
 _COUNTING = threading.Lock()
 _INSIDE: list[Any] = []  # the class that each who compiles has found
 
@@ -73,7 +76,7 @@ class _Unneeded:
 @functools.cache
 def _library() -> Any:
     """Return the class for the code of one function; numba is loaded for it."""
-    from llvmlite.binding import Linkage
+    from llvmlite.binding import Linkage, parse_bitcode
     from numba.core.codegen import JITCodeLibrary
     from numba.core.environment import lookup_environment
 
@@ -119,6 +122,37 @@ def _library() -> Any:
                     self._reload_init.update(library._reload_init)
                 module = library.as_written() if is_part(library) else library._get_module_for_linking()
                 self._final_module.link_in(module, preserve=True)
+
+        @contextlib.contextmanager
+        def linked(self) -> Iterator[None]:
+            """Hold, while the context lasts, all that the function calls, as it was written."""
+            part = self._final_module
+            self._final_module = self.as_written().clone()
+            try:
+                self._link()
+                yield
+            finally:
+                self._final_module = part
+
+        @property
+        def has_dynamic_globals(self) -> bool:
+            if not is_part(self):
+                return bool(super().has_dynamic_globals)
+            return any(variable.name.startswith(DYNAMIC) for variable in self._final_module.global_variables)
+
+        def serialize_using_object_code(self) -> Any:
+            if not is_part(self):
+                return super().serialize_using_object_code()
+            return self.name, PART, self._final_module.as_bitcode()
+
+        @classmethod
+        def _unserialize(cls, codegen: Any, state: Any) -> Any:
+            name, kind, data = state
+            if kind != PART:
+                return super()._unserialize(codegen, state)
+            library = codegen.create_library(name)
+            library._final_module = parse_bitcode(data)
+            return library
 
         def finalize(self) -> None:
             self._codegen._check_llvm_bugs()
