@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 import marshal
 import os
@@ -9,15 +10,19 @@ import pickle
 import subprocess
 import sys
 
+import numba
+import numpy as np
 import pytest
+from numba.core.registry import cpu_target
 
 import dforce as df
 from dforce.core.errors import ParameterError
-from dforce.kernel import cache
+from dforce.kernel import Kernel, cache, whole
 from dforce.kernel.cache_files import CODE, keep, kept
 
 NUMBERS = itertools.count()
 TEXT = """
+import numpy as np
 from numba import njit
 
 @njit(no_cpython_wrapper=True)
@@ -51,6 +56,13 @@ def started(text):
 def counts(module):
     stats = module.outer.stats
     return sum(stats.cache_hits.values()), sum(stats.cache_misses.values())
+
+
+def kind(folder, function):
+    """Return how the code of a function lies on disk."""
+    [path] = folder.rglob(f"{function}-*{CODE}")
+    _, ((_, found, _), *_) = pickle.loads(kept(path))
+    return found
 
 
 DAMAGE = {
@@ -94,6 +106,107 @@ def test_a_text_that_is_damaged_is_never_run(folder, text):
     path.write_text("raise SystemExit", encoding="utf-8")
     assert started(text).outer(1.0) == wanted
     assert path.read_text(encoding="utf-8") == text
+
+
+def test_an_entry_by_address_lies_on_disk_with_all_that_it_calls(folder, text):
+    def address(kernel):
+        return kernel.address("inner", "f8(f8)")
+
+    number = float(text.split("x + ")[1].split("\n")[0])
+    for _ in range(2):
+        module = started(text)
+        function = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_double), ctypes.c_void_p, ctypes.c_double)
+        found = ctypes.c_double()
+        assert function(address(Kernel(module, "a test")))(ctypes.byref(found), None, 1.0) == 0
+        assert found.value == 1.0 + number
+        assert kind(folder, "inner") == "object"
+    assert sum(module.inner.stats.cache_hits.values()) == 1
+
+
+def test_functions_that_others_call_become_no_machine_code_of_their_own(folder, text):
+    module = started(text)
+    outer = Kernel(module, "a test").entry("outer")
+    assert outer(1.0) == 2.0 * module.inner.py_func(1.0)
+    [part] = module.inner.overloads.values()
+    assert whole.is_part(part.library)
+    assert [kind(folder, name) for name in ("inner", "outer")] == [whole.PART, "object"]
+    again = started(text)
+    assert Kernel(again, "a test").entry("outer")(1.0) == outer(1.0) and counts(again) == (1, 0)
+
+
+def test_a_kernel_whose_compilation_was_cut_off_is_compiled_when_it_is_wanted_again(text, monkeypatch):
+    def interrupt(library):
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    kernel = Kernel(started(text), "a test")
+    with whole.compiled():
+        library = cpu_target.target_context.codegen()._library_class
+    monkeypatch.setattr(library, "_optimize_final_module", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        kernel.address("inner", "f8(f8)")
+    assert kernel.address("inner", "f8(f8)") != 0
+    assert kernel.entry("outer")(1.0) == 2.0 * kernel.module.inner.py_func(1.0)
+
+
+def test_a_part_from_disk_gives_the_same_code_as_one_just_written(folder, text):
+    text += "\n@njit\ndef third(x):\n    return inner(x) / 3.0\n"
+    Kernel(started(text), "a test").entry("outer")(1.0)
+    module = started(text)
+    found = Kernel(module, "a test").entry("third")
+    assert found(1.0) == module.inner.py_func(1.0) / 3.0
+    assert sum(module.inner.stats.cache_hits.values()) == 1
+    [part] = module.inner.overloads.values()
+    assert whole.is_part(part.library)
+    with_part = module.third.inspect_llvm(module.third.signatures[0])
+    df.clear_kernel_cache()
+    module = started(text)
+    Kernel(module, "a test").entry("third")(1.0)
+    assert sum(module.inner.stats.cache_hits.values()) == 0
+    assert with_part.count("fdiv") == module.third.inspect_llvm(module.third.signatures[0]).count("fdiv") > 0
+
+
+def test_code_that_a_kernel_left_as_a_part_serves_a_users_own_function(text):
+    module = started(text + "\n@njit\ndef room(n):\n    return np.full(n, 7.0).sum()\n")
+    assert Kernel(module, "a test").entry("room")(3) == 21.0
+
+    @numba.njit
+    def own(n):
+        return np.full(n, 7.0).sum()
+
+    assert own(4) == 28.0
+
+
+def test_code_from_disk_runs_without_the_compilers_tables_which_come_when_it_compiles(folder, text):
+    code = """
+import sys
+from dforce.kernel import Kernel, cache
+number = Kernel(cache.load(sys.argv[1]), "a test").entry("outer")(1.0)
+print(number, "numba.np.arraymath" in sys.modules)
+from numba import njit
+import numpy as np
+print(njit(lambda x: np.full(3, x).sum())(2.0))
+"""
+    found = [
+        subprocess.run([sys.executable, "-c", code, text], capture_output=True, text=True, check=True).stdout.split()
+        for _ in range(2)
+    ]
+    assert [tables for _, tables, _ in found] == ["True", "False"]
+    assert found[0][0] == found[1][0] and {own for _, _, own in found} == {"6.0"}
+
+
+def test_a_numba_without_what_is_used_compiles_in_its_own_way(text, monkeypatch):
+    wanted, name = started(text).outer(1.0), cache.fingerprint(text)
+    monkeypatch.setattr(whole, "USED", (*whole.USED, "gone"))
+    whole.way.cache_clear()
+    try:
+        assert whole.way() == "in parts" and cache.fingerprint(text) != name
+        module = started(text)
+        assert Kernel(module, "a test").entry("outer")(1.0) == wanted
+        [part] = module.inner.overloads.values()
+        assert not whole.is_part(part.library)
+    finally:
+        whole.way.cache_clear()
 
 
 def test_code_of_other_python_is_passed_over(folder, text):

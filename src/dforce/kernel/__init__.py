@@ -25,6 +25,8 @@ from dforce.kernel.codegen import (
     native_types,
     parameter_count,
 )
+from dforce.kernel.whole import compiled as compiled_whole
+from dforce.kernel.whole import is_part
 from dforce.problem import Problem
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -214,8 +216,11 @@ class Kernel:
             function = getattr(self.module, name)
             with self._made_ready(name):
                 function.compile(types)
-            [compiled] = function.overloads.values()
-            self._addresses[name] = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+                [compiled] = function.overloads.values()
+                new = is_part(compiled.library)
+                self._addresses[name] = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+                if new:
+                    function._cache.save_overload(types, compiled)
         return self._addresses[name]
 
     @contextlib.contextmanager
@@ -223,7 +228,8 @@ class Kernel:
         """Compile or load a function inside; threads and processes that want the same code compiled wait for it."""
         with log.done_once():
             if cache.is_compiled(self.module, name):
-                yield
+                with compiled_whole():  # for other types than those that it lies there for
+                    yield
                 return
             if not self._announced or log.is_heard():  # printed once, and told to each who waits
                 self._announced = True

@@ -30,6 +30,7 @@ from typing import Any
 from dforce.core import log
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.files import reason
+from dforce.kernel import whole
 from dforce.kernel.cache_files import CODE, Kept, keep, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
@@ -129,7 +130,7 @@ def fingerprint(text: str) -> str:
     versions = [importlib.metadata.version(name) for name in ("numba", "llvmlite", "numpy")]
     machine = [platform.python_implementation(), *map(str, sys.version_info[:3]), platform.machine(), sys.platform]
     settings = [repr(getattr(numba.config, name, None)) for name in SETTINGS]
-    return hashlib.sha256("\0".join([text, *versions, *machine, *settings]).encode()).hexdigest()[:20]
+    return hashlib.sha256("\0".join([text, *versions, *machine, *settings, whole.way()]).encode()).hexdigest()[:20]
 
 
 def place(text: str) -> Path:
@@ -216,7 +217,7 @@ def one_at_a_time(module: ModuleType) -> Iterator[None]:
     import filelock
 
     lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(".lock"), timeout=LONGEST)
-    with _COMPILING, _seldom_collected():
+    with _COMPILING, _seldom_collected(), whole.compiled():
         with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
             lock.acquire()
         try:

@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from dforce.kernel.whole import is_part
+
 CODE = ".code"
 HASH = hashlib.sha256
 
@@ -80,8 +82,9 @@ class Kept:
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return numba's result of compiling for these types, None where none is kept that can be used."""
         from numba.core.compiler import CompileResult
+        from numba.core.runtime.nrt import rtsys
 
-        target.refresh()
+        rtsys.initialize(target)  # all that compiled code needs; `target.refresh` would load what a compiler needs
         path = self._path(signature, target.codegen())
         content = kept(path)
         if content is None:
@@ -97,10 +100,11 @@ class Kept:
         """Keep numba's result of compiling for these types."""
         from numba.core.serialize import dumps
 
-        if compiled.library.has_dynamic_globals:  # addresses of this process
-            return
+        library = compiled.library
         try:
-            keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
+            with library.linked() if is_part(library) else contextlib.nullcontext():
+                if not library.has_dynamic_globals:  # addresses of this process
+                    keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
         except OSError as error:
             self._failed(error)
 

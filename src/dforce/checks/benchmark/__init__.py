@@ -231,3 +231,14 @@ def _processes(table: Table) -> None:
             process(run, folder)
 
     table.time("a dwell in a new process, nothing on disk", cold, repeats=1)
+    new = iter(("hydration", "electrostatic"))
+    with tempfile.TemporaryDirectory() as folder:
+        process(run, folder)
+
+        def other() -> None:
+            process(
+                run.replace("')", f"').replace('forces', [{{'model': 'hertz'}}, {{'model': '{next(new)}'}}])", 1),
+                folder,
+            )
+
+        table.time("a dwell in a new process, forces never used before", other, repeats=1)
