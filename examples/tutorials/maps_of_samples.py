@@ -132,9 +132,9 @@ df.sweep(case, rows=rows, quantities=["amplitude_ratio", "phase"], store="polyme
 
 table = df.read("polymers.zarr")
 print(table.attrs["title"])
-for name, column in table.variables.items():
+for column_name, column in table.variables.items():
     words = column.attrs.get("long_name", "; ".join(str(column.attrs.get("flag_meanings", "")).split()))
-    print(f"{name} {column.dims}: {words} ({column.attrs.get('units', '-')})")
+    print(f"{column_name} {column.dims}: {words} ({column.attrs.get('units', '-')})")
 
 # %%
 # Where a motion was not found the number is NaN, and `status` says why. `table.to_dataframe().to_parquet("polymers.parquet")`
@@ -144,7 +144,7 @@ for name, column in table.variables.items():
 # sphinx_gallery_start_ignore
 assert table.sizes["case"] == count and (table.status == df.Status.OK).all()
 np.testing.assert_array_equal(table["youngs_modulus"], rows["sample.youngs_modulus"])
-assert all(column.attrs.get("long_name") or "status" in name for name, column in table.data_vars.items())
+assert all(column.attrs.get("long_name") or "status" in str(name) for name, column in table.data_vars.items())
 import shutil
 
 shutil.rmtree("polymers.zarr")
