@@ -79,7 +79,7 @@ def test_what_cannot_be_kept_is_told(monkeypatch):
 
 
 def test_numbers_that_are_far_off_are_no_numbers(monkeypatch):
-    for module in ("accuracy", "refine"):
+    for module in ("accuracy", "sample_counts"):
         monkeypatch.setattr(f"dforce.solvers.{module}.MOST_SAMPLES", 512)
     monkeypatch.setattr("dforce.experiments.table.WORTHLESS", 1e-9)
     found = df.run(VISCOUS.set("solver.accuracy=1e-8", "experiment.zc=['6 nm']"))

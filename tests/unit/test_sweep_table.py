@@ -183,7 +183,7 @@ def test_set_points_and_jumps_of_relative_distances_are_those_of_the_curves_alon
         assert found.sizes["crossing"] == wanted.sizes["crossing"]
         if "jump_zc" in alone:
             noted = shares.jump_zc[i].values
-            np.testing.assert_allclose(np.sort(noted[np.isfinite(noted)]), np.sort(alone.jump_zc), rtol=1e-9)
+            np.testing.assert_allclose(np.sort(noted[np.isfinite(noted)]), np.sort(alone.jump_zc), rtol=1e-8)
     assert np.isfinite(shares.jump_zc).any()
 
 

@@ -26,7 +26,6 @@ from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 from dforce.core.units import parse
-from dforce.results.store import is_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,6 +96,8 @@ def sweep(
             f"{quoted(case)} does not say what to vary; write [sweep] into it, such as "
             'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
         )
+    from dforce.results.store import is_store
+
     in_blocks = is_store(output)
     if not in_blocks:
         check_target(output)
