@@ -11,10 +11,20 @@ from sphinx.environment import BuildEnvironment
 from sphinx.errors import ExtensionError
 from sphinx.util.docutils import SphinxDirective
 
-from dforce.core.quantities import FITS, JUMPS, MEASURED, NOISES, OBSERVABLES, RECONSTRUCTED, TRACES, Observable
+from dforce.core.quantities import (
+    DRIFTING,
+    FITS,
+    JUMPS,
+    MEASURED,
+    NOISES,
+    OBSERVABLES,
+    RECONSTRUCTED,
+    TRACES,
+    Observable,
+)
 from dforce_docs.declared import list_table
 
-KNOWN = {**OBSERVABLES, **TRACES, **NOISES, **JUMPS, **RECONSTRUCTED, **MEASURED, **FITS}
+KNOWN = {**OBSERVABLES, **DRIFTING, **TRACES, **NOISES, **JUMPS, **RECONSTRUCTED, **MEASURED, **FITS}
 HEADER = ("name in the Dataset", "symbol", "stored in", "over", "meaning")
 
 

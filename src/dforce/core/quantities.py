@@ -172,7 +172,17 @@ JUMPS = _table(
                "approach or retract; of a frequency sweep up or down", ("jump",)),
 )  # fmt: skip
 
-AXES = _table(
+DRIFTING = _table(
+    Observable("free_amplitude", "A_0", "m", "nm", "free amplitude",
+               "amplitude that the detector reads without tip–sample forces, at a distance with which the lever changes",
+               ("tone",)),
+    Observable("resonance_frequency", "f_0", "Hz", "kHz", "resonance frequency",
+               "resonance frequency of a mode at a distance with which the lever changes", ("mode",)),
+    Observable("quality_factor", "Q", "1", "1", "quality factor",
+               "quality factor of a mode at a distance with which the lever changes", ("mode",)),
+)  # fmt: skip
+
+AXES = DRIFTING | _table(
     Observable("zc", "z_c", "m", "nm", "average tip–surface distance",
                "average tip–surface distance: rest position of the undeflected tip above the undeformed surface"),
     Observable("zc_ratio", "z_c/A_0", "1", "1", "distance ratio",
@@ -212,13 +222,6 @@ AXES = _table(
     Observable("motion", "", "SI", "", "motion",
                "motion at the start of a common period: deflection and velocity of each mode, then the fluid that follows "
                "late, then memory and branches of the forces"),
-    Observable("free_amplitude", "A_0", "m", "nm", "free amplitude",
-               "amplitude that the detector reads without tip–sample forces, at a distance with which the lever changes",
-               ("tone",)),
-    Observable("resonance_frequency", "f_0", "Hz", "kHz", "resonance frequency",
-               "resonance frequency of a mode at a distance with which the lever changes", ("mode",)),
-    Observable("quality_factor", "Q", "1", "1", "quality factor",
-               "quality factor of a mode at a distance with which the lever changes", ("mode",)),
     Observable("component", "", "", "", "component", "number of the motion; component_units gives its unit"),
     Observable("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip
