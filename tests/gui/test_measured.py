@@ -309,7 +309,8 @@ def test_a_fit_that_is_stopped_keeps_the_best_so_far(tmp_path):
         async with window(tmp_path, session, live=False) as (user, page):
             await dropped(page, data, "stiff.csv")
             running = asyncio.create_task(session.fit(page.view.document))
-            await until(lambda: session.fitting is not None and session.fitting.done > 0, 60.0)
+            await until(lambda: session.fitting is not None and (session.fitting.done > 0 or running.done()), 60.0)
+            assert session.fitting.error == ""
             send(element(user, Panel), "stop")
             await asyncio.wait_for(running, 60.0)
             assert session.bench.fit is None or session.bench.fit.attrs["interrupted"]

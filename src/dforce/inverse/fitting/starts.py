@@ -78,7 +78,7 @@ def searched(model: Model, varied: Array) -> list[Start]:
     many = np.tile(varied, (count, 1))
     if wide:
         spread = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
-        sobol = qmc.Sobol(len(wide), scramble=True, rng=np.random.default_rng(1))
+        sobol = qmc.Sobol(len(wide), scramble=True, seed=np.random.default_rng(1))  # SciPy before 1.15 knows no `rng`
         many[1:, wide] += spread * (2.0 * sobol.random(count)[1:] - 1.0)
     low, high = limits(unknowns)
     many = np.clip(many, low, high)
