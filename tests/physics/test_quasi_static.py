@@ -70,6 +70,16 @@ def test_a_curve_does_not_depend_on_its_grid(family, A0, k, Q, modulus, turn):
     check_same_curve(coarse, fine, A0, AT_A_TOUCH if family == "jumping" else SAME_JUMP)
 
 
+def test_whether_a_state_changes_suddenly_at_a_fold_does_not_depend_on_the_last_orbit_before_it():
+    """On the way back the two states are 0.0195 of A0 apart at the fold, and farther where the first was last met."""
+    case = lever(
+        "jumping", A0=5e-9, k=24.150042634328447, Q=24.707441724712837, youngs_modulus=1.5e9, points_per_period=1024
+    )
+    zc = np.linspace(8.5e-9, 0.27461387988531477 * 5e-9, 46)
+    coarse, fine = (df.approach(case, zc=grid, direction="both") for grid in (zc[::9], zc))
+    check_same_curve(coarse, fine, 5e-9, AT_A_TOUCH)
+
+
 @pytest.mark.parametrize("points", [45, 56, 111, 221])
 def test_a_state_that_all_but_touches_a_force_that_jumps_has_no_end(points):
     """The tip turns 1 to 3 pm before contact, where the attraction would be off; the motion between two samples is longer."""

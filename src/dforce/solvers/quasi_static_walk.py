@@ -22,6 +22,7 @@ from dforce.solvers.points import Jump, Points, amplitude_of
 from dforce.solvers.problem_batch import Indices
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
+from dforce.solvers.state_ends import End, Landing, directions
 from dforce.solvers.transient import Steady, steady
 
 CHUNK = 64  # values that are followed in one stretch: at its start only the state is known, where a run can go on
@@ -37,8 +38,6 @@ JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
 MOST_ENDS = 3  # of a state in a row that goes on behind each: the map is too rough there
 MOST_CYCLES = 12  # common periods after which states repeat, at most
-NEARER = 0.2  # times the distance of the next multiplier from the unit circle: that of a state close to a fold
-CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
 class Walk:
@@ -218,7 +217,7 @@ class Walk:
         known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
         last = States(ends.last_x, ends.last_memory, ends.last_branch)
         way = np.sign(targets - ends.last_value)
-        doubling, folding, aside = _directions(ends, way)
+        doubling, folding, aside = directions(ends, way)
         left = np.ones(len(cases), dtype=bool)
         for i in np.flatnonzero(known & doubling):
             ended, target = float(ends.last_value[i]), float(targets[i])
@@ -231,9 +230,12 @@ class Walk:
         cases, unit, way, targets, known = cases[rest], unit[rest], way[rest], targets[rest], known[rest]
         last, aside, at_end = last.take(rest), aside[rest], ends.last_value[rest]
         ahead = np.where(folding[rest], way * (ends.fold[rest] - at_end), np.nan)
-        place = at_end + way * np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
+        ahead = np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
+        place = at_end + way * ahead
         beyond = place + way * BEYOND * unit
         beyond = np.where(way * (targets - beyond) < 0.0, targets, beyond)
+        # up to a fold the state moves like the root of the way that is left: by twice its slope
+        edge = last.x + 2.0 * ends.last_slope[rest] * (way * ahead / unit)[:, None]
         start = last.copy()
         start.x[:] += KICK * aside
         left_it = start if self.block.is_smooth else gone(self.block, cases, start, last, beyond)
@@ -241,8 +243,12 @@ class Walk:
         self.at[cases], self.cycles[cases] = beyond, 0
         self.ends[cases] += 1
         found, good, _ = self._settled(cases, left_it, beyond)
-        self._note_jumps(cases, last, at_end, place, beyond, found, good, known, cycles)
-        for i in np.flatnonzero(good):
+        for i in np.flatnonzero(known).tolist():
+            landed = Landing(found.last_x[i], found.rows[i, 0]) if good[i] else None
+            self._note_jump(
+                int(cases[i]), End(last.motion(i), float(at_end[i]), edge[i], float(place[i]), cycles), landed
+            )
+        for i in np.flatnonzero(good).tolist():
             self.cycles[cases[i]] = 1
             self.state.put(cases[i], States(found.last_x[i], found.last_memory[i], found.last_branch[i]))
 
@@ -274,29 +280,24 @@ class Walk:
             self.at[case], self.cycles[case] = at, 2 * cycles
         return bool(len(doubled))
 
-    def _note_jumps(
-        self, cases: Indices, last: States, ended: Array, place: Array, beyond: Array, found: Branch, good: Any, known: Any,
-        cycles: int,
-    ) -> None:  # fmt: skip
-        """Note the changes of state that are sudden."""
-        block = self.block
-        for i, case in enumerate(cases.tolist()):
-            if not known[i] or not np.isfinite(self.state.x[case]).all():
-                continue
-            value, at_end = float(beyond[i]), float(ended[i])
-            # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
-            first = self._amplitude(case, last.motion(i), at_end, cycles)
-            if good[i]:
-                after = amplitude_of(block, case, value, found.rows[i, 0])
-                sudden = bool(apart(found.last_x[i : i + 1], last.x[i : i + 1])[0] > SUDDEN)
-            else:  # on a state that does not repeat, or that has to be waited for
-                landed = steady(block.integrator(case, value), self.state.motion(case), block.watch)
-                self.state.put(np.array([case]), States.of(landed.motion))
-                after = float(landed.values["amplitude"][0])
-                sudden = abs(after - first) > SUDDEN * block.lot.length[case]
-            if sudden:
-                self.jumps[case].append(Jump(float(place[i]), first, after, value > at_end))
-                self.ends[case] = 0
+    def _note_jump(self, case: int, end: End, landed: Landing | None) -> None:
+        """Note a change of state that is sudden; `landed` is None where the motion does not repeat, or has to be waited for."""
+        block, value = self.block, float(self.at[case])
+        if not np.isfinite(self.state.x[case]).all():
+            return
+        # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
+        first = self._amplitude(case, end.last, end.value, end.cycles)
+        if landed is not None:
+            after = amplitude_of(block, case, value, landed.rows)
+            sudden = bool(np.abs(landed.x - end.edge).max() > SUDDEN)
+        else:
+            settling = steady(block.integrator(case, value), self.state.motion(case), block.watch)
+            self.state.put(np.array([case]), States.of(settling.motion))
+            after = float(settling.values["amplitude"][0])
+            sudden = abs(after - first) > SUDDEN * block.lot.length[case]
+        if sudden:
+            self.jumps[case].append(Jump(end.place, first, after, value > end.value))
+            self.ends[case] = 0
 
     def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
         """Return the amplitude (m) of a motion that repeats after so many common periods."""
@@ -364,27 +365,3 @@ def one_way(at: float, values: Array) -> Array:
     steps = np.sign(np.diff(np.append(at, values)))
     turns = np.flatnonzero(steps * steps[np.flatnonzero(steps)[:1]].sum() < 0.0)
     return values[: int(turns[0])] if turns.size else values
-
-
-def _directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
-    """Return which states end in a period doubling, which in a fold, and the unit vectors along which motions leave.
-
-    At a fold this is the direction in which the state moves: on its other side lies the unstable one. Where no multiplier is
-    near the unit circle, as where the force jumps, the motion starts from the end itself.
-    """
-    count, size = ends.last_x.shape
-    doubling, folding, aside = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool), np.zeros((count, size))
-    for i in range(count):
-        if not np.isfinite(ends.last_monodromy[i]).all():
-            continue
-        values, vectors = np.linalg.eig(ends.last_monodromy[i])
-        *_, second, largest = np.argsort(np.abs(values)).tolist()
-        if abs(values[largest]) < 1.0 - CRITICAL:
-            continue
-        vector = vectors[:, largest].real
-        if abs(values[largest].imag) < 1e-9 and values[largest].real > 0.0:
-            vector = way[i] * ends.last_slope[i]
-            folding[i] = 1.0 - abs(values[largest]) < NEARER * (1.0 - abs(values[second]))
-        doubling[i] = values[largest].real < 0.0 and abs(values[largest].imag) < 1e-9
-        aside[i] = vector / max(float(np.abs(vector).max()), 1e-300)
-    return doubling, folding, aside
