@@ -28,6 +28,7 @@ def case_file(tmp_path: Path) -> Path:
     return tmp_path / "fit.toml"
 
 
+@pytest.mark.slow
 def test_a_fit_prints_a_report_and_writes_what_repeats_it(case_file: Path) -> None:
     out, picture = case_file.parent / "out.nc", case_file.parent / "fit.png"
     done = ran(case_file, "-o", out, "--plot", picture)
@@ -61,6 +62,7 @@ def test_several_files_give_a_table_and_a_bad_one_does_not_stop_it(case_file: Pa
     assert float(many["value"].sel(curve=str(good), parameter=H)) == pytest.approx(1.996e-20, rel=0.02)
 
 
+@pytest.mark.slow
 def test_identify_needs_no_measurement(case_file: Path) -> None:
     (case_file.parent / "air.csv").unlink()
     done = ran(case_file, "--identify", "--json")

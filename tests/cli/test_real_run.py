@@ -21,6 +21,7 @@ GRID = 'experiment.zc={ start = "11 nm", stop = "9 nm", points = 5 }'
     [("table-1-am", []), ("figure-3-air", ["--set", GRID])],
     ids=["dwell", "approach"],
 )
+@pytest.mark.slow
 def test_a_result_repeats_its_own_run_to_the_last_bit(tmp_path, monkeypatch, example, settings):
     monkeypatch.chdir(tmp_path)
     first = CliRunner().invoke(app, ["run", example, "--json", "--plot", "figure.png", *settings])
@@ -35,6 +36,7 @@ def test_a_result_repeats_its_own_run_to_the_last_bit(tmp_path, monkeypatch, exa
 LOOP = 'experiment.zc={ start = "21 nm", stop = "18 nm", points = 13 }'
 
 
+@pytest.mark.slow
 def test_states_are_drawn_behind_the_curve_where_they_are_asked_for(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     ranges = []
@@ -74,6 +76,7 @@ def test_states_that_are_stopped_leave_the_curve_and_its_picture(tmp_path, monke
     assert pictures == [{"← approach", "retract →"}]
 
 
+@pytest.mark.slow
 def test_states_that_may_be_missing_are_told(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["--set", LOOP, "--set", "forces.dmt.surface_energy=10 mJ/m^2"]  # the force then jumps at contact

@@ -100,6 +100,7 @@ def on_a_terminal(columns, words):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a terminal of a given width is made with pty")
+@pytest.mark.slow
 def test_the_width_is_that_of_the_terminal():
     # a word more would not fit: longer lines would be split by the terminal, much shorter ones ignore its width
     for columns in (60, 90):

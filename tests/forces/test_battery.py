@@ -30,6 +30,7 @@ def forces_in_the_folder() -> dict[str, type[Force]]:
 
 
 @pytest.mark.parametrize("model", SHIPPED.values(), ids=SHIPPED.keys())
+@pytest.mark.slow
 def test_every_force_passes_the_battery(model):
     check_force(model)
 

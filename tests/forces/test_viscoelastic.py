@@ -122,6 +122,7 @@ def test_fast_and_slow_relaxation_are_hertz_at_both_ends(bound, at, model, tau, 
         (SLS, {"elements": 200, "max_indentation": 1.5e-9}, 5e-3),
     ],
 )
+@pytest.mark.slow
 def test_a_stiff_and_fast_arm_is_kelvin_voigt(bound, at, model, options, error):
     # E_0 to infinity with the arm's viscosity fixed; 2 eta* is the coefficient of kelvin_voigt
     viscosity, relaxed, stiff = 50.0, 1e9, 2e11
@@ -215,6 +216,7 @@ def test_arms_of_the_power_law_add_up_to_it():
         assert modulus == same(1e6 * (age / 1e-3) ** -0.2, 0.01)
 
 
+@pytest.mark.slow
 def test_power_law_creep_of_the_contact_follows_its_exponent(bound):
     force = bound(PowerLaw(modulus_at_reference=1e6, reference_time=1e-3, exponent=0.2, longest_time=0.1), **PLANE)
 

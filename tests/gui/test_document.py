@@ -79,6 +79,7 @@ def test_the_document_of_every_example_is_within_bounds(name):
     assert Document.from_plain(document.to_plain()) == document
 
 
+@pytest.mark.slow
 def test_a_case_as_large_as_can_be_is_within_bounds():
     longest = AIR.case().replace("experiment.zc", list(range(1, 200_000)))
     document = Document.of(longest)

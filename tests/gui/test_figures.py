@@ -91,6 +91,7 @@ def test_nothing_in_common_is_said_in_a_sentence():
     assert "nothing to draw" in drawn.figure["layout"]["annotations"][0]["text"]
 
 
+@pytest.mark.slow
 def test_basins_have_a_color_for_each_state():
     drawn = basins(result("figure-3-basins"))
     assert [trace["marker"]["color"] for trace in drawn.figure["data"][1:]] == [0, 1]

@@ -133,6 +133,7 @@ STRANGE = {
 
 
 @pytest.mark.parametrize("name", STRANGE)
+@pytest.mark.slow
 def test_a_strange_result_is_refused_or_can_be_drawn_and_written_again(tmp_path, name):
     data = changed(tmp_path, STRANGE[name])
     try:
@@ -265,6 +266,7 @@ def made(tmp_path_factory):
     return asyncio.run(make())
 
 
+@pytest.mark.slow
 def test_a_project_comes_back_with_all_that_was_typed_and_its_results(tmp_path, made):
     data, document = made
 
@@ -360,6 +362,7 @@ def test_a_broken_project_is_refused_in_a_sentence(tmp_path, made, name):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
     broken = with_document(lambda plain: plain["table"].update(cantilever={"modes": 3}))
 
@@ -375,6 +378,7 @@ def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
     asyncio.run(flow())
 
 
+@pytest.mark.slow
 def test_no_picture_that_a_project_asks_for_fails_on_its_results(tmp_path, made):
     names = drawable(result())
     plots = [{"x": x, "y": names, "together": way, "logarithmic": way} for x in names[:5] for way in (False, True)]
@@ -393,6 +397,7 @@ def test_a_zip_that_is_cut_short_is_refused(tmp_path, made):
         project.unpacked(made[0][:-30], tmp_path)
 
 
+@pytest.mark.slow
 def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):

@@ -208,6 +208,7 @@ def test_a_curve_is_calibrated_anew_for_another_instrument(tmp_path):
     asyncio.run(flow())
 
 
+@pytest.mark.slow
 def test_a_project_holds_the_measured_curve_with_its_shift_and_fit(tmp_path):
     async def flow():
         async with window(tmp_path / "one", live=False) as (_, page):
@@ -258,6 +259,7 @@ def stiff(tmp_path):
     return session
 
 
+@pytest.mark.slow
 def test_a_fit_is_made_told_and_taken_over(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
 
@@ -300,6 +302,7 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
     asyncio.run(flow())
 
 
+@pytest.mark.slow
 def test_a_fit_that_is_stopped_keeps_the_best_so_far(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
 
@@ -364,6 +367,7 @@ def test_a_case_that_is_saved_says_how_its_curve_is_read(tmp_path):
     asyncio.run(flow())
 
 
+@pytest.mark.slow
 def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
     case = fitted_curves.case_of("stiff")
     fit = df.fit(case, fitted_curves.data_of("stiff"), free=["sample.youngs_modulus"], search=False)

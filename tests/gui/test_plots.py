@@ -74,6 +74,7 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
 
 
 @pytest.mark.parametrize("state", [1, 2])
+@pytest.mark.slow
 def test_a_click_on_the_map_of_basins_shows_the_state_that_is_reached_from_there(tmp_path, state):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):

@@ -121,6 +121,7 @@ def test_where_the_curve_begins_too_near_the_surface_it_says_so(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["table-1-am", "figure-3-basins"])
+@pytest.mark.slow
 def test_what_is_no_curve_has_no_set_point(tmp_path, name):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):

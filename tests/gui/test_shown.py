@@ -52,6 +52,7 @@ class Runs:
         return result().assign_attrs(title=case.title, case=case.to_toml(complete=True))
 
 
+@pytest.mark.slow
 def test_a_result_never_stands_under_the_title_of_a_case_that_was_opened_meanwhile(tmp_path, monkeypatch):
     runs = Runs()
     result()

@@ -89,6 +89,7 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
         del df.forces.REGISTRY["window_test_spring"]
 
 
+@pytest.mark.slow
 def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_and_then(tmp_path, monkeypatch):
     drawn, beside = [], []
     result = df.run(df.example("figure-3-air"))

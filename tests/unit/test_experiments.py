@@ -218,6 +218,7 @@ def test_a_record_too_long_for_memory_is_refused():
 # --- memory ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_points_times_periods():
     """What a point leaves behind is its row of results; periods leave nothing."""
 

@@ -1,6 +1,7 @@
 """Imports run one way through dForce, from what is typed at the edge down to errors and units."""
 
 import ast
+import functools
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -87,8 +88,14 @@ def running_nodes(node: ast.AST) -> Iterator[ast.AST]:
             yield from running_nodes(child)
 
 
-def imports(name: str, path: Path) -> Iterator[tuple[str, str, int]]:
-    """Yield (file of dForce, name taken from it or '', line) for every import of dForce in a file."""
+@functools.cache
+def imports(name: str, path: Path) -> list[tuple[str, str, int]]:
+    """Return (file of dForce, name taken from it or '', line) for every import of dForce in a file."""
+    return list(read_imports(name, path))
+
+
+def read_imports(name: str, path: Path) -> Iterator[tuple[str, str, int]]:
+    """Yield the imports of dForce in a file."""
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     for node in running_nodes(parse(path)):
         if isinstance(node, ast.Import):

@@ -177,6 +177,7 @@ def test_code_that_a_kernel_left_as_a_part_serves_a_users_own_function(text):
     assert own(4) == 28.0
 
 
+@pytest.mark.slow
 def test_code_from_disk_runs_without_the_compilers_tables_which_come_when_it_compiles(folder, text):
     code = """
 import sys

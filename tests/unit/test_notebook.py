@@ -78,6 +78,7 @@ def test_every_example_has_a_table(name):
     assert {f"forces.{force.name}" for force in case.forces} <= set(cells)
 
 
+@pytest.mark.slow
 def test_a_result_is_shown_with_a_picture_findings_and_advice():
     case = df.example("figure-3-air-jump")
     report = df.report(df.run(case))

@@ -33,6 +33,7 @@ def test_several_results_have_a_color_and_a_name_in_the_legend_each():
     assert len({line.get_color() for line in axes[0].lines}) == 2
 
 
+@pytest.mark.slow
 def test_each_usual_picture_of_each_kind_of_result_can_be_saved(tmp_path):
     for name in ("figure-3-air-jump", "figure-3-branches", "resonance-curve", "table-1-am"):
         dataset = df.run(df.example(name))

@@ -238,6 +238,7 @@ def test_force_curve_shades_hysteresis_only_where_there_is_some():
         (synthetic.force_curve, 1),
     ],
 )
+@pytest.mark.slow
 def test_overview_is_drawn_for_every_kind_of_result(tmp_path, make, count):
     axes = plot.overview(make())
     assert len(axes) == count
@@ -312,6 +313,7 @@ def test_every_picture_is_tried():
 
 
 @pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.slow
 def test_a_picture_is_drawn_on_a_new_figure_of_pyplot(name):
     before = plt.figure()
     figure = figure_of(PICTURES[name](None))

@@ -51,6 +51,7 @@ def test_the_energy_along_a_motion_is_the_closed_form_of_a_viscous_contact():
     assert float(result.energy[-1]) == pytest.approx(6.52042150859e-20, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_latch_and_a_memory_carry_over_from_tap_to_tap():
     time, distance = tap(zc=4e-9, amplitude=4.5e-9, periods=3)
     neck = df.force_along(case(F.Capillary()), time=time, distance=distance).energy.values

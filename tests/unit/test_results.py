@@ -236,6 +236,7 @@ def test_a_file_that_is_no_result_is_one_sentence(tmp_path, make, sentence):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
+@pytest.mark.slow
 def test_a_process_killed_while_writing_leaves_the_old_file(tmp_path):
     path = tmp_path / "out.nc"
     write(synthetic.dwell(), path)

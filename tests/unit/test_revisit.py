@@ -27,6 +27,7 @@ def points(name, count):
 
 
 @pytest.mark.parametrize("name", ["figure-3-air-jump", "figure-3-branches", "resonance-curve", "figure-6"])
+@pytest.mark.slow
 def test_the_motion_has_amplitude_phase_and_forces_of_the_point(name):
     for point in points(name, 15):
         motion = df.motion_at(point)
@@ -63,6 +64,7 @@ def test_an_unstable_state_is_shown_with_a_sentence_that_no_experiment_shows_it(
     np.testing.assert_allclose(first, second, atol=1e-6 * 10e-9)
 
 
+@pytest.mark.slow
 def test_each_state_of_basins_has_its_motion():
     dataset = result("figure-3-basins")
     for n in range(dataset.sizes["state"]):

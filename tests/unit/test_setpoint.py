@@ -20,6 +20,7 @@ def result(name, *settings):
     return df.run(df.example(name).set(*settings))
 
 
+@pytest.mark.slow
 def test_the_amplitude_ratio_is_the_amplitude_over_the_free_amplitude():
     for name in ("figure-3-air-jump", "figure-3-branches", "resonance-curve"):
         A0 = df.example(name).drive.A0
@@ -68,6 +69,7 @@ def test_every_state_at_the_set_point_is_listed_with_its_regime_and_stability():
         ("figure-3-air", ['drive.A0="14 nm"', 'experiment.zc.start="17 nm"', "experiment.direction=both"]),
     ],
 )
+@pytest.mark.slow
 def test_a_jump_over_the_set_point_is_no_state(name, settings):
     curve = result(name, *settings)
     step, A0 = abs(float(curve["zc"][1] - curve["zc"][0])), df.Case.from_toml(curve.attrs["case"]).drive.A0
@@ -178,6 +180,7 @@ def grid(*kept):
 
 
 @pytest.mark.parametrize("set_point", [0.5, 0.8, 0.96])
+@pytest.mark.slow
 def test_a_sweep_gives_the_states_of_each_of_its_cases(set_point):
     states = df.at_set_point(grid(), set_point)
     assert states["peak_force"].dims == ("A0", "youngs_modulus", "crossing")
@@ -195,6 +198,7 @@ def test_a_sweep_gives_the_states_of_each_of_its_cases(set_point):
     assert states.sizes["crossing"] == most > 0
 
 
+@pytest.mark.slow
 def test_a_sweep_that_keeps_few_quantities_reads_across_no_jump_either():
     few = df.at_set_point(grid("amplitude_ratio", "peak_force"), 0.96, ["peak_force"])
     whole = df.at_set_point(grid(), 0.96, ["peak_force"])

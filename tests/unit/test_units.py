@@ -154,6 +154,7 @@ def test_a_value_is_shown_with_as_many_digits_as_asked_for():
     assert units.show(math.inf, "m", 3).startswith("inf")
 
 
+@pytest.mark.slow
 def test_units_are_known_whatever_became_of_the_copy_of_pint_that_read_them_first(tmp_path):
     import pint
 

@@ -492,6 +492,7 @@ def test_every_force_model_can_be_advised_on(name):
     assert all(piece.text for piece in pieces)
 
 
+@pytest.mark.slow
 def test_advice_takes_a_result_alone_which_tells_its_case():
     case = df.example("figure-3-air-jump")
     result = df.run(case)
