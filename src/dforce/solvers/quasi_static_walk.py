@@ -219,7 +219,7 @@ class Walk:
         way = np.sign(targets - ends.last_value)
         doubling, folding, aside = directions(ends, way)
         left = np.ones(len(cases), dtype=bool)
-        for i in np.flatnonzero(known & doubling):
+        for i in np.flatnonzero(known & doubling).tolist():
             ended, target = float(ends.last_value[i]), float(targets[i])
             left[i] = not self._doubled(
                 int(cases[i]), last.take([i]), aside[i], ends.last_slope[i], ended, target, cycles
