@@ -232,8 +232,9 @@ def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_p
 
 
 @pytest.mark.parametrize(
-    "data", [b"\x89HDF\r\n\x1a\n", netcdf()[: len(netcdf()) // 2], uploads.HDF5 + bytes(range(256)) * 40]
-)
+    "data", [b"\x89HDF\r\n\x1a\n", netcdf()[: len(netcdf()) // 2], uploads.HDF5 + bytes(range(256)) * 40],
+    ids=["signature", "half", "noise"],
+)  # fmt: skip
 def test_a_broken_result_is_refused_in_a_sentence(tmp_path, data):
     with pytest.raises(df.ResultError, match="damaged or was cut short"):
         uploads.result_from(data, tmp_path)

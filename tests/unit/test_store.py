@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -259,11 +258,8 @@ def test_a_store_that_is_none_is_one_sentence(tmp_path):
 
 def test_blocks_are_known_one_by_one_however_many_there_are():
     blocks = stores.Blocks({"a": 10**6, "b": 10**6}, {"a": 1, "b": 100})
-    start = time.monotonic()
-    places = blocks.places()
-    assert next(places) == {"a": slice(0, 1), "b": slice(0, 100)}
+    assert next(blocks.places()) == {"a": slice(0, 1), "b": slice(0, 100)}  # a list of them would fill the memory
     assert blocks.count == 10**10
-    assert time.monotonic() - start < 1.0
 
 
 def test_a_block_has_some_seconds_of_work(store):
