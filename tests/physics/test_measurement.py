@@ -1,11 +1,14 @@
 """What is measured on a motion is as good as the motion, and numbers that the samples spoil are refined or told."""
 
+import math
+
 import numpy as np
 import pytest
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag, jkr
-from dforce.observables.finish import finish, phase_lag
+from dforce.observables.complex_numbers import modulus, phase_lag, product
+from dforce.observables.finish import finish
 from dforce.problem import Problem
 from dforce.solvers.integrator import INTEGRATORS
 
@@ -153,3 +156,12 @@ def test_a_phase_is_the_same_wherever_its_result_comes_to_lie(monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(np, "arctan2", lambda y, x, behind=behind: arctan2(y, x, out=behind))
             np.testing.assert_array_equal(phase_lag(pairs[:, 1]), apart)
+
+
+def test_moduli_and_products_are_rounded_as_real_numbers_are():
+    random = np.random.default_rng(2)
+    pairs = random.normal(size=(100, 2)) + 1j * random.normal(size=(100, 2))
+    a, b = pairs.T
+    np.testing.assert_array_equal(modulus(a), [math.sqrt(c.real * c.real + c.imag * c.imag) for c in a.tolist()])
+    by_hand = [complex(c.real * d.real - c.imag * d.imag, c.real * d.imag + c.imag * d.real) for c, d in pairs.tolist()]
+    np.testing.assert_array_equal(product(a, b), by_hand)

@@ -20,6 +20,7 @@ import numpy as np
 
 from dforce.kernel import Array, drive_of, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 
@@ -54,7 +55,7 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     every = stiffness_of(numbers[:, None], len(example.modes), example.late_fluid, at)
     response = every[:, np.arange(len(driven)), driven]
     drive = drive_of(tones, len(example.modes))[:, np.arange(len(driven)), driven]
-    free = length[:, None] * np.abs(drive / response)
+    free = length[:, None] * modulus(drive / response)
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
     largest = np.maximum(np.abs(a["peak_force"]), np.abs(a["min_force"]))

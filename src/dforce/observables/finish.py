@@ -10,24 +10,8 @@ from dforce import kernel
 from dforce.kernel import Array, Scales
 from dforce.kernel.codegen import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables import measure as m
+from dforce.observables.complex_numbers import Complex, angle, modulus, phase_lag, product
 from dforce.problem import Problem
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
-
-
-def angle(c: Complex) -> Array:
-    """Return the angle (degrees) of complex numbers, in (-180°, 180°], the same wherever they lie in memory."""
-    # NumPy 1.26 rounds otherwise where the result happens to lie within a stride behind numbers that are strided: the parts
-    # of complex ones always are, copies of them are not
-    return np.degrees(np.arctan2(np.array(c.imag, order="C"), np.array(c.real, order="C")))
-
-
-def phase_lag(c: Complex) -> Array:
-    """Return the phase lag (degrees) of complex amplitudes, in (-90°, 270°].
-
-    Never folded, and without a jump near 0° (far below resonance) and 180° (strong attraction).
-    """
-    return np.asarray(270.0 - (270.0 + angle(c)) % 360.0)
 
 
 def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Any]:
@@ -78,33 +62,33 @@ def finish_each(
     by_tone[:, range(tones), problem.own_modes] -= base
     of_harmonics[:, :1] -= base[:, :1]
     read = detected(problem, by_tone[:, :, :-1], tip, base)
-    total = read * np.exp(-1j * tables[:, :, -1]) if problem.readout.turns else read
+    total = product(read, np.exp(-1j * tables[:, :, -1])) if problem.readout.turns else read
     driver = [driving_tone(problem, n) for n in range(modes)]
     of_modes = by_tone[:, driver, range(modes)]
     lengths = length[:, None]
-    work = of_force[:, driver] * of_modes.conj() * lengths
+    work = product(of_force[:, driver], of_modes.conj()) * lengths
     z_mean = mean[:, m.Z] * length
     z_min = rows[:, :, m.Z_MIN].min(1) * length
     z_max = rows[:, :, m.Z_MAX].max(1) * length
     d_min = rows[:, :, m.D_MIN].min(1)
     values = {
-        "amplitude": np.abs(read) * lengths,
-        "amplitude_ratio": np.abs(read[:, 0]),  # lengths are in units of A0
+        "amplitude": modulus(read) * lengths,
+        "amplitude_ratio": modulus(read[:, 0]),  # lengths are in units of A0
         "phase": phase_lag(total),
-        "mode_amplitude": np.abs(of_modes) * lengths,
+        "mode_amplitude": modulus(of_modes) * lengths,
         "mode_phase": phase_lag(of_modes),
     }
     if tones == 1:
         values |= {
-            "harmonic_amplitude": np.abs(of_harmonics) * lengths,
+            "harmonic_amplitude": modulus(of_harmonics) * lengths,
             "harmonic_phase": phase_lag(of_harmonics),
         }
-    with_base = of_force * base.conj() * lengths
+    with_base = product(of_force, base.conj()) * lengths
     if problem.tip_differs:
-        values |= {"tip_amplitude": np.abs(tip) * lengths, "tip_phase": phase_lag(tip)}
+        values |= {"tip_amplitude": modulus(tip) * lengths, "tip_phase": phase_lag(tip)}
     if problem.shaken is not None:
         values |= {
-            "base_amplitude": np.abs(base) * lengths,
+            "base_amplitude": modulus(base) * lengths,
             "base_energy": -np.pi * (tables[:, :, 0] * with_base.imag).sum(axis=1),
         }
     return values | {
@@ -136,7 +120,7 @@ def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Arr
     pairs, base = mean[:, ::2] + 1j * mean[:, 1::2], problem.base[:1] / scales.length
     moves, tip = pairs[:, None, :-1], pairs[:, -1:]
     moves[:, 0, problem.tones[0].mode] -= base
-    return np.asarray(np.abs(detected(problem, moves, tip, base)[:, 0])) * scales.length
+    return modulus(detected(problem, moves, tip, base)[:, 0]) * scales.length
 
 
 def detected(problem: Problem, moves: Complex, tip: Complex, base: Complex) -> Complex:
@@ -171,7 +155,7 @@ def apparent_energy(problem: Problem, total: Complex, numbers: Array, tables: Ar
     base, seen = kernel.base_of(tables), np.array(problem.readout.weights)[each, own]
     moved = kernel.drive_of(tables, count)[:, each, own] / stiffness - base
     free = seen * moved + problem.readout.base * base
-    lost = np.abs(free) * -total.imag - np.abs(total) ** 2
+    lost = modulus(free) * -total.imag - modulus(total) ** 2
     # k r / Q is the imaginary part of the force over the deflection
     return np.asarray(np.pi * stiffness.imag / gain * length * lost)
 
@@ -185,12 +169,12 @@ def multipliers(tangents: Array) -> tuple[Array, Array]:
     """Return moduli and angles (degrees) of the eigenvalues of each tangent, the largest first."""
     if tangents.shape[1] == 2:  # by hand: LAPACK takes as long for a small matrix as the orbit itself
         half = 0.5 * (tangents[:, 0, 0] + tangents[:, 1, 1])
-        product = tangents[:, 0, 0] * tangents[:, 1, 1] - tangents[:, 0, 1] * tangents[:, 1, 0]
-        root = np.sqrt((half * half - product).astype(complex))
+        determinant = tangents[:, 0, 0] * tangents[:, 1, 1] - tangents[:, 0, 1] * tangents[:, 1, 0]
+        root = np.sqrt((half * half - determinant).astype(complex))
         found = np.stack([half + root, half - root], axis=1)
     else:
         found = np.full(tangents.shape[:2], np.nan, dtype=complex)
         known = np.isfinite(tangents).all(axis=(1, 2))
         found[known] = np.linalg.eigvals(tangents[known])
-    found = np.take_along_axis(found, np.argsort(-np.abs(found), axis=1, kind="stable"), 1)
-    return np.abs(found), angle(found)
+    found = np.take_along_axis(found, np.argsort(-modulus(found), axis=1, kind="stable"), 1)
+    return modulus(found), angle(found)

@@ -20,7 +20,8 @@ from dforce.core.errors import ParameterError
 from dforce.kernel import Array
 from dforce.observables import measure
 from dforce.observables.averaging import common_period, weights
-from dforce.observables.finish import angle, finish
+from dforce.observables.complex_numbers import angle
+from dforce.observables.finish import finish
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block, States

@@ -97,7 +97,7 @@ def noisy_motion(
 
 
 def _lag(c: Complex) -> Any:
-    from dforce.observables.finish import phase_lag
+    from dforce.observables.complex_numbers import phase_lag
 
     return phase_lag(c)
 

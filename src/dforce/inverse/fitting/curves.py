@@ -20,7 +20,8 @@ from dforce.core.errors import ParameterError
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
 from dforce.kernel import Array
 from dforce.observables.averaging import weights
-from dforce.observables.finish import finish_each, phase_lag
+from dforce.observables.complex_numbers import phase_lag
+from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block, States
