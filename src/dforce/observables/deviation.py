@@ -26,7 +26,6 @@ from dforce.problem import Problem
 
 LENGTHS = ("mean_deflection", "min_deflection", "max_deflection", "half_peak_to_peak", "min_distance")
 FORCES = ("mean_force", "peak_force", "min_force")
-EXTREMES = ("peak_force", "min_force", "peak_velocity")  # met between samples, and less regularly than averages
 # names that stand for others, which are the same but for a factor, or a part of them
 DEVIATIONS = (
     "amplitude", "phase", "mode_amplitude", "mode_phase", "harmonic_amplitude", *LENGTHS, "peak_velocity",
