@@ -16,7 +16,7 @@ from pathlib import Path
 from dforce.core import log
 from dforce.kernel import cache
 
-LONGEST = 3.0 * cache.LONGEST  # s that it may live: it waits for those who compile the same
+LONGEST = 3.0 * cache.LONGEST  # s that it may work: it waits for those who compile the same
 NICE = 10
 RUN = "from dforce.kernel.behind import main; main()"
 LOCK = "background.lock"  # file beside the kernels
@@ -29,7 +29,7 @@ def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
 
     What has been begun is not begun again. `words` are announced where it was not.
     """
-    if not sys.executable or not file.is_file():
+    if not sys.executable or not file.is_file() or not os.access(file.parent, os.W_OK):
         return False
     with _BEGINNING:
         for begun in _BEGUN.values():
@@ -62,13 +62,13 @@ def main() -> None:
     """Compile what the command line names: the file of the text, then functions, each with its types."""
     import filelock
 
-    end = threading.Timer(LONGEST, os._exit, (1,))
-    end.daemon = True
-    end.start()
     if hasattr(os, "nice"):
         os.nice(NICE)
     _, file, *rest = sys.argv
     with filelock.FileLock(cache.cache_folder() / LOCK):
+        end = threading.Timer(LONGEST, os._exit, (1,))
+        end.daemon = True
+        end.start()
         compile_all(Path(file), dict(zip(rest[::2], rest[1::2], strict=True)))
 
 
