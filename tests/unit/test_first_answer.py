@@ -19,13 +19,16 @@ from dforce.core import first_answer
 from dforce.core.first_answer import early_answers, may_be_early
 from dforce.core.parallel import Crew
 from dforce.gui.compute import Job, live_curve
-from dforce.kernel import any_force, behind, cache
+from dforce.kernel import behind, cache
 from dforce.solvers.integrator import CALLED, load_kernels
 
+LANES = ("advance_lanes", "measure_force")
 TOLERANCE = 1e-9  # of each quantity's scale
 MODES = [{"f0": "50 kHz", "k": "0.9 N/m", "Q": 50}, {"f0": "315 kHz", "k": "35 N/m", "Q": 150}]
 VISCOUS = [{"model": "dmt", "hamaker": "2e-20 J"}, {"model": "kelvin_voigt", "viscosity": "50 Pa s"}]
 LAYER = [{"model": "hertz"}, {"model": "morse", "energy": "5e-19 J", "equilibrium": "0.3 nm", "decay": "0.1 nm"}]
+RELAXING = [{"model": "sls", "elements": 4}, {"model": "van_der_waals", "hamaker": "2e-20 J"}]
+POINT = {"kind": "approach", "zc": ["7 nm"]}
 APPROACH = {"kind": "approach", "zc": ["9 nm", "7 nm", "5 nm"]}
 
 
@@ -110,6 +113,8 @@ SEVERAL = {
     "along the frequency": case(
         experiment={"kind": "frequency_sweep", "zc": "6 nm", "frequency": ["49 kHz", "50 kHz"]}
     ),
+    "branches": case([{"model": "jkr", "surface_energy": 0.02}], experiment=POINT),
+    "memory": case(RELAXING, experiment=POINT),
     "no orbit": case(experiment={"kind": "dwell", "zc": "6 nm"}, solver={"method": "transient"}),
 }
 
@@ -132,12 +137,12 @@ def new():
 def test_a_new_combination_is_answered_without_its_own_code(begun):
     asked = new()
     own, _ = load_kernels(asked.problem)
-    kernel.Tip(own, asked.problem, CALLED).prepare()
+    kernel.Tip(own, asked.problem, CALLED).prepare(LANES)
     result = early(lambda: df.run(asked))
     assert np.isfinite(result.amplitude).all()
     assert not [name for name in CALLED if getattr(own.module, name).signatures]
     assert {file for file, _, _ in begun} == {own.file}
-    assert {name for _, functions, _ in begun for name in functions} == {"advance_lanes", "measure_force"}
+    assert {name for _, functions, _ in begun for name in functions} == set(LANES)
 
 
 def test_what_calls_any_force_is_left_to_the_background_where_it_is_not_compiled(begun, monkeypatch):
@@ -146,7 +151,7 @@ def test_what_calls_any_force_is_left_to_the_background_where_it_is_not_compiled
     monkeypatch.setattr(kernel.Kernel, "is_ready", lambda self, name: bool(made.append(name)))
     assert_identical(early(lambda: df.run(asked)), full)
     assert made and {file for file, _, _ in begun} == {kernel.load_any(asked.problem, CALLED).file}
-    assert {name for _, functions, _ in begun for name in functions} == set(CALLED)
+    assert {name for _, functions, _ in begun for name in functions} == set(LANES)
 
 
 def test_the_own_code_answers_where_nothing_can_be_done_in_the_background(nothing_compiled, monkeypatch):
@@ -161,7 +166,7 @@ def test_a_run_goes_over_to_its_own_code_once_that_is_there(nothing_compiled, mo
     asked = case()
     own, _ = load_kernels(asked.problem)
     tip = kernel.Tip(own, asked.problem, CALLED)
-    tip.prepare()
+    tip.prepare(LANES)
     p, names = kernel.parameters(asked.problem, 6e-9), ("advance_lanes",)
     first = early(lambda: tip.at(p, names))
     monkeypatch.setattr(kernel.Kernel, "is_ready", lambda self, name: True)
@@ -174,14 +179,6 @@ def assert_identical(one, other):
     """Compare two results bit for bit."""
     for name in other.data_vars:
         np.testing.assert_array_equal(one[name], other[name], err_msg=str(name))
-
-
-@pytest.mark.parametrize(
-    "force", [{"model": "sls", "instant_modulus": "2 GPa"}, {"model": "capillary", "formation": "1 nm"}], ids=str
-)
-def test_forces_with_memory_or_branches_are_not_called_by_their_address(force):
-    assert any_force.is_callable(case().problem.forces)
-    assert not any_force.is_callable(case([force]).problem.forces)
 
 
 # --- who is answered early -------------------------------------------------------------------------------------------

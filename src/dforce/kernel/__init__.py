@@ -303,22 +303,24 @@ def load_solvers(
 
 
 def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
-    """Return the entry functions for any sum of forces in the place of a problem's, see ``any_force``."""
-    modes, late, rooted = len(problem.modes), problem.late_fluid, any(force.is_rooted for force in problem.forces)
-    parts = (any_force.FORCE, modes, late, rooted, _places(entries))
+    """Return the entry functions for any forces with as many states as a problem's, see ``any_force``."""
+    modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
+    states = sum(force.memory for force in forces), sum(force.switch is not None for force in forces)
+    rooted = any(force.is_rooted for force in forces)
+    parts = ("any", modes, late, states, rooted, _places(entries))
     return _loaded(
-        (any_force.FORCE, modes, late, rooted, tuple(entries.items())),
-        lambda: texts.remembered(parts, (), lambda: any_force.compose_any(modes, late, rooted, entries)),
+        ("any", modes, late, states, rooted, tuple(entries.items())),
+        lambda: texts.remembered(parts, (), lambda: any_force.compose_any(modes, late, forces, entries)),
         f"the tip equation of any force for {modes} mode{'s' * (modes > 1)}",
     )
 
 
 def load_laws(forces: Sequence[Force]) -> Kernel:
-    """Return the function that those entry functions call: the sum of some laws."""
+    """Return the functions that those entry functions call: the sums of some laws."""
     signatures = tuple(signature(force) for force in forces)
-    parts = (any_force.FORCE, [rest for _, _, *rest in signatures])
+    parts = ("laws", [rest for _, _, *rest in signatures])
     return _loaded(
-        (any_force.FORCE, signatures),
+        ("laws", signatures),
         lambda: texts.remembered(parts, forces, lambda: any_force.compose_laws(forces)),
         f"the laws of {' + '.join(force.name for force in forces) or 'a free tip'}",
     )
@@ -348,7 +350,7 @@ class Tip:
         self._types = {name: native_types(function, size, len(called)) for name, function in called.items()}
         self._addresses = dict.fromkeys(called, 0)
         self._is_own = dict.fromkeys(called, False)
-        self._laws = 0.0  # the address of the laws, a number behind all parameters
+        self._laws = np.zeros(len(any_force.WITH_STATES))  # their addresses, numbers behind all parameters
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:
         """Return it for one parameter tuple, with these functions compiled."""
@@ -359,31 +361,33 @@ class Tip:
         for name in wanted:
             if name not in missing:
                 self._addresses[name], self._is_own[name] = self._kernel.address(name, self._types[name]), True
-        return (*p[:OTHERS], np.array([*p[OTHERS:], self._laws]), *self._addresses.values())
+        return (*p[:OTHERS], np.array([*p[OTHERS:], *self._laws]), *self._addresses.values())
 
     def numbers(self, table: Array) -> Array:
-        """Return parameters (problems, parameters) as the solvers take them, (parameters + 1, problems), after :meth:`at`."""
-        return np.ascontiguousarray(np.vstack([table.T, np.full(len(table), self._laws)]))
+        """Return parameters (problems, parameters) as the solvers take them, (parameters + 3, problems), after :meth:`at`."""
+        return np.ascontiguousarray(np.vstack([table.T, np.repeat(self._laws[:, None], len(table), axis=1)]))
 
-    def prepare(self) -> None:
-        """Compile the functions for any force, so that the first answer of the next combination can be early."""
-        for name, types in self._types.items():
-            load_any(self._problem, self._called).address(name, types)
+    def prepare(self, names: Sequence[str]) -> None:
+        """Compile these functions for any force, so that the first answer of the next combination can be early."""
+        for name in names:
+            load_any(self._problem, self._called).address(name, self._types[name])
 
     def _stands_in(self, missing: list[str]) -> bool:
         """Return whether functions for any force are called in the place of these."""
-        if not may_be_early() or not any_force.is_callable(self._problem.forces):
+        if not may_be_early():
             return False
-        instead = load_any(self._problem, self._called)
+        instead, functions = load_any(self._problem, self._called), {name: self._types[name] for name in missing}
         if not all(map(instead.is_ready, missing)):
-            behind.begin(instead.file, self._types)
+            behind.begin(instead.file, functions)
             return False
         what = f"Compiling {self._kernel.what} in the background; until that is done it computes more slowly."
-        if not behind.begin(self._kernel.file, {name: self._types[name] for name in missing}, what):
+        if not behind.begin(self._kernel.file, functions, what):
             return False
-        for name in missing:
-            self._addresses[name] = instead.address(name, self._types[name])
-        self._laws = float(load_laws(self._problem.forces).address("force", any_force.FORCE))
+        for name, types in functions.items():
+            self._addresses[name] = instead.address(name, types)
+        laws = load_laws(self._problem.forces)
+        for place, (name, (_, types)) in enumerate(any_force.functions_of(self._problem.forces).items()):
+            self._laws[place] = laws.address(f"{name}_at", types)  # whole numbers below 2**53 are exact
         return True
 
 

@@ -110,7 +110,7 @@ def compose(
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
     for text in (*shared_text(sizes, modes, late), *_lanes(modes, tones, count, lagging)):
         linker.emit(text, "inlined")
-    for text in _forces(linker, parameter_count(modes, late), forces):
+    for text in forces_text(linker, parameter_count(modes, late), forces):
         linker.emit(text, "inlined")
     for name, function in entries.items():
         linker.add_entry(function, name)
@@ -266,24 +266,23 @@ def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
     ]
 
 
-def given_to(force: Force, place: int, number: Callable[[int, int | None], str]) -> tuple[list[str], int]:
-    """Return what a law takes after the motion, and the place in `p` behind it.
-
-    `number` gives the text of the number at a place, or, where it is not None, of a tuple of so many.
-    """
-    given = []
-    for several in force.layout():
-        given.append(number(place, several))
-        place += 1 if several is None else several
-    return given, place
+def number_of(place: int, several: int | None) -> str:
+    """Return the text of the parameter at a place or, where `several` is given, of the tuple of so many from there on."""
+    return f"p[{place}]" if several is None else f"p[{place}:{place + several}]"
 
 
-def _forces(linker: Linker, first: int, forces: Sequence[Force]) -> list[str]:
+def forces_text(
+    linker: Linker, first: int, forces: Sequence[Force], number: Callable[[int, int | None], str] = number_of
+) -> list[str]:
+    """Return the functions that sum the forces; `first` is the place of their first number, and `number` gives each."""
     place, state, latch = first, 0, 0
     terms, evolutions, switches = [], [], []
     for force in forces:
         law = linker.add(force.law_function())
-        given, place = given_to(force, place, lambda k, several: f"p[{k}:{k + several}]" if several else f"p[{k}]")
+        given = []
+        for several in force.layout():
+            given.append(number(place, several))
+            place += 1 if several is None else several
         memory = [f"memory[{state}:{state + force.memory}]"] if force.evolve is not None else []
         latched = [f"latched[{latch}]"] if force.switch is not None else []
         located = [f"p[{ZC}]"] if "zc" in force.leading() else []

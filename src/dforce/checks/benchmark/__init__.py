@@ -216,7 +216,7 @@ PREPARE = """
 from dforce import example, kernel
 from dforce.solvers.integrator import CALLED, load_kernels
 problem = example('{case}').problem
-kernel.Tip(load_kernels(problem)[0], problem, CALLED).prepare()
+kernel.Tip(load_kernels(problem)[0], problem, CALLED).prepare(('advance_lanes', 'advance', 'measure_force'))
 """
 # nothing is compiled in the background: it would go on beside what is timed next
 EARLY = """
