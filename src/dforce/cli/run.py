@@ -14,6 +14,7 @@ from dforce.cli._names import CaseName, Source, exists, open_source
 from dforce.cli._report import advice_lines, as_json, counted, print_findings, quoted, states_lines, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
 from dforce.core.files import check_target
+from dforce.core.first_answer import early_answers
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 
@@ -75,7 +76,7 @@ def run(
         _check_states(source.case, plot)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
-        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar, early_answers():
             result = df.run(source.case, progress=bar, resume=source.result if continued else None)
         seconds = time.monotonic() - start
         if late.asked:  # nothing is left to be continued
@@ -149,7 +150,7 @@ def _check_states(case: df.Case, plot: Path | None) -> None:
 
 def _draw_states(case: df.Case, curve: xr.Dataset, plot: Path, width: str | None, quiet: bool) -> xr.Dataset:
     """Draw a curve anew with all states behind it, unless their computation is stopped; return the states."""
-    with ProgressBar("all states", shown=not quiet) as bar:
+    with ProgressBar("all states", shown=not quiet) as bar, early_answers():
         found = df.branches(case, zc=(float(curve["zc"].max()), float(curve["zc"].min())), progress=bar)
     if not found.attrs.get("interrupted"):
         df.plot.save(df.plot.overview(curve, df.plot.Sheet(), found), plot, width=width)

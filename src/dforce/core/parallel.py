@@ -5,6 +5,7 @@ The compiled solvers release Python's lock, so threads use all cores without cop
 
 from __future__ import annotations
 
+import contextvars
 import os
 import threading
 from collections.abc import Callable, Iterable
@@ -55,7 +56,8 @@ class Crew:
         pending: set[Future[None]] = set()
         try:
             self.progress(self.done, self.total, note)
-            pending = {pool.submit(self._quiet, job) for job in jobs}
+            # in this thread's context: who listens, and whether answers may be early
+            pending = {pool.submit(contextvars.copy_context().run, self._quiet, job) for job in jobs}
             while pending:
                 done, pending = wait(pending, LOOK)
                 for future in done:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import dforce as df
+from dforce.core.first_answer import early_answers
 from dforce.core.log import listening
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
         if done < total and (spent - began > PATIENCE or (spent - began > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    with listening(say) as heard:
+    with listening(say) as heard, early_answers():
         result = df.run(case, progress=watch)
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
@@ -232,7 +233,8 @@ class Job:
 
     def compute(self) -> xr.Dataset:
         """Return what the case gives; when it is stopped, what there is of it."""
-        return df.run(self.case, progress=self._watch)
+        with early_answers():
+            return df.run(self.case, progress=self._watch)
 
     def _hear(self, text: str) -> None:
         self.note = text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -12,8 +13,9 @@ import numpy as np
 
 from dforce.core import log
 from dforce.core.errors import ParameterError
+from dforce.core.first_answer import may_be_early
 from dforce.forces import Force
-from dforce.kernel import cache, texts
+from dforce.kernel import any_force, behind, cache, texts
 from dforce.kernel.codegen import (
     FIRST_DRIVE,
     FIRST_MODE,
@@ -206,6 +208,15 @@ class Kernel:
         self._entries: dict[str, Callable[..., Any]] = {}
         self._addresses: dict[str, int] = {}
 
+    @property
+    def file(self) -> Path:
+        """The file of its text, which is there where it could be written."""
+        return Path(str(self.module.__file__))
+
+    def is_ready(self, name: str) -> bool:
+        """Say whether compiled code of an entry function lies in memory or on disk."""
+        return name in self._addresses or cache.is_compiled(self.module, name)
+
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; its first call compiles it or loads it from disk."""
         return self._entries.get(name) or self._first(name)
@@ -268,54 +279,116 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     """
     modes, tones = len(problem.modes), len(problem.tones)
     forces = tuple(signature(force) for force in problem.forces)
-    key = (modes, tones, forces, tuple(entries.items()), problem.lagging, problem.late_fluid)
-    if key not in _KERNELS:
-        parts = (
-            modes,
-            tones,
-            problem.lagging,
-            problem.late_fluid,
-            [rest for _, _, *rest in forces],
-            [(name, entry.__module__, entry.__qualname__) for name, entry in entries.items()],
-        )
-        text = texts.remembered(
-            parts,
-            problem.forces,
-            lambda: compose(modes, tones, problem.forces, entries, problem.lagging, problem.late_fluid),
-        )
-        module = cache.load(text)
-        what = " + ".join(force.name for force in problem.forces) or "a free tip"
-        _KERNELS[key] = Kernel(module, f"the tip equation for {what}")
-    return _KERNELS[key]
+    lagging, late = problem.lagging, problem.late_fluid
+    parts = (modes, tones, lagging, late, [rest for _, _, *rest in forces], _places(entries))
+    return _loaded(
+        (modes, tones, forces, tuple(entries.items()), lagging, late),
+        lambda: texts.remembered(
+            parts, problem.forces, lambda: compose(modes, tones, problem.forces, entries, lagging, late)
+        ),
+        f"the tip equation for {' + '.join(force.name for force in problem.forces) or 'a free tip'}",
+    )
 
 
 def load_solvers(
     modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
 ) -> Kernel:
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
-    key = (modes, late, tuple(entries.items()), tuple(called))
+    parts = (modes, late, [(f.__module__, f.__qualname__) for f in (*entries.values(), *called)], list(entries))
+    return _loaded(
+        (modes, late, tuple(entries.items()), tuple(called)),
+        lambda: texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called, late)),
+        f"the solvers for {modes} mode{'s' * (modes > 1)}",
+    )
+
+
+def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
+    """Return the entry functions for any forces with as many states as a problem's, see ``any_force``."""
+    modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
+    states = sum(force.memory for force in forces), sum(force.switch is not None for force in forces)
+    rooted = any(force.is_rooted for force in forces)
+    parts = ("any", modes, late, states, rooted, _places(entries))
+    return _loaded(
+        ("any", modes, late, states, rooted, tuple(entries.items())),
+        lambda: texts.remembered(parts, (), lambda: any_force.compose_any(modes, late, forces, entries)),
+        f"the tip equation of any force for {modes} mode{'s' * (modes > 1)}",
+    )
+
+
+def load_laws(forces: Sequence[Force]) -> Kernel:
+    """Return the functions that those entry functions call: the sums of some laws."""
+    signatures = tuple(signature(force) for force in forces)
+    parts = ("laws", [rest for _, _, *rest in signatures])
+    return _loaded(
+        ("laws", signatures),
+        lambda: texts.remembered(parts, forces, lambda: any_force.compose_laws(forces)),
+        f"the laws of {' + '.join(force.name for force in forces) or 'a free tip'}",
+    )
+
+
+def _places(entries: dict[str, Callable[..., Any]]) -> list[tuple[str, str, str]]:
+    return [(name, entry.__module__, entry.__qualname__) for name, entry in entries.items()]
+
+
+def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str) -> Kernel:
+    """Return the kernel of this process for a key; its text is made where there is none."""
     if key not in _KERNELS:
-        parts = (modes, late, [(f.__module__, f.__qualname__) for f in (*entries.values(), *called)], list(entries))
-        module = cache.load(texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called, late)))
-        _KERNELS[key] = Kernel(module, f"the solvers for {modes} mode{'s' * (modes > 1)}")
+        _KERNELS[key] = Kernel(cache.load(text()), what)
     return _KERNELS[key]
 
 
 class Tip:
-    """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call."""
+    """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call.
 
-    def __init__(self, kernel: Kernel, size: int, called: dict[str, Callable[..., Any]]) -> None:
-        """`size` is the number of numbers of a motion."""
-        self._kernel = kernel
+    Where answers may be early (:mod:`dforce.core.first_answer`), functions that are not compiled yet are compiled in the
+    background, and those for any force called meanwhile. Where these are not compiled either, that is done in the background.
+    """
+
+    def __init__(self, kernel: Kernel, problem: Problem, called: dict[str, Callable[..., Any]]) -> None:
+        self._kernel, self._problem, self._called = kernel, problem, called
+        size = size_of(problem)
         self._types = {name: native_types(function, size, len(called)) for name, function in called.items()}
-        self._addresses = [0] * len(called)
+        self._addresses = dict.fromkeys(called, 0)
+        self._is_own = dict.fromkeys(called, False)
+        self._laws = np.zeros(len(any_force.WITH_STATES))  # their addresses, numbers behind all parameters
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:
         """Return it for one parameter tuple, with these functions compiled."""
-        for i, (name, types) in enumerate(self._types.items()):
-            if name in names:
-                self._addresses[i] = self._kernel.address(name, types)
-        return (*p[:OTHERS], np.array(p[OTHERS:]), *self._addresses)
+        wanted = [name for name in names if not self._is_own[name]]
+        missing = [name for name in wanted if not self._kernel.is_ready(name)]
+        if missing and not self._stands_in(missing):
+            missing = []
+        for name in wanted:
+            if name not in missing:
+                self._addresses[name], self._is_own[name] = self._kernel.address(name, self._types[name]), True
+        return (*p[:OTHERS], np.array([*p[OTHERS:], *self._laws]), *self._addresses.values())
+
+    def numbers(self, table: Array) -> Array:
+        """Return parameters (problems, parameters) as the solvers take them, (parameters + 3, problems), after :meth:`at`."""
+        return np.ascontiguousarray(np.vstack([table.T, np.repeat(self._laws[:, None], len(table), axis=1)]))
+
+    def prepare(self, names: Sequence[str]) -> None:
+        """Compile these functions for any force, so that the first answer of the next combination can be early."""
+        for name in names:
+            load_any(self._problem, self._called).address(name, self._types[name])
+
+    def _stands_in(self, missing: list[str]) -> bool:
+        """Return whether functions for any force are called in the place of these."""
+        if not may_be_early():
+            return False
+        instead, functions = load_any(self._problem, self._called), {name: self._types[name] for name in missing}
+        if not all(map(instead.is_ready, missing)):
+            behind.begin(instead.file, functions)
+            return False
+        what = f"Compiling {self._kernel.what} in the background; until that is done it computes more slowly."
+        if not behind.begin(self._kernel.file, functions, what):
+            return False
+        for name, types in functions.items():
+            self._addresses[name] = instead.address(name, types)
+        laws = load_laws(self._problem.forces)
+        for place, (name, (_, types)) in enumerate(any_force.functions_of(self._problem.forces).items()):
+            self._laws[place] = laws.address(f"{name}_at", types)  # whole numbers below 2**53 are exact
+        return True
 
 
 _KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

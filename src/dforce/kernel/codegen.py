@@ -72,10 +72,10 @@ def compose_solvers(
         f"def mode_count():\n    return {modes}",
         f"def fluid_size():\n    return {late * modes}",
         f"def motion_size():\n    return {size}",
-        f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
+        f"def at_distance(p, zc):\n    return {tuple_of(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
         f"def of_case(p, table, j, zc):\n    others = np.empty(table.shape[0] - {OTHERS})\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
-        f"    return {_tuple(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
+        f"    return {tuple_of(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
         *_samples(places),
     ):
         linker.emit(text, "inlined")
@@ -103,20 +103,14 @@ def compose(
     late
         States of the fluid's memory of each mode.
     """
-    sizes = _sizes(modes, forces, late)
+    sizes = sizes_of(modes, forces, late)
     linker = Linker(sizes)
     what = " + ".join(force.name for force in forces) or "no force"
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
-    counts = [f"def {name}():\n    return {value}" for name, value in sizes.items()]
-    for text in (
-        *counts,
-        *_kinematics(modes, late),
-        *_arithmetic(modes, late),
-        *_lanes(modes, tones, count, lagging, late),
-    ):
+    for text in (*shared_text(sizes, modes, late), *_lanes(modes, tones, count, lagging)):
         linker.emit(text, "inlined")
-    for text in _forces(linker, parameter_count(modes, late), forces):
+    for text in forces_text(linker, parameter_count(modes, late), forces):
         linker.emit(text, "inlined")
     for name, function in entries.items():
         linker.add_entry(function, name)
@@ -133,7 +127,8 @@ def motion_size(modes: int, late: int) -> int:
     return (2 + late) * modes
 
 
-def _sizes(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
+def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
+    """Return the numbers that functions of the vocabulary without arguments stand for."""
     memory = sum(force.memory for force in forces)
     latches = sum(force.switch is not None for force in forces)
     roots = sum(force.is_rooted for force in forces)
@@ -143,7 +138,20 @@ def _sizes(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
     }  # fmt: skip
 
 
-def _tuple(parts: Sequence[str]) -> str:
+def shared_text(sizes: dict[str, int], modes: int, late: int) -> list[str]:
+    """Return the functions that are the same whatever the forces, with these sizes."""
+    places = range(motion_size(modes, late))
+    return [
+        *(f"def {name}():\n    return {value}" for name, value in sizes.items()),
+        *_kinematics(modes, late),
+        *_arithmetic(modes, late),
+        f"def column(lanes, j):\n    return {tuple_of([f'lanes[{k}, j]' for k in places])}",
+        "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
+    ]
+
+
+def tuple_of(parts: Sequence[str]) -> str:
+    """Return the text of a tuple."""
     return f"({', '.join(parts)},)"
 
 
@@ -153,7 +161,7 @@ def _pairs(modes: int, late: int, x: str, v: str) -> str:
     The states of the fluid stay those of y.
     """
     moves = [form.format(x=i, v=i + 1, n=i // 2) for i in range(0, 2 * modes, 2) for form in (x, v)]
-    return _tuple([*moves, *(f"y[{k}]" for k in range(2 * modes, motion_size(modes, late)))])
+    return tuple_of([*moves, *(f"y[{k}]" for k in range(2 * modes, motion_size(modes, late)))])
 
 
 def _fluid(modes: int, late: int) -> list[str]:
@@ -170,9 +178,9 @@ def _fluid(modes: int, late: int) -> list[str]:
     grown = [f"start[{k}] + h * slopes[{k - 2 * modes}]" for k in places]
     mean = [f"(k1[{k}] + 2.0 * (k2[{k}] + k3[{k}]) + k4[{k}]) / 6.0" for k in range(late * modes)]
     return [
-        f"def fluid_slopes(y, p):\n    return {_tuple(slopes)}",
-        f"def followed(y, start, h, slopes):\n    return {_tuple([*(f'y[{k}]' for k in range(2 * modes)), *grown])}",
-        f"def fluid_mean(k1, k2, k3, k4):\n    return {_tuple(mean)}",
+        f"def fluid_slopes(y, p):\n    return {tuple_of(slopes)}",
+        f"def followed(y, start, h, slopes):\n    return {tuple_of([*(f'y[{k}]' for k in range(2 * modes)), *grown])}",
+        f"def fluid_mean(k1, k2, k3, k4):\n    return {tuple_of(mean)}",
     ]
 
 
@@ -197,18 +205,18 @@ def _kinematics(modes: int, late: int) -> list[str]:
     return [
         f"def distance(y, p):\n    return p[{ZC}] + p[{LENGTH}] * ({x})",
         f"def rate_of(y, p):\n    return p[{SPEED}] * ({v})",
-        f"def free_acceleration(u, y, p):\n    return {_tuple(free)}",
-        f"def forced(a, f, p):\n    return {_tuple(accelerations)}",
+        f"def free_acceleration(u, y, p):\n    return {tuple_of(free)}",
+        f"def forced(a, f, p):\n    return {tuple_of(accelerations)}",
         *_fluid(modes, late),
-        f"def motion(u, f, y, p):\n    a = forced(free_acceleration(u, y, p), f, p)\n{with_fluid}    return {_tuple(slopes)}",
+        f"def motion(u, f, y, p):\n    a = forced(free_acceleration(u, y, p), f, p)\n{with_fluid}    return {tuple_of(slopes)}",
         f"def yielding(p):\n    return p[{LENGTH}] * ({gains})",
         "def drive_between(u0, u1, u2, s):\n"
         "    w0, w1, w2 = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)\n"
-        f"    return {_tuple([f'w0 * u0[{i}] + w1 * u1[{i}] + w2 * u2[{i}]' for i in n])}",
-        f"def row(table, i):\n    return {_tuple([f'table[i, {k}]' for k in n])}",
+        f"    return {tuple_of([f'w0 * u0[{i}] + w1 * u1[{i}] + w2 * u2[{i}]' for i in n])}",
+        f"def row(table, i):\n    return {tuple_of([f'table[i, {k}]' for k in n])}",
         f"def drive_at(tones, bases, tau):\n{sums}\n    for j in range(tones.shape[0]):\n"
         f"        angle = tones[j, 0] * tau + bases[j]\n        c, s = math.cos(angle), math.sin(angle)\n{adds}\n"
-        f"    return {_tuple([f'u{i}' for i in n])}",
+        f"    return {tuple_of([f'u{i}' for i in n])}",
     ]
 
 
@@ -229,7 +237,7 @@ def _arithmetic(modes: int, late: int) -> list[str]:
         f"def bent(y, h, a):\n    return {form('y[{x}] + h * a[{n}]', 'y[{v}]')}",
         f"def pushed(y, h, a):\n    return {form('y[{x}]', 'y[{v}] + h * a[{n}]')}",
         f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {form(arrived_x, arrived_v)}",
-        f"def blend(y, h, weights, {slopes}):\n    return {_tuple(blended)}",
+        f"def blend(y, h, weights, {slopes}):\n    return {tuple_of(blended)}",
         f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
         *_samples(places),
     ]
@@ -237,38 +245,43 @@ def _arithmetic(modes: int, late: int) -> list[str]:
 
 def _samples(places: Sequence[int]) -> list[str]:
     return [
-        f"def motion_of(block, i):\n    return {_tuple([f'block[i, {k}]' for k in places])}",
+        f"def motion_of(block, i):\n    return {tuple_of([f'block[i, {k}]' for k in places])}",
         "def keep(block, i, y):\n" + "\n".join(f"    block[i, {k}] = y[{k}]" for k in places),
-        f"def from_vector(vector):\n    return {_tuple([f'vector[{k}]' for k in places])}",
+        f"def from_vector(vector):\n    return {tuple_of([f'vector[{k}]' for k in places])}",
     ]
 
 
-def _lanes(modes: int, tones: int, parameters: int, lagging: bool, late: int) -> list[str]:
-    places = range(motion_size(modes, late))
+def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
     waves = range(0, 2 * tones, 1 if lagging else 2)
     products = [[f"amplitudes[{k * modes + n}, j] * c[{i}]" for i, k in enumerate(waves)] for n in range(modes)]
     drive = [" + ".join(terms) for terms in products]
     first = [f"p[{k}]" for k in range(OTHERS)]
     others = [f"others[{k}]" for k in range(parameters - OTHERS)]
     return [
-        f"def column(lanes, j):\n    return {_tuple([f'lanes[{k}, j]' for k in places])}",
-        "def put_column(lanes, j, y):\n" + "\n".join(f"    lanes[{k}, j] = y[{k}]" for k in places),
-        f"def parameters_of(table, j):\n    return {_tuple([f'table[{k}, j]' for k in range(parameters)])}",
-        f"def waves_at(waves, i):\n    return {_tuple([f'waves[{k}, i]' for k in waves])}",
-        f"def lane_drive(amplitudes, j, c):\n    return {_tuple(drive)}",
-        f"def at_distance(p, zc):\n    return {_tuple(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
-        f"def whole(p):\n    others = p[{OTHERS}]\n    return {_tuple([*first, *others])}",
+        f"def parameters_of(table, j):\n    return {tuple_of([f'table[{k}, j]' for k in range(parameters)])}",
+        f"def waves_at(waves, i):\n    return {tuple_of([f'waves[{k}, i]' for k in waves])}",
+        f"def lane_drive(amplitudes, j, c):\n    return {tuple_of(drive)}",
+        f"def at_distance(p, zc):\n    return {tuple_of(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
+        f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*first, *others])}",
     ]
 
 
-def _forces(linker: Linker, first: int, forces: Sequence[Force]) -> list[str]:
+def number_of(place: int, several: int | None) -> str:
+    """Return the text of the parameter at a place or, where `several` is given, of the tuple of so many from there on."""
+    return f"p[{place}]" if several is None else f"p[{place}:{place + several}]"
+
+
+def forces_text(
+    linker: Linker, first: int, forces: Sequence[Force], number: Callable[[int, int | None], str] = number_of
+) -> list[str]:
+    """Return the functions that sum the forces; `first` is the place of their first number, and `number` gives each."""
     place, state, latch = first, 0, 0
     terms, evolutions, switches = [], [], []
     for force in forces:
         law = linker.add(force.law_function())
         given = []
         for several in force.layout():
-            given.append(f"p[{place}]" if several is None else f"p[{place}:{place + several}]")
+            given.append(number(place, several))
             place += 1 if several is None else several
         memory = [f"memory[{state}:{state + force.memory}]"] if force.evolve is not None else []
         latched = [f"latched[{latch}]"] if force.switch is not None else []

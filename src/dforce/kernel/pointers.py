@@ -1,18 +1,18 @@
-"""Calls of compiled functions by their address; this text is copied into the modules that need it."""
+"""Calls of compiled functions, and numbers, by their address; this text is copied into the modules that need it."""
 
 from typing import Any
 
-from numba.core import cgutils, sigutils
+from numba.core import cgutils, sigutils, types
 from numba.core.errors import TypingError
 from numba.extending import intrinsic  # noqa: F401
 
 
-def call_by_address(types: str, tip: int, place: int, *given: Any) -> Any:
+def call_by_address(kinds: str, tip: int, place: int, *given: Any) -> Any:
     """Return typing and code generation of an intrinsic that calls a function pointer.
 
     The pointer is element `place` of argument number `tip`, a tuple.
     """
-    arguments, result = sigutils.normalize_signature(types)  # type: ignore[no-untyped-call]
+    arguments, result = sigutils.normalize_signature(kinds)  # type: ignore[no-untyped-call]
     if given != arguments:  # or it would read its arguments where there are none
         raise TypingError(f"called with {given}, not with {arguments}")
 
@@ -25,3 +25,13 @@ def call_by_address(types: str, tip: int, place: int, *given: Any) -> Any:
         return found
 
     return result(*given), generate
+
+
+def number_at(at: Any) -> Any:
+    """Return typing and code generation of an intrinsic that reads a number in memory."""
+
+    def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
+        kind = target.get_value_type(types.float64)
+        return builder.load(builder.inttoptr(values[0], kind.as_pointer()))
+
+    return types.float64(at), generate

@@ -116,7 +116,7 @@ class Block:
         self.changing = changing
         self._heights, self._levers, self._drives = self._by_height()
         self._kernel, self._solvers = load_kernels(example)
-        self._tip = kernel.Tip(self._kernel, self.size, CALLED)
+        self._tip = kernel.Tip(self._kernel, example, CALLED)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
 
@@ -276,10 +276,10 @@ class Block:
         names = ["measure_force", "advance_lanes" if self.is_smooth else "advance"]
         tip = self._tip.at(kernel.parameters(self.lot.example, 0.0), names)
         return Model(
-            _columns(self.numbers[which]), _columns(self.lot.kinks[which]), np.ascontiguousarray(self.lot.tones[which]),
-            np.ascontiguousarray(self.responses[which]), self.parameter, np.ascontiguousarray(self.unit[which]),
-            np.ascontiguousarray(self.reference[which]), self._heights, self._levers, self._drives,
-            self.memory_scale, self.hysteresis, tip,
+            self._tip.numbers(self.numbers[which]), _columns(self.lot.kinks[which]),
+            np.ascontiguousarray(self.lot.tones[which]), np.ascontiguousarray(self.responses[which]), self.parameter,
+            np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]), self._heights,
+            self._levers, self._drives, self.memory_scale, self.hysteresis, tip,
         )  # fmt: skip
 
     def follow(

@@ -136,7 +136,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = kernel.Tip(self.kernel, kernel.size_of(problem), CALLED)
+        self._tip = kernel.Tip(self.kernel, problem, CALLED)
         self._turns: dict[int, lockin.Turns] = {}
 
     def turns(self, points: int) -> lockin.Turns:

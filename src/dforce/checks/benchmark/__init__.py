@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -211,6 +211,23 @@ def _then_and_now(table: Table, points: tuple[int, ...]) -> None:
     )  # fmt: skip
 
 
+# what makes early answers possible, of which the first run of all leaves the making to the background
+PREPARE = """
+from dforce import example, kernel
+from dforce.solvers.integrator import CALLED, load_kernels
+problem = example('{case}').problem
+kernel.Tip(load_kernels(problem)[0], problem, CALLED).prepare(('advance_lanes', 'advance', 'measure_force'))
+"""
+# nothing is compiled in the background: it would go on beside what is timed next
+EARLY = """
+from dforce.core.first_answer import early_answers
+from dforce.kernel import behind
+behind.begin = lambda *what: True
+with early_answers():
+    {run}
+"""
+
+
 def _processes(table: Table) -> None:
     """Time new processes: import, help, and the first result with and without kernels on disk."""
     python = [sys.executable, "-c"]
@@ -231,14 +248,21 @@ def _processes(table: Table) -> None:
             process(run, folder)
 
     table.time("a dwell in a new process, nothing on disk", cold, repeats=1)
-    new = iter(("hydration", "electrostatic"))
     with tempfile.TemporaryDirectory() as folder:
         process(run, folder)
+        process(PREPARE.format(case=CASE), folder)
 
-        def other() -> None:
-            process(
-                run.replace("')", f"').replace('forces', [{{'model': 'hertz'}}, {{'model': '{next(new)}'}}])", 1),
-                folder,
-            )
+        def other(code: str, forces: Iterator[str]) -> None:
+            replaced = f"').replace('forces', [{{'model': 'hertz'}}, {{'model': '{next(forces)}'}}])"
+            process(code.replace("')", replaced, 1), folder)
 
-        table.time("a dwell in a new process, forces never used before", other, repeats=1)
+        for name, code, forces, limit in (
+            ("a dwell in a new process, forces never used before", run, ("hydration", "electrostatic"), None),
+            (
+                "the same in the window and in `dforce run`",
+                EARLY.format(run=run),
+                ("solvation", "magnetic_dipole"),
+                3.0,
+            ),
+        ):
+            table.time(name, partial(other, code, iter(forces)), limit=limit, repeats=1)

@@ -1,0 +1,115 @@
+"""The tip equation of any sum of forces, called by its address: slower than a combination's own, and compiled long before.
+
+Beside the motion such a tip equation knows the forces by whole numbers: where the first number of their laws lies, how far the
+next one is from it (bytes), and where the compiled functions lie that are called. Those addresses are the last numbers of the
+parameters. The text counts modes, states of fluid and forces, and whether there are roots; no number of a force, and no tone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from dforce.forces import Force
+from dforce.kernel.codegen import (
+    HEADER,
+    OMEGA,
+    OTHERS,
+    forces_text,
+    parameter_count,
+    shared_text,
+    sizes_of,
+    tuple_of,
+)
+from dforce.kernel.linker import Linker
+
+# the first parameters, which laws may ask for, the place of their own and the way to the next, and the addresses
+LAWS = "Tuple((f8,f8,f8,f8,i8,i8,i8,i8,i8))"
+FIRST = OMEGA + 1
+STATES = "f8[::1],f8[::1]"
+# what each function takes, with its types: of forces that are functions of motion and time, and of all others
+PLAIN = {"force": ("d, rate, t", f"f8(f8,f8,f8,{LAWS})")}
+WITH_STATES = {
+    "force": ("d, rate, t, memory, latched", f"f8(f8,f8,f8,{STATES},{LAWS})"),
+    "evolve": ("d, rate, t, memory, latched, change", f"void(f8,f8,f8,{STATES},f8[::1],{LAWS})"),
+    "switch": ("which, latched, d, rate, t", f"f8(i8,f8[::1],f8,f8,f8,{LAWS})"),
+}
+
+
+def functions_of(forces: Sequence[Force]) -> dict[str, tuple[str, str]]:
+    """Return the functions of forces that are called by their address: what each takes, and its types."""
+    has_states = any(force.memory or force.switch is not None for force in forces)
+    return WITH_STATES if has_states else PLAIN
+
+
+def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
+    """Return the text of a module with entry functions for any forces, see ``codegen.compose``.
+
+    Of the forces only the numbers of their states count, and whether one begins like a root.
+    """
+    sizes = sizes_of(modes, forces, late)
+    sizes["root_count"] = min(sizes["root_count"], 1)
+    linker = Linker(sizes)
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
+    linker.emit(_pointers())
+    first = parameter_count(modes, late)
+    for text in (*shared_text(sizes, modes, late), *_lanes(modes, first)):
+        linker.emit(text, "inlined")
+    laws = tuple_of([*(f"p[{k}]" for k in range(FIRST)), *(f"p[{first + k}]" for k in range(5))])
+    functions = functions_of(forces)
+    for place, (name, (taken, types)) in enumerate(functions.items(), FIRST + 2):
+        tip = taken.count(",") + 1
+        text = f"def {name}_at(context, {taken}, p):\n    return call_by_address({types!r}, {tip}, {place}, {taken}, p)"
+        linker.emit(text, "intrinsic")
+        linker.emit(f"def {name}({WITH_STATES[name][0]}, p):\n    return {name}_at({taken}, {laws})", "inlined")
+    if "switch" not in functions:
+        linker.emit("def switch(which, latched, d, rate, t, p):\n    return -1.0", "inlined")
+    for name, function in entries.items():
+        linker.add_entry(function, name)
+    return "\n\n".join(linker.text) + "\n"
+
+
+def compose_laws(forces: Sequence[Force]) -> str:
+    """Return the text of a module with the functions of some forces that are called by their address, see `functions_of`."""
+    linker = Linker()
+    linker.emit(HEADER.format(what=" + ".join(force.name for force in forces) or "no force"))
+    linker.emit(_pointers())
+    linker.emit("def number(context, at):\n    return number_at(at)", "intrinsic")
+    for text in forces_text(linker, 0, forces, _number):
+        linker.emit(text, "inlined")
+    for name, (taken, _) in functions_of(forces).items():
+        given = [one if one in taken.split(", ") else "None" for one in WITH_STATES[name][0].split(", ")]
+        linker.emit(f"def {name}_at({taken}, p):\n    return {name}({', '.join(given)}, p)", "compiled")
+    return "\n\n".join(linker.text) + "\n"
+
+
+def _number(place: int, several: int | None) -> str:
+    if several is not None:
+        return tuple_of([_number(place + k, None) for k in range(several)])
+    return f"number(p[{FIRST}] + {place} * p[{FIRST + 1}])"
+
+
+def _pointers() -> str:
+    return Path(__file__).with_name("pointers.py").read_text(encoding="utf-8")
+
+
+def _lanes(modes: int, first: int) -> list[str]:
+    """Return what ``codegen`` does for lanes, for any number of tones; the laws' numbers begin at a place of `p`."""
+    tones = "\n".join(
+        f"    u{n} = 0.0\n    for k in range(waves.shape[0]):\n        u{n} += amplitudes[k * {modes} + {n}, j] * waves[k, i]"
+        for n in range(modes)
+    )
+    drive = tuple_of([f"u{n}" for n in range(modes)])
+    mine = [f"table[{k}, j]" for k in range(first)]
+    laws = [f"table.ctypes.data + ({first} * table.shape[1] + j) * 8", "table.shape[1] * 8"]
+    laws += [f"np.int64(table[table.shape[0] - {k}, j])" for k in (3, 2, 1)]
+    numbers = [f"p[{k}]" for k in range(OTHERS)] + [f"others[{k - OTHERS}]" for k in range(OTHERS, first)]
+    whole = [f"others.ctypes.data + {8 * (first - OTHERS)}", "np.int64(8)"]
+    whole += [f"np.int64(others[others.shape[0] - {k}])" for k in (3, 2, 1)]
+    return [
+        f"def parameters_of(table, j):\n    return {tuple_of([*mine, *laws])}",
+        "def waves_at(waves, i):\n    return waves, i",
+        f"def lane_drive(amplitudes, j, c):\n    waves, i = c\n{tones}\n    return {drive}",
+        f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*numbers, *whole])}",
+    ]

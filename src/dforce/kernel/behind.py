@@ -1,0 +1,84 @@
+"""Compiles functions of a kernel in a process of its own, which nobody waits for.
+
+It knows the kernel by the file of its text alone, belongs to no terminal, and gives way to all others; of several one works at
+a time. It may outlive who started it, and may be ended at any time: code is written to disk whole or not at all.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+
+from dforce.core import log
+from dforce.kernel import cache
+
+LONGEST = 3.0 * cache.LONGEST  # s that it may work: it waits for those who compile the same
+NICE = 10
+RUN = "from dforce.kernel.behind import main; main()"
+LOCK = "background.lock"  # file beside the kernels
+_BEGINNING = threading.Lock()
+_BEGUN: dict[tuple[Path, str], subprocess.Popen[bytes]] = {}  # by file and function, of this process
+
+
+def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
+    """Compile functions, given with their types, of the kernel whose text a file holds; return whether that could be begun.
+
+    What has been begun is not begun again. `words` are announced where it was not.
+    """
+    if not sys.executable or not file.is_file() or not os.access(file.parent, os.W_OK):
+        return False
+    with _BEGINNING:
+        for begun in _BEGUN.values():
+            begun.poll()  # one that has ended leaves the system's list
+        new = [name for name in functions if (file, name) not in _BEGUN]
+        try:
+            process = _started(file, [part for name in new for part in (name, functions[name])]) if new else None
+        except OSError:  # no more processes, or none at all
+            return False
+        if process is not None:
+            _BEGUN.update({(file, name): process for name in new})
+    if process is not None and words:
+        log.announce(words)
+    return True
+
+
+def _started(file: Path, functions: list[str]) -> subprocess.Popen[bytes]:
+    package = str(Path(__file__).resolve().parents[2])
+    paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
+    given = {"PYTHONPATH": os.pathsep.join(paths), "DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
+    windows = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
+    return subprocess.Popen(
+        [sys.executable, "-c", RUN, str(file.resolve()), *functions], stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=file.parent, env=os.environ | given,
+        start_new_session=True, creationflags=windows,
+    )  # fmt: skip
+
+
+def main() -> None:
+    """Compile what the command line names: the file of the text, then functions, each with its types."""
+    import filelock
+
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    _, file, *rest = sys.argv
+    with filelock.FileLock(cache.cache_folder() / LOCK):
+        end = threading.Timer(LONGEST, os._exit, (1,))
+        end.daemon = True
+        end.start()
+        compile_all(Path(file), dict(zip(rest[::2], rest[1::2], strict=True)))
+
+
+def compile_all(file: Path, functions: Mapping[str, str]) -> None:
+    """Compile functions, given with their types, of the kernel whose text a file holds, and keep them on disk."""
+    from dforce.kernel import Kernel
+
+    text = file.read_text(encoding="utf-8")
+    if cache.place(text) != file:
+        return  # another version of Python or numba, whose code nobody waits for
+    kernel = Kernel(cache.load(text), "what was asked for")
+    for name, types in functions.items():
+        kernel.address(name, types)
