@@ -5,17 +5,22 @@ from __future__ import annotations
 import asyncio
 import base64
 import functools
+import io
+import json
+import zipfile
 
 import numpy as np
 import pytest
+import xarray as xr
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui import explore, files, uploads
-from dforce.gui.atlas import sweep_job
+from dforce.gui import explore, files, project, uploads
+from dforce.gui.atlas import SECTIONS, Over, sweep_job
 from dforce.gui.document import Document
 from dforce.gui.explore_panel import Panel
 from dforce.gui.parameters import rows_of
+from dforce.gui.results import Shelf
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=41")
 OVER = {"sample.youngs_modulus": ["0.5 GPa", "1 GPa", "2 GPa"], "drive.A0": ["8 nm", "10 nm"]}
@@ -129,6 +134,45 @@ def test_a_file_over_parameters_is_opened_and_a_click_takes_its_settings_over(tm
             assert pytest.approx(float(nearest)) == page.view.document.case().drive.A0
 
     asyncio.run(flow())
+
+
+def test_a_project_brings_a_result_over_parameters_back_and_what_it_was_computed_of(tmp_path, monkeypatch):
+    document, saved = Document.of(CASE), []
+    row = next(row for row in rows_of(document, SECTIONS) if row.name == "drive.A0")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            monkeypatch.setattr(files.ui.download, "content", lambda data, *_: saved.append(data), raising=False)
+            atlas = page.view.session.atlas
+            for over in (Over(swept()), Over(states(), row, document)):
+                atlas.take(over.result, over.row, over.document)
+                await page.files.save_project()
+                atlas.take(planned())
+                await page.files.open(saved[-1])
+                xr.testing.assert_equal(atlas.result, over.result)
+                assert (atlas.row, atlas.document) == (over.row, over.document)
+                assert element(user, Panel).props["quantities"]
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize("origin", [{"row": "drive.A0"}, {"row": "drive.A0", "document": {"table": []}}])
+def test_a_project_with_a_broken_result_over_parameters_is_refused(tmp_path, origin):
+    document = Document.of(CASE)
+    data = project.packed(document, Shelf(tmp_path), Shelf(tmp_path), Over(swept()))
+    broken = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(broken, "w") as new:
+        plain = json.loads(old.read(project.DOCUMENT)) | {"over": {"origin": origin}}
+        new.writestr(project.DOCUMENT, json.dumps(plain))
+        new.writestr(project.OVER, old.read(project.OVER))
+    with pytest.raises(df.ResultError, match="damaged"):
+        project.unpacked(broken.getvalue(), tmp_path)
+
+
+def test_a_result_over_parameters_that_is_too_large_is_left_out_of_a_project(tmp_path, monkeypatch):
+    monkeypatch.setattr(project, "has_room", lambda over: False)
+    data = project.packed(Document.of(CASE), Shelf(tmp_path), Shelf(tmp_path), Over(swept()))
+    assert project.unpacked(data, tmp_path).over is None
 
 
 def test_a_hostile_file_over_parameters_is_refused(tmp_path):

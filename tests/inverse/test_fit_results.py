@@ -53,7 +53,7 @@ def test_the_case_of_a_fit_is_the_best_one_and_runs(air: xr.Dataset, tmp_path: P
 def test_a_profile_agrees_with_the_covariance_where_the_problem_is_nearly_linear(air: xr.Dataset) -> None:
     one = air.sel(parameter=H)
     assert float(one["error_low"]) == pytest.approx(float(one["error"]), rel=0.1)
-    low, high = float(air["interval_low"][0]), float(air["interval_high"][0])
+    low, high = float(one["interval_low"]), float(one["interval_high"])
     assert high - low == pytest.approx(2.0 * 1.96 * float(one["error"]), rel=0.05)
     assert low < float(one["value"]) < high
 

@@ -299,9 +299,12 @@ FITS = _table(
                ("parameter",)),
     Observable("error", "", "SI", "", "error", "standard deviation of a value by the covariance; NaN where the data do not see "
                "the parameter, infinite where only a product with others is known", ("parameter",)),
-    Observable("error_low", "", "SI", "", "error below", "how far below the value one standard deviation reaches: by the "
-               "profile where one was asked for", ("parameter",)),
-    Observable("error_high", "", "SI", "", "error above", "how far above the value one standard deviation reaches",
+    Observable("error_low", "", "SI", "", "error below", "how far below the value chi-square rises by 1, with the other "
+               "parameters where they lower it; by the profile where one was asked for", ("parameter",)),
+    Observable("error_high", "", "SI", "", "error above", "how far above the value chi-square rises by 1", ("parameter",)),
+    Observable("interval_low", "", "SI", "", "95 % interval, lower end", "value below at which chi-square rises by 3.84",
+               ("parameter",)),
+    Observable("interval_high", "", "SI", "", "95 % interval, upper end", "value above at which chi-square rises by 3.84",
                ("parameter",)),
     Observable("error_given", "", "SI", "", "error passed on", "error that those of the values given, such as k, leave in it",
                ("parameter",)),
@@ -326,10 +329,6 @@ FITS = _table(
                ("profiled", "step")),
     Observable("profile_chi2", r"\chi^2", "1", "1", "chi-square of the profile",
                "least chi-square over all other parameters at a value", ("profiled", "step")),
-    Observable("interval_low", "", "SI", "", "95 % interval, lower end", "value at which the profile rises by 3.84 below",
-               ("profiled",)),
-    Observable("interval_high", "", "SI", "", "95 % interval, upper end", "value at which the profile rises by 3.84 above",
-               ("profiled",)),
     Observable("search_chi2", r"\chi^2", "1", "1", "chi-square of the starts", "least chi-square where each search began, on "
                "some of the points", ("search",)),
     Observable("minimum_chi2", r"\chi^2", "1", "1", "chi-square of the minima", "of each different minimum that was found",

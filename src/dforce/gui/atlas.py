@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import dforce as df
 from dforce.gui.compute import Job
 from dforce.gui.document import Document
-from dforce.gui.parameters import Row
+from dforce.gui.parameters import Row, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import xarray as xr
 
+SECTIONS = ("drive", "sample", "contact", "tip", "medium", "cantilever")  # whose parameters a result may go along
 MOST_VALUES = 101  # of a parameter
 LOGARITHMIC = 5.0  # ratio of the ends of a range from which on its values go by equal factors
 
@@ -29,6 +30,36 @@ class SweepJob(Job):
     def compute(self) -> xr.Dataset:
         """Sweep; when it is stopped, what there is of it."""
         return df.sweep(self.case, over=self.over, at_set_point=self.share, progress=self._watch)
+
+
+@dataclass(frozen=True)
+class Over:
+    """A result over parameters, with the parameter along which the window computed it, and of which document."""
+
+    result: xr.Dataset
+    row: Row | None = None
+    document: Document | None = None
+
+    def origin(self) -> dict[str, Any] | None:
+        """Return row and document as data that JSON can hold; None for a result that was opened."""
+        if self.row is None or self.document is None:
+            return None
+        return {"row": self.row.name, "document": self.document.to_plain()}
+
+    @classmethod
+    def of(cls, result: xr.Dataset, origin: Any) -> Self:
+        """Return a result with what :meth:`origin` gave.
+
+        Raises
+        ------
+        CaseError
+            When the document is none.
+        """
+        if not isinstance(origin, dict):
+            return cls(result)
+        document = Document.from_plain(origin.get("document"))
+        row = next((row for row in rows_of(document, SECTIONS) if row.name == origin.get("row")), None)
+        return cls(result, row, document)
 
 
 class Atlas:
@@ -57,6 +88,10 @@ class Atlas:
     def busy(self) -> bool:
         """Whether something is computed."""
         return self.job is not None and self.job.busy
+
+    def over(self) -> Over | None:
+        """Return the result with where it came from; None while there is none."""
+        return None if self.result is None else Over(self.result, self.row, self.document)
 
     def take(self, result: xr.Dataset, row: Row | None = None, document: Document | None = None) -> None:
         """Look at a result."""

@@ -13,7 +13,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.units import show
 from dforce.gui import explore
-from dforce.gui.atlas import MOST_VALUES, sweep_job
+from dforce.gui.atlas import MOST_VALUES, SECTIONS, sweep_job
 from dforce.gui.chart import Chart
 from dforce.gui.compute import LIVE, Latest, in_thread
 from dforce.gui.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
@@ -23,7 +23,6 @@ from dforce.gui.session import LOOKED_EVERY
 from dforce.gui.view import View
 from dforce.gui.words import in_words
 
-SECTIONS = ("drive", "sample", "contact", "tip", "medium", "cantilever")
 EARLIER = "This is of an earlier case than the one in the forms; compute it again."
 DIGITS = 6
 

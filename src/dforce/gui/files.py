@@ -36,6 +36,9 @@ ACCEPTED = ",".join((".toml", ".nc", ENDING, *measured.ENDINGS))
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, with everything, to be opened again", ".csv": "CSV, a table for a spreadsheet"}
+TOO_LARGE = (
+    "The result over parameters is too large for the project's file, so it is not in it; it stays where it came from."
+)
 NOTHING = "There is no result yet; press Run."
 UNSAVED = "the file could not be made"
 UNSENT = "The file did not arrive: the window's server has no room for it, or cannot be reached."
@@ -108,8 +111,11 @@ class Files:
                 await asyncio.to_thread(uploads.opened_from, data, session.shelf.folder), data, name
             )
         else:
-            document, results = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
-            await session.take_project(document, results)
+            opened = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
+            await session.take_project(opened.document, opened.results)
+            if opened.over is not None:
+                session.atlas.take(opened.over.result, opened.over.row, opened.over.document)
+                self.plots.explorer.open()
 
     async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
         """Open a result of any kind that the window shows."""
@@ -160,10 +166,12 @@ class Files:
 
     async def save_project(self) -> None:
         """Save the document with all its results."""
-        session = self.view.session
+        session, over = self.view.session, self.view.session.atlas.over()
 
         async def save() -> None:
-            data = await asyncio.to_thread(project.packed, self.view.document, session.shelf, session.bench.shelf)
+            data = await asyncio.to_thread(project.packed, self.view.document, session.shelf, session.bench.shelf, over)
+            if over is not None and not project.has_room(over):
+                say(TOO_LARGE)
             ui.download.content(data, self._name(ENDING), "application/zip")
 
         await self._attempt(UNSAVED, save)

@@ -4,27 +4,52 @@ from __future__ import annotations
 
 import io
 import json
+import tempfile
 import zipfile
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import dforce as df
+from dforce.gui.atlas import Over
 from dforce.gui.document import PLUGINS, Document
+from dforce.gui.explore import is_explorable
 from dforce.gui.results import IDENTIFIER, Shelf
-from dforce.gui.uploads import MOST_BYTES, beside_from, result_from
+from dforce.gui.uploads import MOST_BYTES, beside_from, opened_from, result_from
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DOCUMENT = "document.json"
+DOCUMENT, OVER = "document.json", "over.nc"
 FORMAT = 1
 LONGEST_DOCUMENT = 5_000_000  # bytes
 BROKEN = "this project is damaged or was cut short"
 
 
-def packed(document: Document, shelf: Shelf, bench: Shelf) -> bytes:
-    """Return the file of a project: results from one shelf, the measured curve and its fit from another. Blocking.
+class Project(NamedTuple):
+    """What a project holds: its document, by identifier its results, measured curve and fit, and a result over parameters."""
+
+    document: Document
+    results: dict[str, xr.Dataset]
+    over: Over | None
+
+
+def has_room(over: Over) -> bool:
+    """Return whether a result over parameters is small enough to be kept with a project."""
+    return bool(over.result.nbytes <= MOST_BYTES)
+
+
+def packed(document: Document, shelf: Shelf, bench: Shelf, over: Over | None = None) -> bytes:
+    """Return the file of a project. Blocking.
+
+    Parameters
+    ----------
+    document, shelf
+        The document, and where its results are.
+    bench
+        Where its measured curve and the fit of it are.
+    over
+        A result over parameters; one that is too large, such as a store, is left out (:func:`has_room`).
 
     Raises
     ------
@@ -33,7 +58,12 @@ def packed(document: Document, shelf: Shelf, bench: Shelf) -> bytes:
     """
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(DOCUMENT, json.dumps({"format": FORMAT, "document": document.to_plain()}, indent=1))
+        plain: dict[str, Any] = {"format": FORMAT, "document": document.to_plain()}
+        if over is not None and has_room(over):
+            plain["over"] = {"origin": over.origin()}
+            with tempfile.TemporaryDirectory(prefix="dforce-") as place:
+                archive.write(df.write(over.result, Path(place) / OVER), OVER)
+        archive.writestr(DOCUMENT, json.dumps(plain, indent=1))
         for kept in document.results:
             archive.write(shelf.path(kept.id), f"{kept.id}.nc")
         for identifier in beside(document):
@@ -46,8 +76,8 @@ def packed(document: Document, shelf: Shelf, bench: Shelf) -> bytes:
     return stream.getvalue()
 
 
-def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]]:
-    """Return the document of a project, and by identifier its results, measured curve and fit. Blocking.
+def unpacked(data: bytes, folder: Path) -> Project:
+    """Return what the file of a project holds. Blocking.
 
     Raises
     ------
@@ -67,6 +97,7 @@ def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]
                     raise df.ResultError(BROKEN)
                 files[identifier] = _entry(archive, f"{identifier}.nc", min(left, MOST_BYTES))
                 left -= len(files[identifier])
+            over = _entry(archive, OVER, min(left, MOST_BYTES)) if "over" in plain else None
     except (
         zipfile.BadZipFile,
         KeyError,
@@ -84,7 +115,27 @@ def unpacked(data: bytes, folder: Path) -> tuple[Document, dict[str, xr.Dataset]
         identifier: beside_from(file, folder) if identifier in own else result_from(file, folder, document.plots)
         for identifier, file in files.items()
     }
-    return document, results
+    if over is None:
+        return Project(document, results, None)
+    origin = plain["over"].get("origin") if isinstance(plain["over"], dict) else None
+    return Project(document, results, _over(opened_from(over, folder), origin))
+
+
+def _over(result: xr.Dataset, origin: Any) -> Over:
+    """Return the result over parameters of a project.
+
+    Raises
+    ------
+    ResultError
+        When it is no such result.
+    """
+    try:
+        found = Over.of(result, origin)
+    except df.CaseError:
+        raise df.ResultError(BROKEN) from None
+    if not is_explorable(result):
+        raise df.ResultError(BROKEN)
+    return found
 
 
 def beside(document: Document) -> list[str]:

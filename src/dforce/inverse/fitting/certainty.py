@@ -32,11 +32,14 @@ class Certainty:
         Of what is varied, NaN where it is not seen, (unknowns, unknowns).
     dead
         Directions in which nothing is known: powers of each unknown, (directions, unknowns).
+    inflation
+        By how much correlated noise of neighbors has raised the covariance.
     """
 
     seen: np.ndarray[Any, np.dtype[np.bool_]]
     covariance: Array
     dead: Array
+    inflation: float = 1.0
 
     @property
     def errors(self) -> Array:
@@ -80,9 +83,8 @@ def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float =
         covariance[np.ix_(seen, seen)] = inner
         dead = np.zeros((int(flat.sum()), size))
         dead[:, seen] = unknown
-    if correlation > CORRELATED:
-        covariance = covariance * (1.0 + correlation) / (1.0 - correlation)
-    return Certainty(seen, covariance, dead)
+    inflation = (1.0 + correlation) / (1.0 - correlation) if correlation > CORRELATED else 1.0
+    return Certainty(seen, inflation * covariance, dead, inflation)
 
 
 def known_products(dead: Array, unknowns: Sequence[Unknown]) -> list[str]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.errors import ParameterError
+from dforce.inverse.fitting.edges import over_edges
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
 from dforce.kernel import Array
 from dforce.observables.averaging import weights
@@ -163,6 +164,8 @@ class Curves:
         if not len(which):
             return
         branch = block.follow(which, begun.take(which), first[which], np.ascontiguousarray(values[which]))
+        if block.is_smooth:
+            over_edges(block, which, branch, values[which])
         for i, case in enumerate(which.tolist()):
             self._keep(block, stretch, case, branch, i, values[case], out)
 

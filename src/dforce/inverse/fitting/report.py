@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
+ALIKE = 1.2  # ratio of the errors to both sides from which on both are told
 LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
 
 
@@ -102,7 +103,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
         if math.isinf(float(one["error"])):
             rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
             continue
-        told = f"+- {error} {unit}".rstrip()
+        told = f"{_both_sides(one, error)} {unit}".rstrip()
         if "offset" not in name:
             told += f" ({100 * abs(float(one['error']) / float(one['value'])):.2g} %)"
         prior = (
@@ -111,6 +112,15 @@ def _parameters(result: xr.Dataset) -> list[str]:
         start = shown(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
     return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _both_sides(one: xr.Dataset, error: str) -> str:
+    """Return an error as text, as two where the sides differ."""
+    sides = {sign: float(one[name]) for sign, name in (("-", "error_low"), ("+", "error_high"))}
+    if not all(math.isfinite(side) for side in sides.values()) or max(sides.values()) < ALIKE * min(sides.values()):
+        return f"+- {error}"
+    value, unit = float(one["value"]), str(one["unit"].values)
+    return " ".join(f"{sign}{shown(value, side, unit)[1]}" for sign, side in sides.items())
 
 
 def _given(result: xr.Dataset) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 KIND = "fit"  # of a result, in its attributes
 AT_BOUND = 1e-3  # of what is varied: nearer to a bound a value lies at it
-ASYMMETRIC = 0.2  # difference from the covariance beyond which the errors of a profile take its place
+LARGEST = 700.0  # logarithm of a number
 POINTS = 201  # of the curve that the best case computes
 DATA = "data_"  # before attributes of the measured curve
 
@@ -69,22 +70,14 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
     unknowns, certain = found.unknowns, found.certain
     slope = np.array([one.slope(float(value)) for one, value in zip(unknowns, values, strict=True)])
     errors = certain.errors
-    low, high = (np.array(side) for side in zip(*map(_sides, unknowns, values, errors), strict=True))
-    for i, one in enumerate(unknowns):
-        profile = found.profiles.get(one.name)
-        if profile is not None:
-            sides = (
-                values[i] - one.value(found.best.varied[i] - profile.low),
-                one.value(found.best.varied[i] + profile.high) - values[i],
-            )
-            if any(not abs(side - slope[i] * errors[i]) < ASYMMETRIC * slope[i] * errors[i] for side in sides):
-                low[i], high[i] = sides
+    low, high, *interval = (np.array(ends) for ends in zip(*map(_ends, range(len(values)), repeat(found)), strict=True))
     edges = limits(unknowns)
     near = np.min([np.abs(found.best.varied - edge) for edge in edges], axis=0)
     priors = [one.prior or (math.nan, math.nan) for one in unknowns]
     start = np.array([one.start for one in unknowns])
     columns = {
-        "value": values, "error": errors * slope, "error_low": low, "error_high": high,
+        "value": values, "error": errors * slope, "error_low": values - low, "error_high": high - values,
+        "interval_low": interval[0], "interval_high": interval[1],
         "error_given": found.passed * slope, "start": start, "prior": np.array([one[0] for one in priors]),
         "prior_error": np.array([one[1] for one in priors]), "at_bound": near < AT_BOUND, "seen": certain.seen,
     }  # fmt: skip
@@ -92,11 +85,20 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
     return out | {"correlation": (("parameter", "parameter_2"), certain.correlation)}
 
 
-def _sides(one: Unknown, value: float, error: float) -> tuple[float, float]:
-    """Return how far one standard deviation reaches below and above: of a logarithm not the same."""
-    if not one.is_log or not math.isfinite(error):
-        return error * one.slope(value), error * one.slope(value)
-    return value * (1.0 - math.exp(-error)), value * (math.exp(min(error, 700.0)) - 1.0)
+def _ends(index: int, found: Fitted) -> list[float]:
+    """Return the values at one standard deviation below and above, and at the ends of the interval of 95 %."""
+    one, best, sides = found.unknowns[index], float(found.best.varied[index]), found.sides
+    profile = found.profiles.get(one.name)
+    if profile is not None:
+        ways = (-profile.low, profile.high, -profile.low_95, profile.high_95)
+    else:
+        ways = (-sides.low[index], sides.high[index], -sides.low_95[index], sides.high_95[index])
+    return [_value(one, best + float(way)) for way in ways]
+
+
+def _value(one: Unknown, varied: float) -> float:
+    """Return the value where what is varied is this; infinite beyond all numbers."""
+    return math.inf if one.is_log and varied > LARGEST else one.value(varied)
 
 
 def _of_points(found: Fitted) -> dict[str, Any]:
@@ -125,20 +127,13 @@ def _of_points(found: Fitted) -> dict[str, Any]:
 def _of_profiles(found: Fitted) -> dict[str, Any]:
     if not found.profiles:
         return {}
-    unknowns = {one.name: (one, varied) for one, varied in zip(found.unknowns, found.best.varied, strict=True)}
+    unknowns = {one.name: one for one in found.unknowns}
     most = max(len(profile.varied) for profile in found.profiles.values())
     along, chi2 = np.full((len(found.profiles), most), np.nan), np.full((len(found.profiles), most), np.nan)
-    low, high = [], []
     for row, (name, profile) in enumerate(found.profiles.items()):
-        one, best = unknowns[name]
-        along[row, : len(profile.varied)] = [one.value(varied) for varied in profile.varied]
+        along[row, : len(profile.varied)] = [unknowns[name].value(varied) for varied in profile.varied]
         chi2[row, : len(profile.chi2)] = profile.chi2
-        low.append(one.value(best - profile.low_95))
-        high.append(one.value(best + profile.high_95) if math.isfinite(profile.high_95) else math.inf)
-    return {
-        "profile_varied": (("profiled", "step"), along), "profile_chi2": (("profiled", "step"), chi2),
-        "interval_low": ("profiled", np.array(low)), "interval_high": ("profiled", np.array(high)),
-    }  # fmt: skip
+    return {"profile_varied": (("profiled", "step"), along), "profile_chi2": (("profiled", "step"), chi2)}
 
 
 def _attributes(found: Fitted, values: Array) -> dict[str, Any]:

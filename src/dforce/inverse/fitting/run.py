@@ -19,6 +19,7 @@ from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import Model
 from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
+from dforce.inverse.fitting.sides import Sides, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 from dforce.kernel import Array
@@ -46,8 +47,8 @@ class Fitted:
         What was asked.
     minima, starts
         The minima, the lowest first; where the searches began, and how low chi2 was there.
-    certain
-        How well the unknowns are known.
+    certain, sides
+        How well the unknowns are known: near the best, and to both sides of it.
     passed
         Errors passed on from fixed parameters, (unknowns,).
     profiles
@@ -65,6 +66,7 @@ class Fitted:
     minima: list[Minimum]
     starts: list[Start]
     certain: Certainty
+    sides: Sides
     passed: Array
     profiles: dict[str, Profile]
     model: Model
@@ -112,10 +114,10 @@ def fit(
     Returns
     -------
     xarray.Dataset
-        Over `parameter`: `value`, `error`, `error_low`, `error_high`, `error_given`, `start`, `prior`, `prior_error`,
-        `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals in standard deviations; in the
-        attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best case (`case`) and what
-        repeats the fit. After Ctrl-C it holds the best that was met, and ``attrs["interrupted"]`` is 1.
+        Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
+        `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
+        in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
+        case (`case`) and what repeats the fit. After Ctrl-C it holds the best that was met, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------
@@ -274,9 +276,11 @@ class _Search:
         """Return what was found."""
         interrupted, coarse = False, np.nan
         profiles: dict[str, Profile] = {}
+        sides: Sides | None = None
         try:
             self._find()
             coarse = self._enough_samples()
+            sides = self._sides()
             profiles = self._profiles()
         except KeyboardInterrupt:
             interrupted = True
@@ -285,8 +289,8 @@ class _Search:
         certain, passed = self._certainty()
         names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
-            self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain, passed, profiles,
-            self.model, coarse, self.runs, interrupted, names,
+            self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain,
+            sides or plain_sides(certain), passed, profiles, self.model, coarse, self.runs, interrupted, names,
         )  # fmt: skip
 
     def _lowest(self) -> Minimum:
@@ -347,6 +351,13 @@ class _Search:
             for index, name in enumerate(one.name for one in self.unknowns)
             if name in self.settings.profile and certain.seen[index]
         }
+
+    def _sides(self) -> Sides | None:
+        best = self.minima[0]
+        if best.told is None:
+            return None
+        by = jacobian(self.model, best.varied, best.told)
+        return sides_of(self.model, best, by, certainty(by, self.unknowns, self.data.correlation))
 
     def _certainty(self) -> tuple[Certainty, Array]:
         best, count = self.minima[0], len(self.unknowns)

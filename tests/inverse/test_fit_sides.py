@@ -1,0 +1,62 @@
+"""Errors to both sides of a fit, and the branches that they are found on."""
+
+import fitted_curves as fc
+import numpy as np
+import pytest
+import xarray as xr
+from fitted_curves import ETA, E, H
+
+import dforce as df
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.points import checked_reading, measured
+from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
+
+NUISANCE = ("zc_offset", "A0", "phase_offset")
+ERRORS = (0.06, 0.045, 0.25, 5e-4, 4e-4, 0.06)  # of E, H, eta by their logarithms, offset and A0 in A0, phase: about
+
+
+@pytest.fixture(scope="module")
+def plain() -> xr.Dataset:
+    return df.fit(fc.case_of("stiff"), fc.data_of("stiff"), free=[E, H, ETA], search=False)
+
+
+@pytest.fixture(scope="module")
+def profiled() -> xr.Dataset:
+    return df.fit(fc.case_of("stiff"), fc.data_of("stiff"), free=[E, H, ETA], search=False, profile=[H])
+
+
+def test_errors_to_both_sides_are_those_of_a_profile(plain: xr.Dataset, profiled: xr.Dataset) -> None:
+    one, there = plain.sel(parameter=H), profiled.sel(parameter=H)
+    error = float(one["error"])
+    for name in ("error_low", "error_high"):
+        assert float(one[name]) == pytest.approx(float(there[name]), rel=0.05), name
+        # the curve is steeper on one side, where the branch of free motion ends, which the covariance does not know
+        assert abs(float(one[name]) / error - 1.0) > 0.15, name
+    for name in ("interval_low", "interval_high"):
+        away, right = (float(fit[name]) - float(one["value"]) for fit in (one, there))
+        assert away == pytest.approx(right, rel=0.1), name
+
+
+def test_errors_to_both_sides_are_alike_where_the_model_is_straight(plain: xr.Dataset) -> None:
+    for name in ("A0", "phase_offset"):
+        one = plain.sel(parameter=name)
+        for side in ("error_low", "error_high"):
+            assert float(one[side]) == pytest.approx(float(one["error"]), rel=0.03), name
+        assert float(one["interval_high"] - one["interval_low"]) == pytest.approx(3.92 * float(one["error"]), rel=0.05)
+
+
+def test_correlated_noise_widens_the_errors_to_both_sides(plain: xr.Dataset) -> None:
+    data = fc.data_of("stiff").assign_attrs(neighbor_correlation=0.5)
+    wide = df.fit(fc.case_of("stiff"), data, free=[E, H, ETA], search=False)
+    for name in ("zc_offset", "phase_offset"):  # the others are varied by their logarithms
+        ratio = float((wide["error_low"] / plain["error_low"]).sel(parameter=name))
+        assert ratio == pytest.approx(np.sqrt(3.0), rel=1e-6), name
+
+
+def test_no_curve_beside_the_best_loses_a_branch_at_an_edge_of_the_map() -> None:
+    case, data = fc.case_of("stiff"), measured(fc.data_of("stiff"), checked_reading("measured", 2, None, None, ""))
+    unknowns = make_unknowns(case, 1, [E, H, ETA], NUISANCE, {}, {}, {"zc_offset": 0.35e-9, "phase_offset": 1.2})
+    best = start_vector(unknowns)
+    places = best + 0.7 * np.array(ERRORS) * np.random.default_rng(5).standard_normal((150, len(best)))
+    lost = [int(told.lost.sum()) for told in Model(case, unknowns, data).tell_many(places)]
+    assert max(lost) < 3  # one or two lie behind the fold; a branch cut at an edge loses a dozen
