@@ -122,6 +122,14 @@ def test_a_store_that_was_stopped_goes_on(store):
         df.sweep(case(), OVER, store=store, resume=True)
 
 
+def test_a_complete_store_of_another_case_says_so(store):
+    over = {"drive.A0": [6e-9, 8e-9]}
+    df.sweep(case(), over, store=store, quantities=["amplitude"])
+    for other in (case().replace("cantilever.k", 2.0), over), (case(), {"drive.A0": [6e-9, 7e-9]}), (case(), OVER):
+        with pytest.raises(df.ParameterError, match="so it cannot be continued"):
+            df.sweep(*other, store=store, resume=True)
+
+
 @pytest.mark.usefixtures("small")
 def test_only_one_run_writes_a_store(store):
     with stores.Writer(store), pytest.raises(df.ResultError, match="is open in another run"):
