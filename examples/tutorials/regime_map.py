@@ -76,7 +76,7 @@ assert len(ends) == 1 and 13e-9 < ends[0] < 14e-9
 # - Two states at small free amplitudes, and only the repulsive one at large ones: so the paper of 1999 has a step at the former
 #   and none at the latter. Á. San Paulo and R. García (Phys. Rev. B, July 2002) say it of the drive: more of it inhibits the
 #   state of low amplitude.
-# - The 2015 paper has its step at 9.3 nm on approach at 10 nm. In the map the attractive state does not end there: the step comes
+# - The 2015 paper has its step at 9.3 nm on approach at 10 nm. In the map the attractive state does not end there: that comes
 #   from sudden steps of the distance (``dforce examples figure-3-air-jump``).
 # - The paper of 1999 varies the sample, too, and finds compliant ones on which attraction rules throughout; this map has one
 #   sample. Two paths in ``over`` make a map over both.
