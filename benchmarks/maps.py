@@ -1,10 +1,11 @@
 """What a map costs: its blocks in the store, the tasks of a cluster's scheduler, and from both a map of 10^8 points.
 
-    python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster]
+    python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster] [--random 2000]
 
 The same curves are computed in memory and in a store, once in blocks as large as they are chosen and once in blocks of one
 curve, whose time is that of the block itself. With --cluster so many empty blocks pass a real scheduler and two workers,
-processes of their own, as a map passes them: never more known than two for each thread.
+processes of their own, as a map passes them: never more known than two for each thread. With --random so many random polymers,
+those of the tutorial on maps, are computed instead, and the hours of a million are printed.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from dforce.maps import _executors, _map
 
 CURVE = 101  # points
 LARGE = 1e8  # points of the map on paper
+MILLION = 1e6  # random cases
 KEPT = ["amplitude", "phase", "peak_force"]
 
 
@@ -96,14 +98,45 @@ def scheduler(folder: Path, tasks: int) -> float:
     return rate
 
 
+def random_cases(folder: Path, cases: int) -> None:
+    """Print what random polymers cost, whose curves jump more often than not."""
+    draw = np.random.default_rng(16)
+    polymer = df.Case(
+        cantilever=df.Cantilever(f0="70 kHz", k="2.7 N/m", Q=180.0),
+        drive=df.Drive(A0="40 nm"),
+        tip=df.Tip(radius="8 nm"),
+        sample=df.Sample(youngs_modulus="2 GPa", poisson_ratio=0.3),
+        forces=[df.forces.DMT(hamaker="6e-20 J")],
+        experiment=df.experiments.Approach(zc={"of": "drive.A0", "start": 1.1, "stop": 0.7, "points": 17}),
+    )
+    rows = {
+        "sample.youngs_modulus": np.exp(draw.uniform(np.log(0.3e9), np.log(10e9), cases)),
+        "forces.dmt.hamaker": draw.uniform(1e-20, 8e-20, cases),
+        "drive.A0": draw.uniform(10e-9, 60e-9, cases),
+    }
+    kept = ["amplitude_ratio", "phase"]
+    df.sweep(polymer, rows={path: values[:8] for path, values in rows.items()}, quantities=kept)  # compiles
+    used = time.process_time()
+    found = df.sweep(polymer, rows=rows, quantities=kept, store=folder / "random.zarr")
+    a_case = (time.process_time() - used) / cases
+    jumped = float(np.isfinite(found["jump_zc"].values).any(axis=1).mean()) if "jump_zc" in found else 0.0
+    hours = MILLION * a_case / 3600.0
+    print(f"{cases} random cases of 17 points, {100 * jumped:.0f} % of them with a jump: {1e3 * a_case:.1f} ms of a core each; "
+          f"{MILLION:.0e} of them: {hours:.1f} hours of one core, {60 * hours / 64:.1f} minutes of 64")  # fmt: skip
+
+
 def main() -> None:
     """Measure, and print the plan."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--blocks", type=int, default=200)
     parser.add_argument("--tasks", type=int, default=10_000)
     parser.add_argument("--cluster", action="store_true")
+    parser.add_argument("--random", type=int, default=0)
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
+        if asked.random:
+            random_cases(Path(name), asked.random)
+            return
         a_point, arrays, a_size = stores(Path(name), asked.blocks)
         rate = scheduler(Path(name), asked.tasks) if asked.cluster else None
     blocks = LARGE / min(_map.SECONDS / a_point, _map.MOST_POINTS)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +129,34 @@ def test_the_command_for_many_cases_is_told_where_one_is_expected():
     done = dforce("run", "map.nc")
     assert done.exit_code == 2
     assert "dforce sweep repeats" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        ('{ "cantilever.Q" = [90, 110], "cantilever.modes.1.Q" = [100] }', "are one parameter; give its values once"),
+        ('{ "drive.A0" = { start = "1 nm", stop = "9 nm", points = 1_000_000_000 } }', "points = 1000000000 is above"),
+    ],
+)
+def test_a_table_that_cannot_be_meant_is_one_sentence(over, sentence):
+    Path("wrong.toml").write_text(CASE.split("over =", maxsplit=1)[0] + f"over = {over}\n")
+    for words in (["-o", "x.nc"], ["-o", "x.zarr"]):
+        done = dforce("sweep", "wrong.toml", *words)
+        assert done.exit_code == 2
+        assert sentence in " ".join(done.stderr.split())
+        assert not list(Path().glob("x.*"))
+
+
+def test_a_store_that_another_process_writes_is_one_sentence():
+    held = "import sys; from dforce.results.store import Writer\nwith Writer('map.zarr'): print(flush=True); sys.stdin.read()"
+    with subprocess.Popen([sys.executable, "-c", held], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline()
+        done = dforce("sweep", "map.toml", "-o", "map.zarr")
+        assert done.exit_code == 2
+        assert done.stderr == "dforce: the store 'map.zarr' is open in another run\n"
+        other.kill()  # and a lock that a killed process leaves behind holds nobody up
+    assert dforce("sweep", "map.toml", "-o", "map.zarr", "--keep", "amplitude").exit_code == 0
 
 
 @pytest.mark.parametrize(

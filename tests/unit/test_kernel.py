@@ -24,6 +24,7 @@ from dforce.integrators.lanes import LANES, advance_lanes
 from dforce.kernel import cache
 from dforce.kernel.codegen import OTHERS, compose
 from dforce.problem import Problem
+from dforce.solvers.block import Block, States
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.problem_batch import Lot
 
@@ -131,6 +132,50 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     # the tables of the drive differ by roundings
     np.testing.assert_allclose(block[end, :2].T, ends * (LANES // 2), atol=1e-12)
     assert abs(ends[0][1] - ends[1][1]) > 1e-3  # they are told apart
+
+
+def holds_an_array(value):
+    return isinstance(value, np.ndarray) or (isinstance(value, tuple) and any(map(holds_an_array, value)))
+
+
+def test_functions_that_count_no_references_return_no_array(monkeypatch):
+    # the caller would give back a reference that was never taken, and numbers in use would be freed
+    seen = set()
+
+    def watched(function):
+        def told(*arguments):
+            found = function(*arguments)
+            assert not holds_an_array(found), function.__name__
+            seen.add(function.__name__)
+            return found
+
+        return told
+
+    stand_in = types.ModuleType("numba")
+    stand_in.njit = lambda **options: (lambda function: function) if options.get("_nrt", True) else watched
+    monkeypatch.setitem(sys.modules, "numba", stand_in)
+    asked = problem([df.forces.VanDerWaals(hamaker=2e-20), df.forces.Hertz(), df.forces.KelvinVoigt()])
+    entries = MARCHES | {"advance_lanes": advance_lanes}
+    module: dict = {}
+    exec(compose(1, 1, asked.forces, entries), module)
+    monkeypatch.undo()
+    ready = INTEGRATORS["rk4"](asked, df.SolverSettings(method="transient", points_per_period=64), 3)
+    ready.place(6e-9)
+    with interpreted_by(ready, types.SimpleNamespace(**module)):
+        ready.observe(with_amplitudes(ready, free_amplitudes(ready)), 2)
+    assert {"rk4_cut_at_kink", "steps_divided", "steps_part_step", "loops_passed"} <= seen
+
+
+def test_only_what_somebody_reads_is_measured():
+    block = Block.of_one(problem([df.forces.DMT(hamaker=2e-20)]), df.SolverSettings(), 3)
+    start = States(block.lot.free().repeat(2, axis=0), np.empty((2, 0)), np.empty((2, 0)))
+    slots = block.slots(start, np.full(2, 9e-9))
+    slots.case[:], slots.rows[:] = 0, np.nan
+    slots.wanted[0] = False
+    block.march(slots, 1, True)
+    assert np.isfinite(slots.ends[:, 0]).all()
+    assert np.isnan(slots.rows[0]).all()
+    assert np.isfinite(slots.rows[1]).all()
 
 
 def test_parameters_never_recompile():

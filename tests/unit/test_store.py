@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,14 @@ def test_a_store_that_was_stopped_goes_on(store):
         df.sweep(case(), OVER, store=store, resume=True)
 
 
+def test_a_complete_store_of_another_case_says_so(store):
+    over = {"drive.A0": [6e-9, 8e-9]}
+    df.sweep(case(), over, store=store, quantities=["amplitude"])
+    for other in (case().replace("cantilever.k", 2.0), over), (case(), {"drive.A0": [6e-9, 7e-9]}), (case(), OVER):
+        with pytest.raises(df.ParameterError, match="so it cannot be continued"):
+            df.sweep(*other, store=store, resume=True)
+
+
 @pytest.mark.usefixtures("small")
 def test_only_one_run_writes_a_store(store):
     with stores.Writer(store), pytest.raises(df.ResultError, match="is open in another run"):
@@ -143,7 +152,7 @@ def kept(writer, name, place):
         os.kill(os.getpid(), signal.SIGKILL)
 
 Writer._keep = kept
-df.sweep(df.Case.from_toml(sys.stdin.read()), store=path, workers=1)
+df.sweep(df.Case.from_toml(sys.stdin.read()), store=path, workers=1, quantities=sys.argv[3:] or None)
 """
 
 
@@ -161,6 +170,41 @@ def test_a_store_goes_on_after_its_writer_was_killed_inside_a_block(store):
             int((done.status != df.Status.NOT_COMPUTED).sum()) == {0: 0, 3: 90}[blocks]
         )  # there and back, of two, one and two cases
         same(df.sweep(swept, store=store, resume=True), df.sweep(swept))
+
+
+@pytest.fixture
+def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """An object store of this machine, which speaks as Amazon's S3 does."""
+    pytest.importorskip("s3fs")
+    server = pytest.importorskip("moto.server").ThreadedMotoServer(port=0)
+    server.start()
+    host, port = server.get_host_and_port()
+    secrets = {"AWS_ACCESS_KEY_ID": "a", "AWS_SECRET_ACCESS_KEY": "b", "AWS_DEFAULT_REGION": "us-east-1"}
+    for name, value in (secrets | {"AWS_ENDPOINT_URL": f"http://{host}:{port}"}).items():
+        monkeypatch.setenv(name, value)
+    import s3fs
+
+    s3fs.S3FileSystem.clear_instance_cache()
+    s3fs.S3FileSystem().makedirs("maps", exist_ok=True)
+    yield "s3://maps"
+    server.stop()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
+@pytest.mark.filterwarnings("ignore")  # of moto and s3fs
+@pytest.mark.usefixtures("small")
+def test_a_store_of_objects_goes_on_after_its_writer_was_killed_inside_a_block(bucket):
+    swept, url = case(sweep={"over": OVER}), f"{bucket}/map.zarr"
+    arguments = [sys.executable, "-c", KILLED, url, "3", "amplitude"]
+    killed = subprocess.run(arguments, input=swept.to_toml(), text=True, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    done = df.read(url)
+    assert int((done.status != df.Status.NOT_COMPUTED).sum()) == 90
+    with pytest.raises(df.ResultError, match="is there already; go on with it"):
+        df.sweep(swept, store=url)
+    same(df.sweep(swept, store=url, resume=True), df.sweep(swept, quantities=["amplitude"]))
+    with pytest.raises(df.ParameterError, match="complete; there is nothing to continue"):
+        df.sweep(swept, store=url, resume=True)
 
 
 @pytest.mark.usefixtures("small")

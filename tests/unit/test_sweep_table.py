@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -111,6 +113,8 @@ def test_a_mistake_in_a_table_is_one_sentence(sweep, sentence):
         ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "a case needs one of each"),
         ({"over": {"drive.A0": [1e-9]}, "rows": {"drive.A0": [1e-9]}}, "over and rows are both given"),
         ({"over": {"drive.A0": [1e-9]}, "at_set_point": 0.0}, "is not above 0"),
+        ({"over": {"drive.A0": range(10**9)}}, "has 1000000000 values; at most 10000000 are allowed"),
+        ({"over": {"drive.A0": itertools.repeat(1e-9)}}, "has more than 10000000 values"),
     ],
 )
 def test_a_mistake_in_values_is_one_sentence(values, sentence):

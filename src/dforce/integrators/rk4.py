@@ -26,7 +26,7 @@ from dforce.integrators.loops import (
     turn_behind,
 )
 from dforce.integrators.steps import divided, part_step, step
-from dforce.kernel.linker import by_address
+from dforce.kernel.linker import by_address, uncounted
 from dforce.kernel.vocabulary import (
     bent,
     coasted,
@@ -57,6 +57,7 @@ CLOSE = 1e-5  # how near there a landing must be, relative to the step
 LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
 
 
+@uncounted
 def cut_at_kink(
     y: Any, end: Any, f: float, u0: Any, u1: Any, u2: Any, tau: float, h: float, period: int, memory: Any, latched: Any,
     tones: Any, bases: Any, kinks: Any, stage: Any, work: Any, p: Any,
@@ -113,6 +114,7 @@ def cut_at_kink(
     return cut_step(y, end, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
 
 
+@uncounted
 def cut_step(
     y: Any, end: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
     stage: Any, work: Any, p: Any,
@@ -155,6 +157,7 @@ def cut_step(
     return end
 
 
+@uncounted
 def first_event(
     y: Any, end: Any, which: int, start: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any,
     kinks: Any, stage: Any, work: Any, p: Any,
@@ -197,6 +200,7 @@ def first_event(
     return high, driven_step(y, start, high, period, memory, latched, tones, bases, kinks, stage, work, p)
 
 
+@uncounted
 def driven_step(
     y: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
     stage: Any, work: Any, p: Any,

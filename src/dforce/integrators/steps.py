@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from dforce.integrators.loops import held, interval, seconds
-from dforce.kernel.linker import inlined
+from dforce.kernel.linker import inlined, uncounted
 from dforce.kernel.vocabulary import (
     arrived,
     bent,
@@ -109,6 +109,7 @@ def step(
     return end
 
 
+@uncounted
 def whole_step(
     y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
     work: Any, p: Any,
@@ -150,6 +151,7 @@ def node(steps: float, k: int) -> float:
     return float((first + (last - first) * k / PARTS) ** 3 - steps)
 
 
+@uncounted
 def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
     """Return how many steps ago a motion came in over a kink; `REACH` stands for all that is more."""
     d, rate, ago = distance(y, p), rate_of(y, p), REACH
@@ -159,6 +161,7 @@ def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
     return ago
 
 
+@uncounted
 def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
     """Return in how many steps from its end a step leads out over a kink that it began within, as `since_root` does."""
     d, rate, left = distance(end, p), rate_of(end, p), REACH
@@ -168,6 +171,7 @@ def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
     return left
 
 
+@uncounted
 def part_step(
     y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, kinks: Any,
     stage: Any, work: Any, p: Any,
@@ -181,6 +185,7 @@ def part_step(
     return with_parts(y, end, around, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
 
 
+@uncounted
 def divided(
     y: Any, whole: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any,
     stage: Any, work: Any, p: Any,
@@ -195,6 +200,7 @@ def divided(
     return with_parts(y, whole, around, u0, u1, u2, h, t, memory, latched, interval(y, kinks, p), stage, work, p)
 
 
+@uncounted
 def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
     """Say whether a step outside a kink, and near it, is long against the distance: there it may hold a spike."""
     d0, d1, far, found = distance(y, p), distance(end, p), REACH * h / p[3], False
@@ -204,6 +210,7 @@ def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
     return found
 
 
+@uncounted
 def near_spikes(
     y: Any, end: Any, f: float, h: float, t: float, memory: Any, latched: Any, limits: Any, kinks: Any, stage: Any,
     around: Any, p: Any,
@@ -226,6 +233,7 @@ def near_spikes(
     return before, after, at_begin, at_end
 
 
+@uncounted
 def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
     """Return how many steps a step begins behind a root and ends before one, and how much parts count for that."""
     if root_count():
@@ -234,6 +242,7 @@ def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
     return REACH, REACH, 0.0, 0.0
 
 
+@uncounted
 def with_parts(
     y: Any, whole: Any, around: Any, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any,
     stage: Any, work: Any, p: Any,
@@ -261,6 +270,7 @@ def with_parts(
     return blend(whole, 1.0, weights, first, last, whole, whole, whole, whole, whole)
 
 
+@uncounted
 def in_parts(
     y: Any, steps: float, mirrored: bool, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any,
     limits: Any, stage: Any, work: Any, p: Any,

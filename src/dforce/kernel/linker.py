@@ -25,7 +25,7 @@ from dforce.kernel.specialize import fold
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # the composed module's own names
-RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "entry", "INNER", "OPTIONS"}
+RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "uncounted", "entry", "INNER", "OPTIONS"}
 
 
 class Linker:
@@ -155,6 +155,15 @@ def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
+def uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that makes no array, returns none, and calls none that does.
+
+    Whoever calls it holds the arrays that it is given, so references to them need not be counted: that costs more than a step.
+    """
+    function.uncounted = True  # type: ignore[attr-defined]
+    return function
+
+
 def by_address(signature: str) -> Callable[[Function], Function]:
     """Mark a function that is compiled for each tip equation, while what calls it, by its address, is compiled once for all.
 
@@ -175,8 +184,9 @@ def signature_of(function: Callable[..., Any]) -> str:
 
 def decorator_of(function: Callable[..., Any]) -> str:
     """Return how a function is compiled: calls of laws, and of what is marked so, are replaced by the body."""
-    if getattr(function, "reordered", False):
-        return "reordered"
+    for name in ("reordered", "uncounted"):
+        if getattr(function, name, False):
+            return name
     inline = getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces")
     return "inlined" if inline else "compiled"
 

@@ -32,8 +32,6 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         raise ParameterError(
             "this sweep does not hold the states at this set point, so it cannot be continued with them"
         )
-    if not resume.attrs.get("interrupted"):
-        raise ParameterError("this sweep is complete; there is nothing to continue")
     if resume.attrs.get("case") != case.to_toml(complete=True):
         raise ParameterError("this sweep belongs to another case, so it cannot be continued with this one")
     paths = [axis.path for axis in layout.axes]
@@ -52,6 +50,8 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         raise ParameterError(
             "one sweep is over all combinations and the other over cases one by one, so it cannot be continued like this"
         )
+    if not resume.attrs.get("interrupted"):
+        raise ParameterError("this sweep is complete; there is nothing to continue")
 
 
 def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> frozenset[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -178,6 +179,10 @@ def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]
         raise ParameterError(f"{path} = {shorten(given)} is not a list of values")
     if hasattr(given, "__len__") and len(given) > MOST_VALUES:
         raise ParameterError(f"{path} has {len(given)} values; at most {MOST_VALUES} are allowed")
+    if not hasattr(given, "__len__"):  # it may go on for ever
+        given = list(itertools.islice(given, MOST_VALUES + 1))
+        if len(given) > MOST_VALUES:
+            raise ParameterError(f"{path} has more than {MOST_VALUES} values, which are not allowed")
     items = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else list(given)
     if not items:
         raise ParameterError(f"{path} has no values; give at least one")

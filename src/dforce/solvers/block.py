@@ -432,7 +432,7 @@ class Block:
         return Slots(
             np.empty(count, np.int64), np.empty(count), np.empty((count, size)), np.empty((count, states)),
             np.empty((count, branches)), np.empty((count, size + 2, size)), np.empty((count, states)),
-            np.empty((count, branches)), np.empty((count, periods, self.columns)),
+            np.empty((count, branches)), np.empty((count, periods, self.columns)), np.ones(count, dtype=bool),
         )  # fmt: skip
 
     def _room(self, slots: int, each: int) -> Array:

@@ -134,21 +134,6 @@ def longest(vector: Any) -> float:
     return most
 
 
-def solve_orbits(slots: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
-    """Find and measure the orbits near the states of the first `count` slots, with monodromy matrices by central differences.
-
-    `slots` holds the orbits in the end.
-    """
-    find_orbits(slots, count, True, model, drive, orbits, room)
-    which, going = np.empty(count, np.int64), 0
-    for s in range(count):
-        if orbits.outcome[s] == CONVERGED:
-            which[going] = s
-            going += 1
-    if going > 0:
-        central_differences(slots, which, going, model, drive, orbits, room)
-
-
 def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, room: Any) -> None:
     """Iterate by Newton's method. The monodromy matrix kept is that of the last full step, by forward differences."""
     which = np.empty(count, np.int64)

@@ -255,8 +255,10 @@ class ParameterRange:
             block.find(slots, orbits, repeats)
             return slots
         which, nothing, ends = np.zeros(1, np.int64), np.empty((1, 0)), np.empty((1, self.size + 2, self.size))
-        rows = np.empty((1, 0, 0))
-        slots = Slots(which, np.array([value]), x.copy(), nothing, branch.copy(), ends, nothing, branch.copy(), rows)
+        rows, wanted = np.empty((1, 0, 0)), np.zeros(1, dtype=bool)
+        slots = Slots(
+            which, np.array([value]), x.copy(), nothing, branch.copy(), ends, nothing, branch.copy(), rows, wanted
+        )
         beside = np.concatenate([np.zeros((1, self.size)), FD_STEP * np.eye(self.size)])
         orbits.unit[:] = self.span
         begin(orbits, 1)

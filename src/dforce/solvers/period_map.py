@@ -14,6 +14,7 @@ import numpy as np
 from dforce.integrators.lanes import FAR, advance_lanes, padded
 from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
+from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case
 from dforce.observables.measure import measure
 from dforce.solvers.retune import retune
@@ -105,6 +106,8 @@ class Slots(NamedTuple):
         Memory and branches then, of the state itself.
     rows
         What was measured over each period, (slots, periods, columns).
+    wanted
+        Whether anybody will read what was measured, (slots,): measuring costs more than marching.
     """
 
     case: Any
@@ -116,8 +119,10 @@ class Slots(NamedTuple):
     memory_after: Any
     branch_after: Any
     rows: Any
+    wanted: Any
 
 
+@uncounted
 def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, tones: Any, drive: Any, j: int) -> None:
     """Write the numbers, kinks, tones and drive of a problem at a value of the parameter into column j."""
     for k in range(numbers.shape[0]):
@@ -155,6 +160,7 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
             drive[2 * k * mode_count() + n, j] = tones[j, k, FIRST_DRIVE + n]
 
 
+@uncounted
 def between(heights: Any, value: float) -> Any:
     """Return the number of the interval of heights that a distance is in, and how far (0 to 1); -1 where there are none."""
     last = heights.shape[0] - 2
@@ -176,7 +182,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
         Columns a slot: 1, the state; 1 + size, with its neighbors by each number of the motion; 2 + size, with that by the
         parameter; size, the neighbors on the other side.
     measured
-        Whether states that are advanced alone are measured.
+        Whether states that are advanced alone are measured, as far as that is wanted of their slots.
     room
         Scratch for the samples, at least (points + 1) (size + 1) lanes long.
     """
@@ -203,6 +209,14 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
         march_columns(slots, which, count, each, measured, model, drive, numbers, kinks, tones, starts)
 
 
+def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
+    """Say whether any of the slots that are advanced is to be measured."""
+    found = False
+    for j in range(count):
+        found |= slots.wanted[which[j]]
+    return found
+
+
 def first_column(each: int) -> int:
     """Return what the first of so many columns of a slot is: 0, the state itself, or 1, its first neighbor."""
     return 1 if each == motion_size() else 0
@@ -214,7 +228,7 @@ def march_lanes(
 ) -> None:  # fmt: skip
     """Advance columns side by side, see `march`."""
     size, lanes = starts.shape
-    kept = measured and each == 1
+    kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
     block = room[: rows * (size + 1) * lanes].reshape((rows, size + 1, lanes))
     record = np.empty((rows, size + 1))
@@ -230,6 +244,8 @@ def march_lanes(
         )  # fmt: skip
         if kept:
             for j in range(count):
+                if not slots.wanted[which[j]]:
+                    continue
                 for i in range(drive.points + 1):
                     for k in range(size + 1):
                         record[i, k] = block[i, k, j]
@@ -270,7 +286,7 @@ def march_columns(
                     y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
                     work[0], work, record, p,
                 )  # fmt: skip
-                if measured and each == 1:
+                if measured and each == 1 and slots.wanted[s]:
                     take_measure(slots, s, period, model, drive, numbers, kinks, tones, record, j)
             if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
                 break

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.newton import CONVERGED, is_stable, longest, solve_orbits
+from dforce.solvers.newton import CONVERGED, central_differences, find_orbits, is_stable, longest
 
 LARGEST = 0.1  # of the parameter's unit: step
 FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
@@ -109,6 +109,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
     states, branches, ahead = model.memory_scale.shape[0], model.hysteresis, most // cases
     guesses, place = np.empty((most, size)), np.empty(most, np.int64)
+    fits, which = np.empty(most, np.bool_), np.empty(most, np.int64)
     before, x_before, slope_before = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()
     reach, fresh = np.full(cases, FIRST), np.ones(cases, np.int64)
     going, bridge, short = np.ones(cases, np.int64), np.zeros(cases, np.int64), np.zeros(cases, np.int64)
@@ -155,14 +156,31 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 slots.memory[s, k] = branch.last_memory[case, k]
             for k in range(branches):
                 slots.branch[s, k] = branch.last_branch[case, k]
-        solve_orbits(slots, count, model, drive, orbits, room)
+            slots.wanted[s] = place[s] >= 0
+        find_orbits(slots, count, True, model, drive, orbits, room)
+        fitting = 0
+        for s in range(count):
+            case = slots.case[s]
+            last = branch.last_value[case], branch.last_x[case], branch.last_slope[case]
+            fits[s] = True
+            if s > 0 and slots.case[s - 1] == case:
+                last, fits[s] = (slots.value[s - 1], slots.x[s - 1], orbits.slope[s - 1]), fits[s - 1]
+            if fits[s]:
+                fits[s] = continues(
+                    s, last, slots, orbits, guesses[s], model.unit[case], fresh[case] == 1, bridge[case]
+                )
+            if fits[s]:
+                which[fitting] = s
+                fitting += 1
+        if fitting > 0:
+            central_differences(slots, which, fitting, model, drive, orbits, room)
         s = 0
         while s < count:
             case, begun, done = slots.case[s], branch.last_value[slots.case[s]], branch.done[slots.case[s]]
             unit, refused = model.unit[case], False
             while s < count and slots.case[s] == case:
                 if not refused:
-                    refused = not continues(s, slots, orbits, guesses[s], branch, unit, fresh[case] == 1, bridge[case])
+                    refused = not (fits[s] and is_stable(orbits.monodromy[s]))
                     if refused and fresh[case] == 1:
                         going[case], branch.outcome[case] = 0, ENDED
                     elif refused and bridge[case] > 0:
@@ -201,24 +219,24 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 going[case] = 0
 
 
-def continues(s: int, slots: Any, orbits: Any, guess: Any, branch: Any, unit: float, first: bool, bridge: int) -> bool:
-    """Say whether the orbit of a slot is stable and continues the last one of its problem."""
-    if orbits.outcome[s] != CONVERGED or not is_stable(orbits.monodromy[s]):
+def continues(s: int, last: Any, slots: Any, orbits: Any, guess: Any, unit: float, first: bool, bridge: int) -> bool:
+    """Say whether the orbit of a slot, where there is one, continues the last one of its problem: value, state and slope."""
+    if orbits.outcome[s] != CONVERGED:
         return False
     if first:
         return True
-    size, case = slots.x.shape[1], slots.case[s]
-    step = (slots.value[s] - branch.last_value[case]) / unit
+    size, (value, x, slope) = slots.x.shape[1], last
+    step = (slots.value[s] - value) / unit
     astray, chord, bent, turned = 0.0, 0.0, 0.0, 0.0
     for k in range(size):
-        moved = slots.x[s, k] - branch.last_x[case, k]
+        moved = slots.x[s, k] - x[k]
         astray = max(astray, abs(slots.x[s, k] - guess[k]))
         chord = max(chord, abs(moved))
-        turned = max(turned, abs(step * (orbits.slope[s, k] - branch.last_slope[case, k])))
-        bent = max(bent, abs(moved - 0.5 * step * (orbits.slope[s, k] + branch.last_slope[case, k])))
+        turned = max(turned, abs(step * (orbits.slope[s, k] - slope[k])))
+        bent = max(bent, abs(moved - 0.5 * step * (orbits.slope[s, k] + slope[k])))
     if bridge > 0:
         return chord < SAME
-    steepest = max(longest(orbits.slope[s]), longest(branch.last_slope[case]))
+    steepest = max(longest(orbits.slope[s]), longest(slope))
     near = chord < CHORD and bent < BENT * abs(step) * steepest
     return bool(turned < TURNED and (astray < PREDICTED or near))
 
