@@ -25,7 +25,7 @@ from dforce.kernel.specialize import fold
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # the composed module's own names
-RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "entry", "INNER", "OPTIONS"}
+RESERVED = {"math", "np", "njit", "compiled", "apart", "inlined", "reordered", "entry", "unshared", "INNER", "OPTIONS"}
 
 
 class Linker:
@@ -95,7 +95,7 @@ class Linker:
         """
         if signature_of(function):
             head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
-            self.emit(f"{head}\n    p = whole(p)\n{body}", "compiled")
+            self.emit(f"{head}\n    p = whole(p)\n{body}", "apart" if getattr(function, "apart", False) else "compiled")
             return
         if function not in self._names:
             self.add(function, name, "entry")
@@ -152,6 +152,12 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a function whose sums may be taken in any order: only so are they turned into vector instructions."""
     function.reordered = True  # type: ignore[attr-defined]
+    return function
+
+
+def apart(function: Function) -> Function:
+    """Mark a function called by its address whose arrays share no memory: so its loops need no check that they do not."""
+    function.apart = True  # type: ignore[attr-defined]
     return function
 
 
