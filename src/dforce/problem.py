@@ -198,6 +198,14 @@ class Problem:
                 f'{what} takes the load of the fluid as a mass and a damping; write cantilever.beam.fluid = "constant"'
             )
 
+    def refuse_changing_lever(self, what: str) -> None:
+        """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
+        if self.heights is not None:
+            raise ParameterError(
+                f"{what} takes a lever that stays as it is at each distance; leave out cantilever.drift, or write "
+                'cantilever.beam.wall = "at_sample"'
+            )
+
     @property
     def own_modes(self) -> list[int]:
         """The mode that each tone is meant for."""

@@ -1,7 +1,10 @@
 """A lever that changes on its way to the sample: each point is that of a lever which is so everywhere."""
 
+import re
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import dforce as df
 from dforce.core.errors import ParameterError
@@ -108,7 +111,134 @@ def test_what_cannot_drift_is_refused_in_a_sentence():
         case(lever={"beam": SIZES | {"wall": "at_distance"}}, medium="water")
     with pytest.raises(ParameterError, match='does not go with fluid = "history"'):
         case(lever={"beam": SIZES | {"wall": "at_distance", "tip_height": 5e-6, "fluid": "history"}}, medium="water")
-    with pytest.raises(ParameterError, match="taken by approach, dwell and frequency_sweep alone"):
-        df.branches(case(DRIFT), zc=("12 nm", "5 nm"))
-    with pytest.raises(ParameterError, match="taken by approach, dwell and frequency_sweep alone"):
-        df.sweep(case(DRIFT).replace("experiment", {"kind": "approach", "zc": ZC}), over={"tip.radius": [5e-9, 10e-9]})
+    with pytest.raises(ParameterError, match="a search for operating points takes a lever that stays"):
+        df.regimes(case(DRIFT), over={"tip.radius": [5e-9, 10e-9]}, set_points=[0.5, 0.8])
+    data = measured(df.approach(case(DRIFT), zc={"start": "15 nm", "stop": "6 nm", "points": 10}))
+    for name, path in (("Q", "cantilever.Q"), ("A0", "drive.A0")):
+        with pytest.raises(
+            ParameterError, match=f"drift.{name} says {name} at each distance, so the data cannot tell {path}"
+        ):
+            df.fit(case(DRIFT), data, free=[path], nuisance=[])
+
+
+def same(a, b):
+    """Say which quantities of two results differ in any bit."""
+    kinds = {name: a[name].dtype.kind == "f" for name in a.data_vars if name in b}
+    return [name for name, nan in kinds.items() if not np.array_equal(a[name].values, b[name].values, equal_nan=nan)]
+
+
+@pytest.mark.parametrize("excitation", ["force", "base"])
+def test_a_curve_of_a_sweep_is_that_of_its_single_run(excitation):
+    asked = case(DRIFT, excitation=excitation).replace("experiment", {"kind": "approach", "zc": ZC})
+    # one axis that the lever does not know, and one that changes it
+    swept = df.sweep(asked, over={"sample.youngs_modulus": [50e6, 80e6], "cantilever.k": [0.1, 0.13]})
+    for i, modulus in enumerate((50e6, 80e6)):
+        for j, k in enumerate((0.1, 0.13)):
+            alone = df.run(asked.replace("sample.youngs_modulus", modulus).replace("cantilever.k", k))
+            assert same(swept.isel(youngs_modulus=i, k=j), alone) == []
+    assert float(abs(swept["amplitude"].diff("k")).min()) > 0.0
+
+
+def test_a_dwell_of_a_sweep_is_that_with_the_lever_there():
+    swept = df.sweep(case(DRIFT).replace("experiment", {"kind": "dwell", "zc": 9e-9}), over={"experiment.zc": ZC})
+    for i, zc in enumerate(ZC):
+        assert same(swept.isel(zc=i), df.dwell(case(DRIFT), zc=zc)) == []
+
+
+def test_states_fold_where_an_approach_jumps():
+    hysteresis = df.example("hysteresis")
+    levers = {"zc": ["0 nm", "15 nm", "25 nm"], "Q": [230.0, 245.0, 255.0], "A0": ["19 nm", "19.7 nm", "20 nm"]}
+    drifting = hysteresis.replace("cantilever.drift", levers)
+    curve = df.run(drifting)
+    states = df.branches(drifting, zc=("20.2 nm", "18.5 nm"))
+    folds = states["zc"].values[states["special"].values == "fold"]
+    # a state is followed to within 1e-7 A0 of its end, and sought up to four times that behind
+    assert curve["jump_zc"].values == pytest.approx(folds, rel=0.0, abs=4e-7 * 20e-9)
+    assert len(folds) == 2
+    without = df.run(hysteresis)["jump_zc"].values
+    assert np.abs(curve["jump_zc"].values - without).min() > 1e-10
+    at = int(np.flatnonzero(states["stable"].values)[0])
+    Q = np.interp(float(states["zc"][at]), [0.0, 15e-9, 25e-9], levers["Q"])
+    assert float(states["quality_factor"][at, 0]) == pytest.approx(Q, rel=1e-5)
+    again = df.motion_at(states.isel(point=at))["deflection"].values
+    assert again.max() == pytest.approx(float(states["max_deflection"][at]), rel=1e-3, abs=0.0)  # of samples
+
+
+def test_states_along_a_parameter_are_those_with_the_lever_at_their_distance():
+    along = {"zc": 9e-9, "start": 49e6, "stop": 51e6}
+    found = df.branches(case(DRIFT), parameter="sample.youngs_modulus", search=0, **along)
+    point = found.isel(point=int(np.argmin(np.abs(found["youngs_modulus"].values - 50e6))))
+    there = case(DRIFT).replace("sample.youngs_modulus", float(point["youngs_modulus"]))
+    wanted = df.dwell(there, zc=9e-9)
+    assert float(point["amplitude"][0]) == pytest.approx(float(wanted["amplitude"][0]), rel=1e-7, abs=0.0)
+    tuned = df.branches(case(DRIFT), zc=9e-9, parameter="drive.frequency", start=24.9e3, stop=25.1e3, search=0)
+    swept = df.frequency_sweep(case(DRIFT), zc=9e-9, frequency=tuned["frequency"].values[::10].tolist())
+    assert tuned["amplitude"].values[::10, 0] == pytest.approx(swept["amplitude"].values[:, 0, 0], rel=1e-6, abs=0.0)
+
+
+def measured(curve):
+    """Return a curve as it would be measured, without noise."""
+    columns = {"height": curve["zc"].values, "amplitude": curve["amplitude"].values[:, 0]}
+    columns |= {"phase": curve["phase"].values[:, 0], "branch": np.ones(curve.sizes["zc"])}
+    errors = {"amplitude_error": 1e-11, "phase_error": 0.1}
+    return xr.Dataset({name: ("point", column) for name, column in columns.items()}, attrs=errors)
+
+
+def test_a_fit_finds_the_sample_below_a_lever_that_drifts():
+    data = measured(df.approach(case(DRIFT, excitation="base"), zc=np.linspace(18e-9, 4e-9, 25).tolist()))
+    begun = case(DRIFT, excitation="base").replace("sample.youngs_modulus", 80e6)
+    found = df.fit(begun, data, free=["sample.youngs_modulus"])
+    assert list(found["parameter"].values) == ["sample.youngs_modulus", "zc_offset", "phase_offset"]
+    # the search ends where it gains less than 1e-3 of a standard deviation
+    assert float(found["value"][0]) == pytest.approx(50e6, abs=1e-2 * float(found["error"][0]))
+    assert found.attrs["chi2"] < 1e-3
+    steady = case({"zc": [0.0, 1.0], "Q": [2.5, 2.5]}, excitation="base").replace("sample.youngs_modulus", 80e6)
+    other = df.fit(steady, data, free=["sample.youngs_modulus"], nuisance=["zc_offset", "phase_offset"])
+    assert other.attrs["chi2"] > 1e3
+
+
+def test_drift_comes_from_the_columns_of_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "seen.csv").write_text("# from afar\nheight [nm],Q,A0 (nm)\n1000,3,12\n20,2.2,9\n0,2,8\n")
+    given = case({"file": "seen.csv"})
+    assert given.cantilever.drift == df.Drift(**DRIFT)
+    (tmp_path / "seen.csv").unlink()
+    assert df.Case.from_toml(given.to_toml()) == given  # the case holds what the file says
+    many = "height [nm],Q\n" + "".join(f"{i},{2 + 1e-3 * i}\n" for i in range(1001))
+    (tmp_path / "many.csv").write_text(many)
+    lever = case({"file": "many.csv"}).problem
+    assert pytest.approx(2.0075, rel=1e-6) == lever.at_height(7.5e-9).modes[0].Q
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is empty; its first line names the columns: height, Q, A0"),
+        ("z,Q\n0,2\n1,3\n", "has a column 'z'; allowed are height, Q, A0"),
+        ("Q\n2\n3\n", "has no column 'height'"),
+        ("height,Q,Q\n", "has two columns 'Q'"),
+        ("height [kHz],Q\n", "the unit of height is '1 kHz', which is a frequency, not a length"),
+        ("height [nm],Q\n0,2\n1\n", "line 3: it has 1 cells, and 2 columns are named"),
+        ("height [nm],Q\n0,two\n", "line 2: Q is 'two', which is not a number with a unit"),
+        ("height [nm],Q\n0,2\n", "takes two distances or more"),
+        ("height [nm],Q\n0,2\n0,3\n", "each above the one before"),
+        ("height [nm]\n0\n1\n", "neither Q nor A0"),
+    ],
+)
+def test_a_mistake_in_a_file_is_one_sentence(text, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "seen.csv").write_text(text)
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        df.Drift(file="seen.csv")
+
+
+def test_a_file_that_is_none_and_one_beside_numbers_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for given, words in (
+        ({"file": "none.csv"}, "cannot be read: No such file"),
+        ({"file": "seen.txt"}, "its name has to end in .csv"),
+        ({"file": "seen.csv", "Q": [2.0, 3.0]}, "has both file and Q; give only one of them"),
+        ({"Q": [2.0, 3.0]}, "zc"),
+    ):
+        with pytest.raises(ParameterError, match=words):
+            df.Drift(**given)

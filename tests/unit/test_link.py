@@ -176,3 +176,26 @@ def test_how_one_function_is_compiled_changes_nothing_in_the_text_of_another():
         linker = Linker()
         linker.add(function, decorator=decorator)
         assert f"({first}, " in linker.text[0]
+
+
+def test_arrays_that_share_no_memory_are_compiled_as_such():
+    from dforce.integrators.lanes import advance_lanes
+    from dforce.kernel.unshared import unshared
+
+    def copied(a, b):
+        for i in range(a.shape[0]):
+            b[i] = a[i]
+
+    texts = []
+    for decorator in (numba.njit, unshared(numba.njit)):
+        function = decorator(copied)
+        function.compile("void(f8[::1],f8[::1])")
+        [text] = function.inspect_llvm().values()
+        texts.append(next(line for line in text.splitlines() if line.startswith("define") and "copied" in line))
+    usual, apart = texts
+    assert apart.count("noalias") > usual.count("noalias")
+    linker = Linker(
+        {"mode_count": 1, "motion_size": 2, "fluid_size": 0, "root_count": 0, "latch_count": 0, "memory_size": 0}
+    )
+    linker.add_entry(advance_lanes, "advance_lanes")
+    assert linker.text[-1].startswith("@apart\ndef advance_lanes(")

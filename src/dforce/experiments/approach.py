@@ -80,6 +80,7 @@ class Approach(Experiment):
     ) -> xr.Dataset:  # fmt: skip
         """Return the curve; see :class:`Experiment`."""
         from dforce.experiments._curve import Curve
+        from dforce.experiments.table import with_levers
         from dforce.solvers.block import Block
 
         coords: dict[str, Any] = {"zc": self.distances(problem.tones[0].A0)}
@@ -93,20 +94,7 @@ class Approach(Experiment):
             make, coords, self.visits(), self.protocol, self.carry_state, self.start, "jump_zc",
             ("approach", "retract"), lambda zc: f"zc = {1e9 * zc:.4g} nm",
         )  # fmt: skip
-        return self._with_lever(curve.run(progress, earlier), problem)
-
-    def _with_lever(self, data: xr.Dataset, problem: Problem) -> xr.Dataset:
-        """Return the curve with the lever at each distance, where it changes on the way."""
-        from dforce.results.dataset import describe
-
+        data = curve.run(progress, earlier)
         if problem.heights is None:
             return data
-        there = [problem.at_height(float(zc)) for zc in data["zc"].values]
-        data["resonance_frequency"] = ("zc", "mode"), [[mode.f0 for mode in one.modes] for one in there]
-        data["quality_factor"] = ("zc", "mode"), [[mode.Q for mode in one.modes] for one in there]
-        data["free_amplitude"] = ("zc", "tone"), [np.abs(one.detected_free) for one in there]
-        return describe(data)
-
-    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
-        """Return the problem at the distance of a point; see :class:`Experiment`."""
-        return problem.at_height(float(point["zc"]))
+        return with_levers(data, "zc", [problem.at_height(float(zc)) for zc in data["zc"].values])

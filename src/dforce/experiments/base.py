@@ -165,7 +165,7 @@ class Experiment(Parameters):
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at one point of a result of this experiment, whose coordinates say where it is."""
-        return problem
+        return problem.at_height(float(point["zc"])) if "zc" in point.coords else problem
 
 
 SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping

@@ -134,7 +134,7 @@ class Basins(Experiment):
         from dforce.core.parallel import Crew
         from dforce.results.dataset import describe
 
-        grids = self.grids(problem)
+        problem, grids = problem.at_height(self.zc), self.grids(problem)
         if np.prod([float(len(grid)) for grid in grids.values()]) > MOST_STARTS:
             raise ParameterError(f"experiment has more than {MOST_STARTS} starts; give its grids fewer points")
         shape = tuple(map(len, grids.values()))

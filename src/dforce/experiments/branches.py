@@ -184,7 +184,8 @@ class Branches(Experiment):
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at the value of the parameter of a point; see :class:`Experiment`."""
-        return self._range(problem, case)[3](float(point[self._name()]))
+        value = float(point[self._name()])
+        return self._range(problem, case)[3](value).at_height(value if isinstance(self.zc, Span) else self.zc)
 
     def _name(self) -> str:
         """Return the name of the coordinate that holds the parameter: the last step of its path."""
@@ -213,12 +214,13 @@ class Branches(Experiment):
         frequency = FREQUENCY.fullmatch(path)
         if frequency:
             tone = int(frequency[1] or 1) - 1
-            return start, stop, quantity, lambda value: problem.at_frequency(value, tone)
+            there = problem.at_height(self.zc)
+            return start, stop, quantity, lambda value: there.at_frequency(value, tone)
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
     def _dataset(self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array) -> xr.Dataset:
         from dforce.experiments.motion import base_of, rows_of, scales_of, with_motions
-        from dforce.experiments.table import Table
+        from dforce.experiments.table import Table, with_levers
         from dforce.results.dataset import describe
         from dforce.solvers.escape import UnstableStates, escape
         from dforce.solvers.search import index_sum, why_unproven
@@ -237,6 +239,8 @@ class Branches(Experiment):
             ]
             rows = np.concatenate(kept)
             data = with_motions(data, ("point",), rows, among.problem)
+        if among.has_changing_lever:
+            data = with_levers(data, "point", problems)
         unstable = UnstableStates(curves, among)
         escapes = [escape(orbit, unstable, problem) for (_, orbit), problem in zip(orbits, problems, strict=True)]
         data["escape"] = ("point", np.array(escapes, dtype=float))

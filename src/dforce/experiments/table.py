@@ -131,6 +131,14 @@ class Table:
         return describe(data)
 
 
+def with_levers(data: xr.Dataset, dim: str, problems: Sequence[Problem]) -> xr.Dataset:
+    """Return a result with the lever at each of its points, one problem each, where it changes from one to the other."""
+    data["resonance_frequency"] = (dim, "mode"), [[mode.f0 for mode in one.modes] for one in problems]
+    data["quality_factor"] = (dim, "mode"), [[mode.Q for mode in one.modes] for one in problems]
+    data["free_amplitude"] = (dim, "tone"), [np.abs(one.detected_free) for one in problems]
+    return describe(data)
+
+
 @functools.lru_cache(maxsize=64)  # making indexes takes longer than solving ten points
 def _counted(sizes: tuple[tuple[str, int], ...]) -> xr.Coordinates:
     """Return coordinates that count from 1."""

@@ -7,7 +7,9 @@ from typing import Any, ClassVar, Self
 
 import pydantic
 
-from dforce.core.errors import ParameterError
+from dforce.core.columns import read_columns
+from dforce.core.errors import ParameterError, shorten
+from dforce.core.files import folder
 from dforce.core.parameters import Numbers, Parameters, param
 
 
@@ -17,6 +19,11 @@ class Drift(Parameters):
     title_of: ClassVar[str] = "cantilever.drift"
     example: ClassVar[Mapping[str, Any]] = {"zc": ["0 um", "5 um"], "Q": [180, 200]}
 
+    file: str | None = pydantic.Field(
+        default=None,
+        max_length=500,
+        description="a CSV file with the columns height, Q and A0 (one of these may be left out), in the place of the numbers",
+    )
     zc: Numbers = param(unit="m", symbol="z_c", doc="average distances, rising; beyond the last numbers stay")
     Q: Numbers = param(
         (), unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor at each; left out: the lever's own at all"
@@ -25,6 +32,23 @@ class Drift(Parameters):
         (), unit="m", symbol="A_0", above="0 nm", high="1 mm",
         doc="free amplitude at each; left out: what the drive that gives drive.A0 at the lever's own Q gives there",
     )  # fmt: skip
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _numbers_of_a_file(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or not isinstance(data.get("file"), str):
+            return data
+        for name in ("zc", "Q", "A0"):
+            if data.get(name):
+                raise ParameterError(f"cantilever.drift has both file and {name}; give only one of them")
+        key = "cantilever.drift.file"
+        found = read_columns(folder() / data["file"], key, {"height": "m", "Q": "1", "A0": "m"})
+        if "height" not in found:
+            raise ParameterError(f"{key} = '{shorten(data['file'])}' has no column 'height'")
+        order = sorted(range(len(found["height"])), key=found["height"].__getitem__)  # a ramp may come from afar
+        rest = {name: value for name, value in data.items() if name != "file"}  # the case holds what the file says
+        sorted_columns = {name: [column[i] for i in order] for name, column in found.items()}
+        return rest | {"zc": sorted_columns.pop("height")} | sorted_columns
 
     @pydantic.model_validator(mode="after")
     def _a_table(self) -> Self:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bisect
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
@@ -20,6 +21,7 @@ from dforce.instrument.medium import Medium
 from dforce.instrument.readout import Readout
 
 PARTS = 64  # of each interval that a user gives: between them numbers that change together are not quite linear
+MOST = 512  # parts of all intervals together: where many are given, little changes in each
 NEAREST, FARTHEST, HEIGHTS = 0.5, 20.0, 80  # heights of the tip between which the flow at a wall is tabulated
 
 
@@ -60,6 +62,7 @@ def _between(a: float, b: float, share: float) -> float:
     return (1.0 - share) * a + share * b
 
 
+@functools.lru_cache(maxsize=256)  # the problems of a sweep share what does not change in it
 def heights_of(
     cantilever: Cantilever, drive: Drive, medium: Medium, readout: Readout, modes: tuple[ModeNumbers, ...],
     tones: tuple[ToneNumbers, ...],
@@ -78,7 +81,8 @@ def heights_of(
         return None
     if len(modes) > 1 or len(tones) > 1:
         raise ParameterError("cantilever.drift is that of one mode, driven by one tone")
-    zc = np.unique(np.concatenate([np.linspace(a, b, PARTS + 1) for a, b in zip(drift.zc, drift.zc[1:], strict=False)]))
+    parts = min(PARTS, max(1, MOST // (len(drift.zc) - 1)))
+    zc = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in zip(drift.zc, drift.zc[1:], strict=False)]))
     Q = np.interp(zc, drift.zc, drift.Q) if drift.Q else np.full(len(zc), modes[0].Q)
     there = [(dataclasses.replace(modes[0], Q=float(one)),) for one in Q]
     moved = [tones] * len(zc)

@@ -31,7 +31,7 @@ from dforce.integrators.divided_lanes import (
 from dforce.integrators.loops import INSIDE, TAU, held, seconds
 from dforce.integrators.rk4 import CLOSE, NEAR, TRIES, cut_at_kink
 from dforce.integrators.steps import REACH, STRIDE, step
-from dforce.kernel.linker import by_address, inlined, uncounted
+from dforce.kernel.linker import apart, by_address, inlined, uncounted
 from dforce.kernel.vocabulary import (
     arrived,
     bent,
@@ -102,6 +102,7 @@ def smooth_step(
     return end
 
 
+@apart
 @by_address(
     "i8(f8[:,:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],{p})"
 )

@@ -62,11 +62,7 @@ def parameters(problem: Problem, zc: float) -> tuple[float, ...]:
     ParameterError
         Where the lever changes with its height, and no height was chosen.
     """
-    if problem.heights is not None:
-        raise ParameterError(
-            "a lever that changes with its height (cantilever.drift, cantilever.beam.wall) is taken by approach, dwell and "
-            "frequency_sweep alone; leave that out here"
-        )
+    problem.refuse_changing_lever("this")
     scale = scales(problem)
     numbers = [zc, scale.length, scale.speed, scale.omega, problem.a0]
     for mode in problem.modes:

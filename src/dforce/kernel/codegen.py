@@ -15,12 +15,15 @@ import math
 import numpy as np
 from numba import njit
 
+from dforce.kernel.unshared import unshared
+
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful; _nrt says whether
 # references to arrays are counted, and goes over to what is called unless that says it, too
 OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "nsz"}}, _nrt=True)
 # functions that Python never calls need no wrapper for it: that saves a third of the compile time
 INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
 compiled = njit(**INNER)
+apart = unshared(compiled)
 inlined = njit(forceinline=True, **INNER)
 reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}})))
 uncounted = njit(**(INNER | dict(_nrt=False)))

@@ -25,7 +25,9 @@ from dforce.kernel.specialize import fold
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # the composed module's own names
-RESERVED = {"math", "np", "njit", "compiled", "inlined", "reordered", "uncounted", "entry", "INNER", "OPTIONS"}
+RESERVED = {
+    "math", "np", "njit", "compiled", "apart", "inlined", "reordered", "uncounted", "entry", "unshared", "INNER", "OPTIONS",
+}  # fmt: skip
 
 
 class Linker:
@@ -95,7 +97,7 @@ class Linker:
         """
         if signature_of(function):
             head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
-            self.emit(f"{head}\n    p = whole(p)\n{body}", "compiled")
+            self.emit(f"{head}\n    p = whole(p)\n{body}", "apart" if getattr(function, "apart", False) else "compiled")
             return
         if function not in self._names:
             self.add(function, name, "entry")
@@ -161,6 +163,12 @@ def uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
     Whoever calls it holds the arrays that it is given, so references to them need not be counted: that costs more than a step.
     """
     function.uncounted = True  # type: ignore[attr-defined]
+    return function
+
+
+def apart(function: Function) -> Function:
+    """Mark a function called by its address whose arrays share no memory: so its loops need no check that they do not."""
+    function.apart = True  # type: ignore[attr-defined]
     return function
 
 

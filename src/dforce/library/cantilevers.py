@@ -15,12 +15,12 @@ from importlib import resources
 from pathlib import Path
 
 from dforce.core import units
+from dforce.core.columns import lines_of
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.listing import Shown, aligned, html_table
 
 UNITS = {"f0": "Hz", "k": "N/m", "Q": "1", "length": "m", "width": "m", "thickness": "m", "tip_radius": "m"}
 WORDS = ("name", "maker", "source")
-MOST_BYTES = 1_000_000  # a larger file is no list of cantilevers
 NOMINAL = "f0 is uncertain by 20 to 30 %, k by a factor of 2 to 4: measure f0 and Q, and calibrate k"
 
 
@@ -83,19 +83,8 @@ def own_cantilevers(file: Path) -> Probes:
     ParameterError
         When it cannot be read, or is no such table.
     """
-    name = shorten(file.name)
-    if file.suffix != ".csv":
-        raise ParameterError(f"cantilever.library = '{name}' is no CSV file: its name has to end in .csv")
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise ParameterError(f"cantilever.library = '{name}' cannot be read: {error.strerror}") from None
-    if len(content) > MOST_BYTES:
-        raise ParameterError(f"cantilever.library = '{name}' is too large to be a list of cantilevers")
-    try:
-        return _read(content.decode("utf-8-sig").splitlines(), f"cantilever.library = '{name}'")
-    except UnicodeDecodeError:
-        raise ParameterError(f"cantilever.library = '{name}' is no text in UTF-8") from None
+    key = "cantilever.library"
+    return _read(lines_of(file, key), f"{key} = '{shorten(file.name)}'")
 
 
 def _read(lines: Iterable[str], what: str) -> Probes:

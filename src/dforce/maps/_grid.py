@@ -174,7 +174,9 @@ class Grid:
 
 def _laws(problem: Problem) -> list[Any]:
     """Return what decides how a problem is computed, beside its numbers."""
-    return [problem.lagging, problem.late_fluid, *((signature(force), force.timed) for force in problem.forces)]
+    heights = 0 if problem.heights is None else len(problem.heights.zc)
+    laws = [(signature(force), force.timed) for force in problem.forces]
+    return [problem.lagging, problem.late_fluid, heights, *laws]
 
 
 def _piece(problem: Problem, name: str) -> list[float]:

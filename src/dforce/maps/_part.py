@@ -130,9 +130,16 @@ class Part:
 
         if has_own_samples(self.grid.example, self.case.solver):
             return lot.samples(self.case.solver)
+        if self.grid.example.heights is not None:  # of a dwell the lever is that at its distance
+            return np.array([sample_count(self._problem(int(case)), self.case.solver) for case in todo])
         numbers, place = np.unique(self.numbers[todo], return_inverse=True)
         each = [sample_count(self.grid.problem(int(number)), self.case.solver) for number in numbers]
         return np.array(each)[place.ravel()]
+
+    def _problem(self, case: int) -> Problem:
+        """Return the problem of a case, as a single run has it."""
+        problem = self.grid.problem(int(self.numbers[case]))
+        return problem.at_height(float(self.zc[case, 0])) if isinstance(self.experiment, Dwell) else problem
 
     def _block(self, which: Any, alone: bool = False) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
@@ -140,7 +147,7 @@ class Part:
         from dforce.solvers.integrator import sample_count
         from dforce.solvers.sample_counts import sample_counts
 
-        first = self.grid.problem(int(self.numbers[which[0]]))
+        first = self._problem(int(which[0]))
         told = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
             for points, _ in sample_counts(sample_count(first, self.case.solver), self.case.solver):
@@ -158,16 +165,21 @@ class Part:
         from dforce.solvers.problem_batch import Lot
         from dforce.solvers.protocols import make_protocol
 
-        numbers, zc = self.numbers[which], self.zc[which]
-        lot = Lot.of([first]) if alone else dataclasses.replace(self.grid.lot(numbers), example=first)
+        zc = self.zc[which]
+        if alone:
+            lot = Lot.of([first])
+        elif self.grid.example.heights is not None:
+            lot = Lot.of([self._problem(case) for case in which.tolist()])
+        else:
+            lot = dataclasses.replace(self.grid.lot(self.numbers[which]), example=first)
 
         def at(case: int, zc: float) -> tuple[Problem, float]:
-            return self.grid.problem(int(numbers[case])), zc
+            return self._problem(int(which[case])).at_height(zc), zc
 
         block = Block(lot, at, self.case.solver, self.experiment.harmonics, points, self.crew.watch)
         approach = self.experiment if isinstance(self.experiment, Approach) else None
         protocol, carry = (approach.protocol, approach.carry_state) if approach else ("quasi_static", True)
-        solver = make_protocol(protocol, block, zc, self._starts(lot, block), told, carry)
+        solver = make_protocol(protocol, block, zc, self._starts(lot, block, zc[:, 0]), told, carry)
         try:
             solver.run()
         finally:
@@ -181,10 +193,10 @@ class Part:
                     self._array(name, values.shape[2:])[which] = values
             self.found.status[which] = statuses(solver.points, block, zc)
 
-    def _starts(self, lot: Lot, block: Block) -> list[Motion]:
+    def _starts(self, lot: Lot, block: Block, zc: Array) -> list[Motion]:
         start = self.experiment.start
-        if not self.grid.alike or len(lot.example.tones) > 1:
-            return [initial_motion(block.integrator(case, 0.0), start) for case in range(len(lot))]
+        if not self.grid.alike or len(lot.example.tones) > 1 or lot.levers is not None:
+            return [initial_motion(block.integrator(case, at), start) for case, at in enumerate(zc.tolist())]
         rest = initial_motion(block.integrator(0, 0.0), "rest")
         mode = lot.example.tones[0].mode
         if isinstance(start, InitialMotion):

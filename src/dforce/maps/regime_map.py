@@ -178,9 +178,10 @@ def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
 
 
 def refuse_others(case: Case) -> None:
-    """Raise ParameterError for forces with memory or branches, tones without a common period, and transients."""
+    """Raise ParameterError for forces with memory or branches, a lever that changes, uncommon tones, and transients."""
     from dforce.observables.averaging import common_period
 
+    case.problem.refuse_changing_lever("a search for operating points")
     for force in case.problem.forces:
         if force.memory or force.switch is not None:
             raise ParameterError(

@@ -22,7 +22,7 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, Motion, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
-from dforce.solvers.problem_batch import Indices, Lot
+from dforce.solvers.problem_batch import Indices, Levers, Lot
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
 from dforce.solvers.retune import retune
@@ -83,8 +83,6 @@ class Block:
         Gives a problem by its number and the value of the parameter, for what is done one by one.
     parameter, zc
         What is varied; the average distances (m), (problems,), where that is the frequency.
-    changing
-        The problem whose lever changes with its height, of which the lot holds the one far away; along the distance.
     whole
         Whether the lot is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
         of a sweep must not depend on how that is cut into parts.
@@ -93,7 +91,7 @@ class Block:
     def __init__(
         self, lot: Lot, problem: Callable[[int, float], tuple[Problem, float]], settings: SolverSettings,
         harmonics: int, points: int, watch: Watch, parameter: int = DISTANCE, zc: Array | None = None,
-        whole: bool = False, changing: Problem | None = None,
+        whole: bool = False,
     ) -> None:  # fmt: skip
         example = lot.example
         self.lot, self.problem, self.settings, self.harmonics = lot, problem, settings, harmonics
@@ -113,8 +111,6 @@ class Block:
             self.numbers[:, 0] = zc
             self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
-        self.changing = changing
-        self._heights, self._levers, self._drives = self._by_height()
         self._kernel, self._solvers = load_kernels(example)
         self._tip = kernel.Tip(self._kernel, example, CALLED)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
@@ -131,11 +127,9 @@ class Block:
         unit: float | None = None,
     ) -> Block:
         """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
-        far, changing = problem.at_height(math.inf), None if problem.heights is None else problem
-        samples = points or sample_count(far, settings)
+        samples = points or sample_count(problem, settings)
         block = cls(
-            Lot.of([far]), lambda _, zc: (problem.at_height(zc), zc), settings, harmonics, samples, watch, whole=True,
-            changing=changing,
+            Lot.of([problem]), lambda _, zc: (problem.at_height(zc), zc), settings, harmonics, samples, watch, whole=True
         )  # fmt: skip
         block.unit = block.unit if unit is None else np.array([unit])
         return block
@@ -175,8 +169,7 @@ class Block:
         """Return the block of the same problems with other samples per period."""
         zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
         return Block(
-            self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc,
-            changing=self.changing,
+            self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc
         )  # fmt: skip
 
     @property
@@ -213,48 +206,41 @@ class Block:
 
     def tables(self, values: Array) -> tuple[Array, Array]:
         """Return the kernel's parameters and tone tables at each value of each problem, (problems values, ...)."""
-        steps = values.shape[1]
-        numbers = np.repeat(self.numbers, steps, axis=0)
+        return self.tables_of(np.repeat(np.arange(len(values)), values.shape[1]), values.ravel())
+
+    def tables_of(self, which: Indices, values: Array) -> tuple[Array, Array]:
+        """Return the kernel's parameters and tone tables of problems at values of the parameter, one for each."""
+        numbers = self.numbers[which]
         if self.parameter == FREQUENCY:  # as `place_column` does
-            ratio = (values / self.reference[:, None]).reshape(-1, 1)
+            ratio = (values / self.reference[which])[:, None]
             numbers[:, [SPEED, OMEGA]] *= ratio
             for n in range(self.modes):
                 first = FIRST_MODE + PER_MODE * n
                 numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
             numbers[:, FIRST_MODE + PER_MODE * self.modes : parameter_count(self.modes, self.late)] /= ratio
-        elif self.changing is not None:
-            behind = FIRST_MODE + self._levers.shape[1]
-            numbers[:, FIRST_MODE:behind] = self._interpolated(self._levers, values.ravel())
-        return numbers, self._tones_at(np.repeat(np.arange(len(values)), steps), values.ravel())
+        elif self.lot.levers is not None:
+            modes, tones = self.lot.levers.at(which, values)
+            numbers[:, FIRST_MODE : FIRST_MODE + modes.shape[1]] = modes
+            return numbers, tones
+        return numbers, self._tones_at(which, values)
 
     def _tones_at(self, which: Indices, values: Array) -> Array:
         """Return the tone tables of problems at values of the parameter, one for each."""
         tones = self.lot.tones[which]
-        if self.changing is not None:
-            return self._interpolated(self._drives, values)
+        if self.lot.levers is not None:
+            return self.lot.levers.at(which, values)[1]
         if self.parameter == FREQUENCY:
             for rows, responses, g in zip(tones, self.responses[which], values / self.reference[which], strict=True):
                 for row, response in zip(rows, responses, strict=True):
                     retune(row, response, self.modes, g)
         return tones
 
-    def _by_height(self) -> tuple[Array, Array, Array]:
-        """Return the heights at which the lever is known, its parameters and the tone tables there."""
-        heights = None if self.changing is None else self.changing.heights
-        if self.changing is None or heights is None:
-            tones = self.lot.tones
-            return np.empty(0), np.empty((0, 0)), np.empty((0, *tones.shape[1:]))
-        there = [self.changing.at_height(zc) for zc in heights.zc]
-        levers = [kernel.parameters(one, 0.0)[FIRST_MODE : FIRST_MODE + PER_MODE * self.modes] for one in there]
-        return np.array(heights.zc), np.array(levers), np.array([kernel.tone_table(one) for one in there])
-
-    def _interpolated(self, table: Array, zc: Array) -> Array:
-        """Return rows of a table of the heights at distances (m)."""
-        heights = self._heights
-        place = np.clip(np.searchsorted(heights, zc, "right") - 1, 0, len(heights) - 2)
-        share = np.clip((zc - heights[place]) / (heights[place + 1] - heights[place]), 0.0, 1.0)
-        share = share.reshape(-1, *(1,) * (table.ndim - 1))
-        return np.asarray((1.0 - share) * table[place] + share * table[place + 1])
+    @functools.cached_property
+    def _levers(self) -> Levers:
+        """The levers that change with their height; where they stay, one that is known nowhere."""
+        count, tones = len(self.lot), self.lot.tones.shape[1:]
+        nowhere = Levers(np.zeros(count, np.int64), np.empty((1, 0)), np.empty((1, 0, 0)), np.empty((1, 0, *tones)))
+        return self.lot.levers or nowhere
 
     def base_of(self, which: Any, values: Array) -> Array:
         """Return what of each number of scaled motions is that of the base, for problems at values of the parameter."""
@@ -274,12 +260,12 @@ class Block:
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""
         names = ["measure_force", "advance_lanes" if self.is_smooth else "advance"]
-        tip = self._tip.at(kernel.parameters(self.lot.example, 0.0), names)
+        tip, levers = self._tip.at(kernel.parameters(self.lot.example, 0.0), names), self._levers
         return Model(
             self._tip.numbers(self.numbers[which]), _columns(self.lot.kinks[which]),
             np.ascontiguousarray(self.lot.tones[which]), np.ascontiguousarray(self.responses[which]), self.parameter,
-            np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]), self._heights,
-            self._levers, self._drives, self.memory_scale, self.hysteresis, tip,
+            np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]), levers.which[which],
+            levers.zc, levers.modes, levers.tones, self.memory_scale, self.hysteresis, tip,
         )  # fmt: skip
 
     def follow(

@@ -73,16 +73,16 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
 
     RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term; the step h is made small
     enough for :data:`PHASE_ERROR`. Every tone and mode gets at least 32 samples per period, and the relaxation of a
-    force's memory a step of at most :data:`RELAXED` of its time.
+    force's memory a step of at most :data:`RELAXED` of its time. A lever that changes with its height counts as far away.
 
     Raises
     ------
     ParameterError
         When a force relaxes so fast that more than :data:`MOST_POINTS` samples are needed.
     """
-    first = problem.tones[0].frequency
+    first, modes = problem.tones[0].frequency, problem.at_height(math.inf).modes
     needs = [32.0 * tone.frequency / first for tone in problem.tones]
-    for mode in problem.modes:
+    for mode in modes:
         least = 32.0
         if settings.integrator == "rk4":
             least = max(least, 2.0 * math.pi * (2.0 * mode.Q / (120.0 * PHASE_ERROR)) ** 0.25)

@@ -131,7 +131,8 @@ class ParameterRange:
         self, problem_at: Callable[[float], Problem], start: float, stop: float, settings: SolverSettings, harmonics: int,
         zc: float | None = None, points: int | None = None,
     ) -> None:  # fmt: skip
-        among = [problem_at(value) for value in (start, 0.5 * (start + stop), stop)]
+        self._whole_at, self.zc = problem_at, zc
+        among = [self.problem_at(value) for value in (start, 0.5 * (start + stop), stop)]
         periods = {common_period([tone.frequency for tone in problem.tones]) for problem in among}
         if len(periods) > 1:
             raise ParameterError(
@@ -143,21 +144,26 @@ class ParameterRange:
                 "the tones' frequencies have no common period of up to 200 periods of the first tone, so that "
                 "there are no periodic orbits to follow; choose a simple ratio, such as 6.2"
             )
-        self.problem_at, self.settings, self.harmonics, self.zc = problem_at, settings, harmonics, zc
+        self.settings, self.harmonics = settings, harmonics
         self.points = points or max(sample_count(problem, settings) for problem in among)
         self._ends = min(start, stop), max(start, stop)
         self.span = self._ends[1] - self._ends[0]
         self.low, self.high = self._ends[0] / self.span, self._ends[1] / self.span
         self._block = functools.lru_cache(maxsize=4)(self._new_block)
-        self.problem = among[0]
+        self.problem, self.has_changing_lever = among[0], zc is None and problem_at(start).heights is not None
         block = self.block(start)
         self._motion, self._memory_scale, self.is_smooth = block.size, block.memory_scale, block.is_smooth
         self.size, self.common = block.size + len(block.memory_scale), block.common
         # the average distance, and motions that march in lanes: then everything is compiled
         self._is_compiled = zc is None and settings.integrator == "rk4" and self.is_smooth
 
+    def problem_at(self, value: float) -> Problem:
+        """Return the problem at a value (SI), with the lever as it is at the distance there."""
+        return self._whole_at(value).at_height(self.distance(value))
+
     def _new_block(self, value: float) -> Block:
-        return Block.of_one(self.problem_at(value), self.settings, self.harmonics, points=self.points, unit=self.span)
+        problem = self._whole_at(value) if self.zc is None else self.problem_at(value)
+        return Block.of_one(problem, self.settings, self.harmonics, points=self.points, unit=self.span)
 
     def block(self, value: float) -> Block:
         """Return the problem at a value (SI), as a block along the distance."""

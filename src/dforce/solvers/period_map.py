@@ -43,9 +43,11 @@ class Model(NamedTuple):
         The parameter's unit of each problem: the free amplitude (m), or the width of the resonance (Hz).
     reference
         Frequency (Hz) at which the numbers hold.
+    lever
+        Number of the lever of each problem, (problems,).
     heights, levers, drives
-        Distances (m) at which the lever is known where it changes with its height, the first numbers of the parameters and
-        the tone tables there, one row each; none where it stays.
+        Distances (m) at which levers are known that change with their height, (levers, heights), the first numbers of the
+        parameters and the tone tables there, a row for each distance; there is none where levers stay.
     memory_scale
         Scale of each number of the forces' memory.
     hysteresis
@@ -61,6 +63,7 @@ class Model(NamedTuple):
     parameter: int
     unit: Any
     reference: Any
+    lever: Any
     heights: Any
     levers: Any
     drives: Any
@@ -143,16 +146,17 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
             numbers[first + 2, j] /= ratio * ratio
         for k in range(2 * fluid_size()):
             numbers[FIRST_MODE + PER_MODE * mode_count() + k, j] /= ratio
-    place, share = between(model.heights, value)
+    lever = model.lever[case]
+    place, share = between(model.heights[lever], value)
     if place >= 0:
-        for k in range(model.levers.shape[1]):
-            low, high = model.levers[place, k], model.levers[place + 1, k]
+        for k in range(model.levers.shape[2]):
+            low, high = model.levers[lever, place, k], model.levers[lever, place + 1, k]
             numbers[FIRST_MODE + k, j] = (1.0 - share) * low + share * high
     for k in range(tones.shape[1]):
         for n in range(tones.shape[2]):
             tones[j, k, n] = model.tones[case, k, n]
             if place >= 0:
-                low, high = model.drives[place, k, n], model.drives[place + 1, k, n]
+                low, high = model.drives[lever, place, k, n], model.drives[lever, place + 1, k, n]
                 tones[j, k, n] = (1.0 - share) * low + share * high
         if model.parameter == FREQUENCY:
             retune(tones[j, k], model.responses[case, k], mode_count(), ratio)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Sequence
@@ -25,10 +26,69 @@ def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
     """Say whether :meth:`Lot.samples` knows all that decides how many samples problems like this need."""
     return (
         len(problem.tones) == 1
+        and problem.heights is None
         and settings.integrator == "rk4"
         and not any(force.memory for force in problem.forces)
         and not problem.late_fluid
     )
+
+
+@dataclass(frozen=True)
+class Levers:
+    """Levers that change with their height, as tables of what they are at some distances.
+
+    Attributes
+    ----------
+    which
+        The lever of each problem, (problems,).
+    zc
+        The distances (m), which rise, (levers, heights).
+    modes
+        The kernel's parameters of the modes there, (levers, heights, 3 modes).
+    tones
+        The kernel's tone tables there, (levers, heights, tones, columns).
+    """
+
+    which: Indices
+    zc: Array
+    modes: Array
+    tones: Array
+
+    @classmethod
+    def of(cls, problems: Sequence[Problem]) -> Levers | None:
+        """Return the levers of problems, each once; None where they stay what they are."""
+        several: dict[int, Problem] = {}
+        for problem in problems:
+            several.setdefault(id(problem.heights), problem)
+        rows: list[tuple[Any, Any, Any]] = []
+        for problem in several.values():
+            if problem.heights is None:
+                return None
+            there = [problem.at_height(zc) for zc in problem.heights.zc]
+            modes = [kernel.parameters(one, 0.0)[FIRST_MODE : FIRST_MODE + PER_MODE * len(one.modes)] for one in there]
+            rows.append((problem.heights.zc, modes, [kernel.tone_table(one) for one in there]))
+        places = {which: place for place, which in enumerate(several)}
+        return cls(
+            np.array([places[id(problem.heights)] for problem in problems]),
+            *(np.array(column) for column in zip(*rows, strict=True)),
+        )
+
+    def take(self, which: Any) -> Levers:
+        """Return those of some of the problems, by their numbers."""
+        return dataclasses.replace(self, which=self.which[which])
+
+    def at(self, which: Any, zc: Array) -> tuple[Array, Array]:
+        """Return the parameters of the modes and the tone tables of problems at distances (m), one for each."""
+        lever = self.which[which]
+        place = np.empty(len(lever), dtype=np.int64)
+        for one in np.unique(lever):
+            place[lever == one] = np.searchsorted(self.zc[one], zc[lever == one], "right") - 1
+        place = np.clip(place, 0, self.zc.shape[1] - 2)
+        low, high = self.zc[lever, place], self.zc[lever, place + 1]
+        share = np.clip((zc - low) / (high - low), 0.0, 1.0)
+        a, b = share[:, None], share[:, None, None]
+        modes = (1.0 - a) * self.modes[lever, place] + a * self.modes[lever, place + 1]
+        return modes, (1.0 - b) * self.tones[lever, place] + b * self.tones[lever, place + 1]
 
 
 @dataclass(frozen=True)
@@ -45,6 +105,8 @@ class Lot:
         The kernel's tone tables, shape (problems, tones, columns).
     kinks, jumps
         Distances (m) at which the forces are not smooth, and not continuous, shape (problems, kinks).
+    levers
+        What levers are that change with their height, of which the numbers are those far away; None where they stay.
     """
 
     example: Problem
@@ -52,21 +114,34 @@ class Lot:
     tones: Array
     kinks: Array
     jumps: Array
+    levers: Levers | None = None
 
     @classmethod
     def of(cls, problems: Sequence[Problem]) -> Lot:
         """Return problems as a lot."""
+        far = [problem.at_height(math.inf) for problem in problems]
         return cls(
-            problems[0],
-            np.array([kernel.parameters(problem, 0.0) for problem in problems]),
-            np.array([kernel.tone_table(problem) for problem in problems]),
-            np.array([kernel.kink_distances(problem) for problem in problems]),
-            np.array([[jump for force in problem.forces for jump in force.jumps()] for problem in problems]),
+            far[0],
+            np.array([kernel.parameters(problem, 0.0) for problem in far]),
+            np.array([kernel.tone_table(problem) for problem in far]),
+            np.array([kernel.kink_distances(problem) for problem in far]),
+            np.array([[jump for force in problem.forces for jump in force.jumps()] for problem in far]),
+            Levers.of(problems),
         )
 
     def take(self, which: Any) -> Lot:
         """Return some of the problems, by their numbers."""
-        return Lot(self.example, self.numbers[which], self.tones[which], self.kinks[which], self.jumps[which])
+        levers = None if self.levers is None else self.levers.take(which)
+        return Lot(self.example, self.numbers[which], self.tones[which], self.kinks[which], self.jumps[which], levers)
+
+    def at_heights(self, zc: Array) -> Lot:
+        """Return the problems with their levers as they are at distances (m), one for each."""
+        if self.levers is None:
+            return self
+        numbers = self.numbers.copy()
+        modes, tones = self.levers.at(np.arange(len(self)), zc)
+        numbers[:, FIRST_MODE : FIRST_MODE + modes.shape[1]] = modes
+        return dataclasses.replace(self, numbers=numbers, tones=tones, levers=None)
 
     def __len__(self) -> int:
         return len(self.numbers)

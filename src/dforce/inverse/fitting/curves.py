@@ -9,6 +9,7 @@ followed anew on both sides instead.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -110,7 +111,7 @@ class Curves:
     def _block(self, problems: Sequence[Problem]) -> Block:
         lot = Lot.of(problems)
         return Block(
-            lot, lambda case, zc: (problems[case], zc), self.settings, 1, self.samples, self.watch, whole=True
+            lot, lambda case, zc: (problems[case].at_height(zc), zc), self.settings, 1, self.samples, self.watch, whole=True
         )  # fmt: skip
 
     def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> Solved:
@@ -124,17 +125,19 @@ class Curves:
             Offsets of the measured phases (degrees), by which motions behind a jump are told, (tones,).
         """
         block = self._block(problems)
-        out = self._empty(block, problems)
+        out = self._empty(block, problems, offsets)
         for stretch in self.stretches:
             self._follow(block, stretch, offsets, turns, out)
         return out
 
-    def _empty(self, block: Block, problems: Sequence[Problem]) -> Solved:
+    def _empty(self, block: Block, problems: Sequence[Problem], offsets: Array) -> Solved:
         """Return room for what is found, with free motion where nothing is."""
         cases, points, size = len(problems), self.count, block.size
         values = np.empty((cases, points, self.columns))
         for case, problem in enumerate(problems):
-            values[case] = np.concatenate([part[: self.tones] for part in free_response(problem)])
+            at = [math.inf] if problem.heights is None else self._heights() + offsets[case]
+            free = [free_response(problem.at_height(float(zc))) for zc in at]
+            values[case] = np.concatenate([np.array(part)[:, : self.tones] for part in zip(*free, strict=True)], axis=1)
         return Solved(
             values, np.ones((cases, points), bool), np.zeros((cases, points, 2), np.int64), np.zeros((cases, points)),
             np.full((cases, points, size), np.nan), np.full((cases, points, len(block.memory_scale)), np.nan),
@@ -148,9 +151,9 @@ class Curves:
         first = values[:, 0]
         if stretch.kind == FROM_FREE:
             first = np.maximum(first, FAR * block.lot.length)
-            start = _motions(block, block.lot.free())
+            start = _motions(block, block.lot.at_heights(first).free())
         else:
-            start = _motions(block, moving(block, stretch.amplitude, stretch.phase - turns))
+            start = _motions(block, moving(block.lot.at_heights(first), stretch.amplitude, stretch.phase - turns))
         found = polished(block, every, start, first)
         near = AT_ONCE if stretch.kind == FROM_FREE else AS_MEASURED
         good = (found.done == 1) & (apart(found.last_x, start.x) < near)
@@ -178,8 +181,8 @@ class Curves:
             return
         known = places[:done]
         cases = np.full(done, case)
-        read = self.read(block, cases, branch.rows[i, :done])
-        if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, 0.0)[0], read[0]):
+        read = self.read(block, cases, values[:done], branch.rows[i, :done])
+        if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, values[0])[0], read[0]):
             return
         out.values[case, known], out.lost[case, known], out.at[case, known] = read, False, values[:done]
         out.x[case, known], out.monodromy[case, known] = branch.x[i, :done], branch.monodromy[i, :done]
@@ -198,10 +201,10 @@ class Curves:
         """Say whether the nearest motion of a branch is one behind a jump: its phase is below that of free motion."""
         return bool(first[self.tones] < free_response(problem)[1][0])
 
-    def read(self, block: Block, cases: Any, rows: Array) -> Array:
-        """Return amplitudes (m) and phases (degrees) from what was measured, (motions, 2 tones)."""
+    def read(self, block: Block, cases: Any, at: Array, rows: Array) -> Array:
+        """Return amplitudes (m) and phases (degrees) from what was measured at some distances (m), (motions, 2 tones)."""
         even = weights(block.frequencies, block.common)
-        found = finish_each(block.lot.example, 1, rows, even, block.numbers[cases], block.lot.tones[cases])
+        found = finish_each(block.lot.example, 1, rows, even, *block.tables_of(cases, at))
         return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
 
     def slopes(self, beside: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int = 0) -> Array:
@@ -232,7 +235,7 @@ class Curves:
         )
         monodromy = np.tile(solved.monodromy[case, known], (len(beside), 1, 1))
         rows = block.remeasure(which, states, at, monodromy)
-        read = self.read(block, which, rows).reshape(pairs, 2, count, self.columns)
+        read = self.read(block, which, at, rows).reshape(pairs, 2, count, self.columns)
         out = np.zeros((pairs, self.count, self.columns))
         out[:, known] = 0.5 * difference(read[:, 0], read[:, 1])
         self._lean_all(out, solved, case)
@@ -293,9 +296,8 @@ def free_response(problem: Problem) -> tuple[Array, Array]:
     return np.abs(turned), phase_lag(turned)
 
 
-def moving(block: Block, amplitude: Array, phase: Array) -> Array:
+def moving(lot: Lot, amplitude: Array, phase: Array) -> Array:
     """Return scaled motions whose modes follow their tones with amplitudes (m) and lags (degrees), (problems, size)."""
-    lot = block.lot
     out = kernel.base_in_motion(lot.example, lot.tones)
     for j, tone in enumerate(lot.example.tones[: len(amplitude)]):
         turn = (amplitude[j] / lot.length) * np.exp(1j * (lot.tones[:, j, 1] - np.radians(phase[j])))

@@ -210,7 +210,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
         raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
-    nuisance, priors = _of_tones(settings, read), dict(settings.priors)
+    nuisance, priors = _usual(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
     if len(unknowns) * NUMBERS_EACH > read.count:
@@ -223,9 +223,13 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     return _Search(case, settings, read, unknowns, tell).run()
 
 
-def _of_tones(settings: Fit, read: Measured) -> tuple[str, ...]:
-    """Return the nuisance parameters, of each tone where they are the usual ones."""
-    if read.tones == 1 or settings.nuisance != Fit().nuisance:
+def _usual(case: Case, settings: Fit, read: Measured) -> tuple[str, ...]:
+    """Return the nuisance parameters; the usual ones of each tone, and no amplitude that the case says at each distance."""
+    if settings.nuisance != Fit().nuisance:
+        return settings.nuisance
+    if case.cantilever.drift is not None and case.cantilever.drift.A0:
+        return tuple(name for name in settings.nuisance if name != "A0")
+    if read.tones == 1:
         return settings.nuisance
     return (*settings.nuisance, "A0_2", "phase_offset_2")
 

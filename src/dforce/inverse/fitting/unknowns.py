@@ -186,7 +186,10 @@ def _refuse_unused(case: Case, path: str) -> None:
     """Raise ParameterError for a parameter that no force and no part of the instrument reads."""
     from dforce.problem import values_used
 
-    section = path.partition(".")[0]
+    drift, section = case.cantilever.drift, path.partition(".")[0]
+    given = {"cantilever.Q": "Q", "drive.A0": "A0", "drive.base_amplitude": "A0"}.get(path)
+    if drift is not None and given and getattr(drift, given):
+        raise ParameterError(f"cantilever.drift.{given} says {given} at each distance, so the data cannot tell {path}")
     if section not in ("tip", "sample", "contact", "medium"):
         return
     used = values_used([type(force) for force in case.forces])
