@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from dforce.core import log
-from dforce.core.errors import ParameterError
 from dforce.core.first_answer import may_be_early
 from dforce.forces import Force
 from dforce.kernel import any_force, behind, cache, texts
