@@ -166,6 +166,23 @@ def test_a_part_from_disk_gives_the_same_code_as_one_just_written(folder, text):
     assert with_part.count("fdiv") == module.third.inspect_llvm(module.third.signatures[0]).count("fdiv") > 0
 
 
+def test_a_part_that_another_process_has_just_written_is_made_code_by_who_asks_for_its_address(folder, text):
+    with whole.compiled():
+        started(text).inner.compile("f8(f8)")
+    assert kind(folder, "inner") == whole.PART
+    assert Kernel(started(text), "a test").address("inner", "f8(f8)") != 0
+    assert kind(folder, "inner") == "object"
+
+
+def test_a_part_from_disk_serves_code_that_numba_compiles_in_its_own_way(text):
+    text += "\n@njit\ndef third(x, y):\n    return y * inner(x)\n"
+    Kernel(started(text), "a test").entry("outer")(1.0)
+    module = started(text)
+    found = Kernel(module, "a test").entry("third")
+    assert found(1.0, 2.0) == 2.0 * module.inner.py_func(1.0)
+    assert module.third(1.0, 3) == 3.0 * module.inner.py_func(1.0)
+
+
 def test_code_that_a_kernel_left_as_a_part_serves_a_users_own_function(text):
     module = started(text + "\n@njit\ndef room(n):\n    return np.full(n, 7.0).sum()\n")
     assert Kernel(module, "a test").entry("room")(3) == 21.0

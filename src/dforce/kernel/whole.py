@@ -17,8 +17,8 @@ from typing import Any
 # what is used of numba's class for a function's code; a numba that has it no more compiles in its own way
 USED = (
     "_check_llvm_bugs", "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
-    "_unserialize", "add_linking_library", "codegen", "finalize", "get_pointer_to_function", "has_dynamic_globals",
-    "serialize_using_object_code",
+    "_unserialize", "add_linking_library", "codegen", "enable_object_caching", "finalize", "get_pointer_to_function",
+    "has_dynamic_globals", "serialize_using_object_code",
 )  # fmt: skip
 PART = "part"  # how a function is kept on disk that is linked into others
 DYNAMIC = "numba.dynamic.globals"  # how numba begins the names of addresses of a process
@@ -143,7 +143,8 @@ def _library() -> Any:
         def serialize_using_object_code(self) -> Any:
             if not is_part(self):
                 return super().serialize_using_object_code()
-            return self.name, PART, self._final_module.as_bitcode()
+            own = [function.name for function in self.as_written().functions if not function.is_declaration]
+            return self.name, PART, (self._final_module.as_bitcode(), own)
 
         @classmethod
         def _unserialize(cls, codegen: Any, state: Any) -> Any:
@@ -151,7 +152,11 @@ def _library() -> Any:
             if kind != PART:
                 return super()._unserialize(codegen, state)
             library = codegen.create_library(name)
-            library._final_module = parse_bitcode(data)
+            library.enable_object_caching()  # who asks for its address keeps what it is turned into
+            bitcode, own = data
+            library._final_module = parse_bitcode(bitcode)
+            for function in own:  # those of the functions that it calls stay copies
+                library._final_module.get_function(function).linkage = Linkage.external
             return library
 
         def finalize(self) -> None:
