@@ -25,7 +25,7 @@ from dforce.experiments.base import initial_motion
 from dforce.experiments.table import graded, status_of
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.problem import Problem
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.problem_batch import Lot

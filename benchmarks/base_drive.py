@@ -20,8 +20,9 @@ import numpy as np
 
 import dforce as df
 from dforce.experiments.base import initial_motion
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.problem_batch import Lot
+from dforce.solvers.states import States
 
 LANES, POINTS, PERIODS, RUNS = 64, 256, 20, 7
 ZC = 9e-9

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from dforce.results.dataset import Status, describe, provenance
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
+from dforce.results.status import Status
 
 CASE = """\
 title = "Synthetic, in air"

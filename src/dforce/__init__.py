@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
     from dforce.maps import regimes, sweep
-    from dforce.results.dataset import Status, read, write
+    from dforce.results.files import read, write
+    from dforce.results.status import Status
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
     from dforce.spectroscopy import force_along, force_curve
@@ -126,11 +127,11 @@ _HOMES = {
         "regimes",
         "sweep",
     ),
-    "results.dataset": (
-        "Status",
+    "results.files": (
         "read",
         "write",
     ),
+    "results.status": ("Status",),
     "runs": (
         "approach",
         "basins",

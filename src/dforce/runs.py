@@ -48,7 +48,7 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     ParameterError
         When the case has no experiment, or `resume` is the result of another case.
     """
-    from dforce.results.dataset import provenance
+    from dforce.results.provenance import provenance
 
     if case.experiment is None:
         raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import dforce as df
 from dforce.inverse.readers import tables_in
-from dforce.results.dataset import SEAL_LENGTH
+from dforce.results.files import SEAL_LENGTH
 
 HEIGHT, AMPLITUDE, LAG = measured_curve.numbers(points=40)
 CUTS, SLOW = 120, 8  # of each file, and of those that a process of its own reads

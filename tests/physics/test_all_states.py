@@ -13,9 +13,9 @@ from scipy.signal import argrelmin
 
 import dforce as df
 from dforce import runs
-from dforce.solvers.block import States
 from dforce.solvers.orbit import ParameterRange
 from dforce.solvers.search import Known, search, why_unproven
+from dforce.solvers.states import States
 
 NM = 1e-9
 NARROW = ("2.905 nm", "2.895 nm")  # so narrow that no curve connects the states

@@ -11,7 +11,7 @@ import synthetic
 import dforce as df
 from dforce.findings.jumps import jumps
 from dforce.findings.summary import count_status, number, summary
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 
 
 def by_name(dataset, direction=""):

@@ -24,9 +24,10 @@ from dforce.integrators.lanes import LANES, advance_lanes
 from dforce.kernel import cache
 from dforce.kernel.codegen import OTHERS, compose
 from dforce.problem import Problem
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.problem_batch import Lot
+from dforce.solvers.states import States
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 

@@ -20,7 +20,7 @@ from dforce import plot
 from dforce.core.errors import ParameterError, ResultError
 from dforce.plot._style import figure_of, thin
 from dforce.results.curves import Picture
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 
 
 def texts(axes):

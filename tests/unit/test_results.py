@@ -18,7 +18,9 @@ import xarray as xr
 from dforce.core import files
 from dforce.core.errors import ResultError
 from dforce.results import dataset
-from dforce.results.dataset import Status, describe, read, write
+from dforce.results.dataset import describe
+from dforce.results.files import read, write
+from dforce.results.status import Status
 
 READ = 5e-16  # the table is exact; the fast number reader of pandas may miss the last binary digit or two
 
@@ -243,7 +245,7 @@ def test_a_process_killed_while_writing_leaves_the_old_file(tmp_path):
     old = path.read_bytes()
     code = (
         "import os, signal, sys; sys.path.insert(0, sys.argv[1])\n"
-        "import synthetic; from dforce.results import dataset as results\n"
+        "import synthetic; from dforce.results import files as results\n"
         "os.fsync = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
         "results.write(synthetic.approach(), sys.argv[2])\n"
     )

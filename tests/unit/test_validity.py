@@ -13,7 +13,7 @@ import xarray as xr
 import dforce as df
 from dforce.case.paths import value_at
 from dforce.core.units import parse
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 from dforce.validity import PIECES, advice_in
 from dforce.validity._evidence import Evidence
 from dforce.validity.contact import pull_off

@@ -21,7 +21,7 @@ import xarray as xr
 import dforce as df
 from dforce.core import files
 from dforce.core.errors import CaseError, ResultError
-from dforce.results.dataset import SEAL_LENGTH
+from dforce.results.files import SEAL_LENGTH
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 

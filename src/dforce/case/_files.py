@@ -11,7 +11,7 @@ from dforce import library
 from dforce.case._case import MOST_BYTES, Case
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
 from dforce.core.files import beside, reason, write_whole
-from dforce.results.dataset import HDF5, is_whole
+from dforce.results.files import HDF5, is_whole
 from dforce.results.store import is_store, local_place, open_store
 
 if TYPE_CHECKING:

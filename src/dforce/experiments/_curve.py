@@ -13,15 +13,16 @@ from dforce.core.quantities import MOTION, REPEATS
 from dforce.experiments.base import Progress, Start, initial_motion
 from dforce.experiments.motion import COMPONENT, components, motions, states_of
 from dforce.experiments.table import Table
-from dforce.results.dataset import REPEATING, Status
+from dforce.results.status import REPEATING, Status
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
-    from dforce.solvers.block import Block, States
+    from dforce.solvers.block import Block
     from dforce.solvers.points import Jump
     from dforce.solvers.protocols import Settled
+    from dforce.solvers.states import States
 
 Place = tuple[int, ...]
 AT_ONCE = 256  # points whose accuracy is looked at together, where that takes milliseconds

@@ -10,7 +10,7 @@ from dforce.core.errors import ParameterError
 from dforce.experiments.base import Progress, initial_motion
 from dforce.experiments.dwell import MOST_SAMPLES, Dwell, record_spectrum, record_traces
 from dforce.experiments.table import Table
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

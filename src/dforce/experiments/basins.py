@@ -184,7 +184,7 @@ class Starts:
     states: list[State] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        from dforce.results.dataset import Status
+        from dforce.results.status import Status
 
         self._lock = threading.Lock()  # blocks of starts are done on several threads
         self.reached = np.full(len(self), -1)
@@ -237,11 +237,12 @@ class Starts:
     ) -> Indices:  # fmt: skip
         """Settle starts side by side; return those that have to be settled again."""
         from dforce.experiments.table import statuses
-        from dforce.results.dataset import REPEATING, Status
-        from dforce.solvers.block import Block, States
+        from dforce.results.status import REPEATING, Status
+        from dforce.solvers.block import Block
         from dforce.solvers.problem_batch import Lot
         from dforce.solvers.protocols import STEPWISE, make_protocol
         from dforce.solvers.quasi_static_walk import Walk
+        from dforce.solvers.states import States
 
         lot = Lot.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
         block = Block(lot, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, watch)

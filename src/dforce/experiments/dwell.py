@@ -56,10 +56,11 @@ class Dwell(Experiment):
             return thermal_dwell(self, problem, settings, progress)
         from dforce.experiments.motion import base_of, rows_of, scales_of, with_motions
         from dforce.experiments.table import Table
-        from dforce.results.dataset import Status
-        from dforce.solvers.block import Block, States
+        from dforce.results.status import Status
+        from dforce.solvers.block import Block
         from dforce.solvers.protocols import settle_at
         from dforce.solvers.sample_counts import sample_counts
+        from dforce.solvers.states import States
 
         if self.record == "all":  # the whole way there is asked for, so it has to be gone
             settings = settings.replace(method="transient")

@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
     from dforce.kernel import Array
     from dforce.problem import Problem
-    from dforce.solvers.block import Block, States
+    from dforce.solvers.block import Block
     from dforce.solvers.integrator import Motion
     from dforce.solvers.points import Points
+    from dforce.solvers.states import States
 
 COMPONENT = "component"
 
@@ -48,7 +49,7 @@ def rows_of(states: States, scales: Array, base: Array, problem: Problem) -> Arr
 
 def split_rows(rows: Array, problem: Problem) -> States:
     """Return rows in SI as states of a problem whose motions are in SI, too; the inverse of :func:`rows_of` of scale 1."""
-    from dforce.solvers.block import States
+    from dforce.solvers.states import States
 
     modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
     late = modes * problem.late_fluid
@@ -60,7 +61,7 @@ def split_rows(rows: Array, problem: Problem) -> States:
 
 def states_of(rows: Array, problem: Problem, scales: Array, base: Array) -> States:
     """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
-    from dforce.solvers.block import States
+    from dforce.solvers.states import States
 
     states = split_rows(rows, problem)
     return States(states.x / scales + base, states.memory, states.branch)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.quantities import OBSERVABLES
-from dforce.results.dataset import Status, describe
+from dforce.results.dataset import describe
+from dforce.results.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -63,7 +63,7 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     ResultError
         When the point has no motion, or it was not found anew.
     """
-    from dforce.results.dataset import REPEATING, Status
+    from dforce.results.status import REPEATING, Status
     from dforce.solvers.integrator import INTEGRATORS
     from dforce.solvers.transient import steady
 
@@ -149,9 +149,9 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
 def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady | None:
     """Return the periodic orbit that Newton's method finds from a motion, None where it is none of the point's state."""
     from dforce.observables.averaging import common_period
-    from dforce.solvers.block import States
     from dforce.solvers.doubling import doubled_beside
     from dforce.solvers.orbit import ParameterRange
+    from dforce.solvers.states import States
 
     problem = integrator.problem
     zc, A0 = float(point["zc"]), problem.tones[0].A0

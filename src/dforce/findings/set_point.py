@@ -11,7 +11,7 @@ import numpy as np
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
-from dforce.results.dataset import check_computed, repeats
+from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,8 +15,9 @@ from dforce.core.listing import Listing, aligned, html_table
 from dforce.findings.by_kind import rows_of
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.results.curves import goes_along, swept
-from dforce.results.dataset import Status, unit_for
+from dforce.results.dataset import unit_for
 from dforce.results.kinds import kind_of
+from dforce.results.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

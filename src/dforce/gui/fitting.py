@@ -16,7 +16,7 @@ from dforce.gui.parameters import Row, rows_of
 from dforce.gui.words import field_at, label_of
 from dforce.inverse.fitting.result import data_of
 from dforce.inverse.fitting.typed import shown
-from dforce.results.dataset import provenance
+from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -31,7 +31,8 @@ def result_of(
     import xarray as xr
 
     from dforce.core.quantities import OBSERVABLES
-    from dforce.results.dataset import describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
 
     lengths = (*(len(axis.values) for axis in axes), len(shares))
     dims = (*(axis.dim for axis in axes), "set_point")

@@ -95,7 +95,7 @@ class Solver:
     def _states(self, problems: Sequence[Problem], motions: Array) -> Any:
         """Return motions in SI as scaled states."""
         from dforce.experiments.motion import base_of, scales_of, states_of
-        from dforce.solvers.block import States
+        from dforce.solvers.states import States
 
         each = [
             states_of(motion[None], problem, scales_of(problem), base_of(problem))

@@ -15,7 +15,7 @@ from dforce.inverse.energies import energy
 from dforce.inverse.steps import Given, Work
 from dforce.inverse.values import ends, measured
 from dforce.inverse.values import show as shown
-from dforce.results.dataset import provenance
+from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,7 +15,7 @@ from dforce.inverse import placing
 from dforce.inverse.heights import sensor_noise, walk_of
 from dforce.inverse.table import RETRACT, Column, Floats, Table, Words, segment_of
 from dforce.inverse.words import MEANINGS
-from dforce.results.dataset import provenance
+from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

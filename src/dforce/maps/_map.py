@@ -27,7 +27,7 @@ from dforce.maps._result import JUMPS, QUANTITIES, Layout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps.axes import Axis
 from dforce.results import store
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 from dforce.runs import watched
 from dforce.validity import attributes
 

@@ -87,7 +87,7 @@ class Part:
 
     def run(self) -> bool:
         """Compute all points; return False when stopped before the end."""
-        from dforce.results.dataset import Status
+        from dforce.results.status import Status
 
         if not self.todo.any():
             return True
@@ -143,7 +143,7 @@ class Part:
 
     def _block(self, which: Any, alone: bool = False) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
-        from dforce.results.dataset import Status
+        from dforce.results.status import Status
         from dforce.solvers.integrator import sample_count
         from dforce.solvers.sample_counts import sample_counts
 

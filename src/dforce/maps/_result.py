@@ -62,7 +62,7 @@ class Found:
     @classmethod
     def nothing(cls, shape: tuple[int, ...]) -> Found:
         """Return room for so many cases and points."""
-        from dforce.results.dataset import Status
+        from dforce.results.status import Status
 
         return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
 
@@ -74,7 +74,7 @@ class Found:
     @property
     def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Whether all points of each case were computed."""
-        from dforce.results.dataset import Status
+        from dforce.results.status import Status
 
         return np.asarray((self.status != Status.NOT_COMPUTED).all(axis=1))
 
@@ -142,7 +142,9 @@ def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> x
     """Put the parts together, and give everything its words; `example` is one of the problems."""
     import xarray as xr
 
-    from dforce.results.dataset import Status, describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
+    from dforce.results.status import Status
 
     experiment, axes = case.experiment, layout.axes
     dims = (*layout.dims, *layout.inner)

@@ -149,7 +149,7 @@ class Lines:
         """Return where motions end a common period later, and what is measured on the way, for points of any parameters."""
         from dforce.observables.averaging import weights
         from dforce.observables.finish import finish_each
-        from dforce.solvers.block import States
+        from dforce.solvers.states import States
 
         ends: Array = np.empty((len(us), self.size))
         measured: list[dict[str, Array]] = [{} for _ in us]

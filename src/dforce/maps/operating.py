@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.block import Block, States
+    from dforce.solvers.block import Block
+    from dforce.solvers.states import States
     from dforce.solvers.transient import Watch
 
 MOST_STEPS = 12  # of the secant method; from a curve of some hundred points it takes four
@@ -85,7 +86,7 @@ class OperatingPoints:
 
 def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, watch: Watch) -> OperatingPoints:
     """Return the operating points near motions; those that end at a fold before the set point are not found."""
-    from dforce.results.dataset import Status
+    from dforce.results.status import Status
     from dforce.solvers.block import Block
     from dforce.solvers.problem_batch import Lot
 
@@ -135,7 +136,7 @@ class _Search:
     def write(self, out: OperatingPoints, which: Any) -> None:
         """Find the points, and write them into their places."""
         from dforce.experiments.table import statuses
-        from dforce.results.dataset import Status
+        from dforce.results.status import Status
 
         everything = np.arange(len(self.zc))
         self._move(everything, self.zc)

@@ -199,7 +199,8 @@ def refuse_others(case: Case) -> None:
 def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:
     import xarray as xr
 
-    from dforce.results.dataset import describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
 
     axis, row_name = axes[0], axes[1].name if len(axes) == 2 else "set_point"
     at = np.array([row.row for row in rows])

@@ -19,7 +19,8 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
 from dforce.core.files import check_target, write_whole
 from dforce.core.kinds import told
-from dforce.results.dataset import COLUMN_DIMS, check_computed, reader_unit
+from dforce.results.dataset import COLUMN_DIMS, reader_unit
+from dforce.results.status import check_computed
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 

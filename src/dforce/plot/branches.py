@@ -15,7 +15,8 @@ from dforce.core.errors import ParameterError, checked
 from dforce.plot._states import THIN, UNSTABLE, check_states, draw_states, repeats
 from dforce.plot._style import BLUE, GRAY, VERMILLION, axis_text, color_cycle, head, new_figure, take, tidy
 from dforce.plot.distances import phase_axis
-from dforce.results.dataset import Status, reader_unit
+from dforce.results.dataset import reader_unit
+from dforce.results.status import Status
 
 SWEEPS: dict[str, dict[str, Any]] = {
     "up": {"color": BLUE, "linestyle": "-", "label": "up →"},

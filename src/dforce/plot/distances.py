@@ -30,7 +30,8 @@ from dforce.plot._style import (
     without_rounding,
 )
 from dforce.results.curves import rounding
-from dforce.results.dataset import COLUMN_DIMS, Status, reader_unit
+from dforce.results.dataset import COLUMN_DIMS, reader_unit
+from dforce.results.status import Status
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
 CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance

@@ -20,8 +20,8 @@ from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spec
 from dforce.plot.plans import plan
 from dforce.plot.reconstruction import reconstruction
 from dforce.results.curves import swept
-from dforce.results.dataset import check_computed
 from dforce.results.kinds import kind_of
+from dforce.results.status import check_computed
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
 FORCES = ("peak_force", "min_force")

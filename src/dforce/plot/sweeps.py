@@ -14,7 +14,8 @@ from dforce.plot._style import COLORS, head
 from dforce.plot.maps import map as map_of_two
 from dforce.plot.pictures import draw
 from dforce.results.curves import Picture, drawable, goes_along, swept
-from dforce.results.dataset import check_computed, reader_unit
+from dforce.results.dataset import reader_unit
+from dforce.results.status import check_computed
 
 MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
 FIRST = ("amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.errors import ParameterError, checked, nearest, shorten
-from dforce.results.dataset import COLUMN_DIMS, check_computed
+from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,11 +16,12 @@ from dforce.kernel import Array
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.points import Points
 from dforce.solvers.problem_batch import Indices
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
+from dforce.solvers.states import States
 
 COARSER = (1 / 2, 3 / 4)  # times the samples
 FINER = (2, 4, 16, 64)  # times the samples, one after the other

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,57 +18,25 @@ from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, Motion, load_kernels, sample_count
+from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
 from dforce.solvers.problem_batch import Indices, Levers, Lot
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
 from dforce.solvers.retune import retune
+from dforce.solvers.states import States
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
 
-__all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block", "States"]
+__all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
 
 
 def unwatched() -> None:
     """Watch for nothing."""
-
-
-@dataclass(frozen=True)
-class States:
-    """States at the start of a common period: scaled motion, forces' memory and branches, a row for each."""
-
-    x: Array
-    memory: Array
-    branch: Array
-
-    def __len__(self) -> int:
-        return len(self.x)
-
-    def take(self, which: Any) -> States:
-        """Return some of them."""
-        return States(self.x[which], self.memory[which], self.branch[which])
-
-    def put(self, which: Any, others: States) -> None:
-        """Write others in the place of some of them."""
-        self.x[which], self.memory[which], self.branch[which] = others.x, others.memory, others.branch
-
-    def copy(self) -> States:
-        """Return a copy."""
-        return States(self.x.copy(), self.memory.copy(), self.branch.copy())
-
-    def motion(self, i: int) -> Motion:
-        """Return one of them as integrators take it."""
-        return Motion(tuple(self.x[i].tolist()), self.memory[i].copy(), self.branch[i].copy(), 0)
-
-    @classmethod
-    def of(cls, *motions: Motion) -> States:
-        """Return motions as states."""
-        return cls(*(np.array([getattr(one, name) for one in motions]) for name in ("y", "memory", "latched")))
 
 
 class Block:

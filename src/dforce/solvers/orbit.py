@@ -24,10 +24,11 @@ from dforce.observables.complex_numbers import angle
 from dforce.observables.finish import finish
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
 from dforce.solvers.newton import CONVERGED, Orbits, begin, choose, empty_orbits
 from dforce.solvers.period_map import FD_STEP, Slots
+from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
 ROUNDING = 1e-12  # of the range: values nearer to its ends are these

@@ -10,8 +10,9 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, finish_each, first_amplitudes, multipliers
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.problem_batch import Indices
+from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
 # what motions that settled in time do not have

@@ -10,11 +10,12 @@ import numpy as np
 
 from dforce.kernel import Array
 from dforce.solvers.accuracy import assure
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Jump, Points
 from dforce.solvers.quasi_static_walk import JUMP, SUDDEN, Walk, as_kept
 from dforce.solvers.settling import apart
+from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, steady
 
 QUASI_STATIC, STEPWISE = "quasi_static", "stepwise"

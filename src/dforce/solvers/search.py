@@ -29,11 +29,11 @@ import numpy as np
 
 from dforce.kernel import Array
 from dforce.problem import Problem
-from dforce.solvers.block import States
 from dforce.solvers.continuation import Curve
 from dforce.solvers.integrator import free_amplitudes, with_amplitudes
 from dforce.solvers.newton import LARGEST
 from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
+from dforce.solvers.states import States
 from dforce.solvers.transient import Watch, decay_periods
 from dforce.solvers.winding import Square
 

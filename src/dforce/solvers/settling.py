@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.problem_batch import Indices
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.relaxation import ARRIVED
+from dforce.solvers.states import States
 
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one

@@ -12,7 +12,8 @@ import numpy as np
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.forces import Force
-from dforce.results.dataset import describe, provenance
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 from dforce.spectroscopy.evaluate import Answer, Array, Motion, follow
 from dforce.validity import advice, attributes
 

@@ -62,7 +62,8 @@ def noisy_motion(
     """
     import xarray as xr
 
-    from dforce.results.dataset import describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
 
     asked, problem, place, start = start_of(case, zc)
     given = range(problem.noise.seed, problem.noise.seed + seeds) if isinstance(seeds, int) else seeds

@@ -108,7 +108,7 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
     """Return the noise of amplitude (m) and phase (degrees) at a point, or None."""
     from dforce.experiments.motion import motion_of
     from dforce.observables.averaging import common_period
-    from dforce.results.dataset import REPEATING
+    from dforce.results.status import REPEATING
     from dforce.solvers.integrator import RK4
     from dforce.solvers.linear_noise import linear_noise
 

@@ -56,7 +56,8 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     from scipy.integrate import quad
     from scipy.optimize import brentq
 
-    from dforce.results.dataset import describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
 
     try:
         place = units.parse(zc, "m")

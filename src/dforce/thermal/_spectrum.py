@@ -87,7 +87,8 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
     import xarray as xr
     from scipy.signal import welch
 
-    from dforce.results.dataset import describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
 
     try:
         length = units.parse(duration, "s")

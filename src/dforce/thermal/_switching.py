@@ -90,7 +90,8 @@ def switching_rate(
     """
     import xarray as xr
 
-    from dforce.results.dataset import describe, provenance
+    from dforce.results.dataset import describe
+    from dforce.results.provenance import provenance
 
     case, problem, zc, start = start_of(state, None)
     _, _, there, goal = start_of(other, None)

@@ -92,7 +92,7 @@ class Evidence:
     @functools.cached_property
     def _trusted(self) -> Mask | None:
         """Where the motion settled and is stable; None where a result does not say."""
-        from dforce.results.dataset import Status, repeats
+        from dforce.results.status import Status, repeats
 
         status = self.array("status")
         if status is None:

@@ -67,7 +67,7 @@ def step_error(seen: Evidence) -> Advice | None:
 def _misfits(seen: Evidence) -> Array | None:
     """Return by how much the tip equation is missed at the points that settled, in units of the drive."""
     from dforce.observables.misfit import MEASURED, OF_MODES, misfit
-    from dforce.results.dataset import repeats
+    from dforce.results.status import repeats
 
     result, settings = seen.result, seen.case.solver
     along_other = seen.along == "frequency" or getattr(seen.case.experiment, "parameter", None) is not None
@@ -202,7 +202,7 @@ def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
 
 def not_settled(seen: Evidence) -> Advice | None:
     """Count the points whose motion was still moving when the largest number of periods was reached."""
-    from dforce.results.dataset import Status
+    from dforce.results.status import Status
 
     status = seen.array("status")
     moving = 0 if status is None else int(np.count_nonzero(status == Status.NOT_SETTLED))

@@ -13,8 +13,9 @@ from dforce.checks.benchmark.table import POINTS, Row, Table, U
 from dforce.maps import sweep
 from dforce.problem import Problem
 from dforce.runs import basins, run
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.problem_batch import Lot
+from dforce.solvers.states import States
 
 DISTANCES = 201
 CURVE = "figure 3, a curve by df.run, each of 201 distances"

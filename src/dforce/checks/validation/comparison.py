@@ -18,10 +18,11 @@ from dforce.kernel import Array
 from dforce.observables.averaging import weights, window_length
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.orbit import Orbit, ParameterRange
 from dforce.solvers.protocols import settle_at
+from dforce.solvers.states import States
 
 HARMONICS = 10
 TOLERANCE = 1e-11  # of the reference, a step

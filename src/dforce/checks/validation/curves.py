@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.checks.validation.checks import Check, Part
-from dforce.results.dataset import Status
+from dforce.results.status import Status
 from dforce.runs import approach
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -26,11 +26,12 @@ from dforce.observables.complex_numbers import phase_lag
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import Lot
 from dforce.solvers.quasi_static_walk import AT_ONCE
 from dforce.solvers.settling import apart, polished, settled
+from dforce.solvers.states import States
 
 FAR = 1.15  # of the free amplitude: from there on the branch of free motion is followed
 AS_MEASURED = 0.1  # of the free amplitude: a stable state so near to the measured motion behind a jump is that motion

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from dforce.kernel import Array
-from dforce.solvers.block import Block, States
+from dforce.solvers.block import Block
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.settling import apart, polished
+from dforce.solvers.states import States
 
 STEPS = (3e-5, 1e-4, 2e-4, 3e-4, 5e-4, 1e-3, 2e-3)  # of the block's unit: tried in turns from the last orbit on
 MOST = 30  # steps that are tried along a branch

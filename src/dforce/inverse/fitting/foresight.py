@@ -20,9 +20,10 @@ from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
 from dforce.inverse.fitting.typed import DEGREE, number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.kernel import Array
-from dforce.results.dataset import provenance
-from dforce.solvers.block import Block, States
+from dforce.results.provenance import provenance
+from dforce.solvers.block import Block
 from dforce.solvers.quasi_static_walk import Walk
+from dforce.solvers.states import States
 
 if TYPE_CHECKING:
     import xarray as xr

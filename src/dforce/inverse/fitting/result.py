@@ -21,7 +21,7 @@ from dforce.inverse.fitting.run import Fitted
 from dforce.inverse.fitting.runs_test import runs_test
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.kernel import Array
-from dforce.results.dataset import provenance
+from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ import numpy as np
 
 from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, Column, Table
-from dforce.results.dataset import SEAL, SEAL_LENGTH, is_whole, repeats
-from dforce.results.dataset import read as read_result
+from dforce.results.files import SEAL, SEAL_LENGTH, is_whole
+from dforce.results.files import read as read_result
+from dforce.results.status import repeats
 
 if TYPE_CHECKING:
     import xarray as xr

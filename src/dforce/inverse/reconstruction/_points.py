@@ -11,7 +11,7 @@ from dforce.case import case_of
 from dforce.core.errors import ParameterError
 from dforce.inverse.reconstruction._law import Array
 from dforce.inverse.reconstruction._path import HARMONICS, Complex, Motions
-from dforce.results.dataset import check_computed, repeats
+from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,8 @@ from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._invert import Inverse
 from dforce.inverse.reconstruction._law import Array, Law, force_of
 from dforce.inverse.reconstruction._points import Reading
-from dforce.results.dataset import describe, provenance
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,0 +1,44 @@
+"""Motions of several problems at once, each at the start of a common period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce.kernel import Array
+from dforce.solvers.integrator import Motion
+
+
+@dataclass(frozen=True)
+class States:
+    """States at the start of a common period: scaled motion, forces' memory and branches, a row for each."""
+
+    x: Array
+    memory: Array
+    branch: Array
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def take(self, which: Any) -> States:
+        """Return some of them."""
+        return States(self.x[which], self.memory[which], self.branch[which])
+
+    def put(self, which: Any, others: States) -> None:
+        """Write others in the place of some of them."""
+        self.x[which], self.memory[which], self.branch[which] = others.x, others.memory, others.branch
+
+    def copy(self) -> States:
+        """Return a copy."""
+        return States(self.x.copy(), self.memory.copy(), self.branch.copy())
+
+    def motion(self, i: int) -> Motion:
+        """Return one of them as integrators take it."""
+        return Motion(tuple(self.x[i].tolist()), self.memory[i].copy(), self.branch[i].copy(), 0)
+
+    @classmethod
+    def of(cls, *motions: Motion) -> States:
+        """Return motions as states."""
+        return cls(*(np.array([getattr(one, name) for one in motions]) for name in ("y", "memory", "latched")))
