@@ -1,6 +1,7 @@
 """Runs: progress, Ctrl-C, going on later with the same numbers, and what a result says about itself."""
 
 import functools
+import math
 
 import numpy as np
 import pytest
@@ -139,19 +140,21 @@ def watched_run(case, resume=None):
 
 @functools.cache
 def undisturbed(name):
-    """Return the result of a run that nothing stops, and how often it looks at its progress."""
+    """Return the result of a run that nothing stops, and the looks at its progress at which others are stopped."""
     whole, told = watched_run(SLOW_CHANGES[name][0])
-    return whole, len(told)
+    at_stretches = {len(told) - told[::-1].index(points) for points in told if points in (0, CHUNK)}
+    return whole, sorted(at_stretches | set(np.linspace(1, len(told) - 1, 6).astype(int).tolist()))
 
 
 @pytest.mark.parametrize("name", SLOW_CHANGES)
 def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(transient, "CHUNK_SECONDS", 1e9)  # so that each run looks at its progress at the same places
+    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)  # and tells of each
     (whole, calls), (case, jumps, periods) = undisturbed(name), SLOW_CHANGES[name]
     assert whole.sizes.get("jump", 0) == jumps or jumps is None
     assert (whole.repeat_periods == periods).all() == (periods is not None)
     begun = set()
-    for call in np.unique(np.linspace(1, calls - 1, 6).astype(int)):
+    for call in calls:
         part = df.run(case, stop_after(0, call))
         if points_of(part) == whole.status.size:  # stopped while the accuracy of the last ones was looked at
             assert_same(part, whole)
