@@ -37,7 +37,7 @@ class Watch:
     """What a page must not do: ask another host, raise an error, or complain in its console."""
 
     def __init__(self, context, server):
-        self.own = urllib.parse.urlsplit(server.home).netloc
+        self.server, self.own = server, urllib.parse.urlsplit(server.home).netloc
         self.wrong = []
         context.on("request", lambda request: self._request(request.url))
         context.on("weberror", lambda error: self.wrong.append(f"error in the page: {error.error}"))
@@ -54,7 +54,7 @@ class Watch:
 
     def check(self):
         wrong, self.wrong = self.wrong, []
-        assert wrong == []
+        assert wrong == [], "".join(self.server.said[-50:])
 
 
 @pytest.fixture
