@@ -1,16 +1,20 @@
 """What a map costs: its blocks in the store, the tasks of a cluster's scheduler, and from both a map of 10^8 points.
 
-    python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster] [--random 2000]
+    python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster] [--random 2000] [--points 1000000 2000000 4000000]
 
 The same curves are computed in memory and in a store, once in blocks as large as they are chosen and once in blocks of one
 curve, whose time is that of the block itself. With --cluster so many empty blocks pass a real scheduler and two workers,
 processes of their own, as a map passes them: never more known than two for each thread. With --random so many random polymers,
-those of the tutorial on maps, are computed instead, and the hours of a million are printed.
+those of the tutorial on maps, are computed instead, and the hours of a million are printed. With --points so many settled
+points, in curves of 201, go to a store, each number in a process of its own: with its largest memory, and its speed beside
+that of the same curves solved in one block and kept nowhere.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
+import resource
 import tempfile
 import time
 from pathlib import Path
@@ -22,14 +26,16 @@ import dforce as df
 from dforce.maps import _executors, _map
 
 CURVE = 101  # points
+LONG = 201  # points of each curve of a million points
+BARE = 200  # curves that are solved and kept nowhere
 LARGE = 1e8  # points of the map on paper
 MILLION = 1e6  # random cases
 KEPT = ["amplitude", "phase", "peak_force"]
 
 
-def case() -> df.Case:
+def case(points: int = CURVE) -> df.Case:
     """Return an approach in air."""
-    zc = {"start": "12 nm", "stop": "4 nm", "points": CURVE}
+    zc = {"start": "12 nm", "stop": "4 nm", "points": points}
     return df.example("figure-3-air").replace(experiment=df.experiments.Approach(zc=zc))
 
 
@@ -39,12 +45,12 @@ def sizes(store: Path) -> tuple[int, int]:
     return sum(files), len(files)
 
 
-def timed(cases: int, **settings: Any) -> tuple[float, float]:
-    """Return the time (s) of a sweep over so many cases by the clock, and that of the processors."""
+def timed(cases: int, points: int = CURVE, **settings: Any) -> tuple[float, float]:
+    """Return the time (s) of a sweep over so many curves by the clock, and that of the processors."""
     draw = np.random.default_rng(1)
     rows = {"drive.A0": draw.uniform(6e-9, 9e-9, cases), "forces.dmt.hamaker": draw.uniform(1e-20, 4e-20, cases)}
     clock, used = time.perf_counter(), time.process_time()
-    df.sweep(case(), rows=rows, quantities=KEPT, **settings)
+    df.sweep(case(points), rows=rows, quantities=KEPT, **settings)
     return time.perf_counter() - clock, time.process_time() - used
 
 
@@ -125,6 +131,18 @@ def random_cases(folder: Path, cases: int) -> None:
           f"{MILLION:.0e} of them: {hours:.1f} hours of one core, {60 * hours / 64:.1f} minutes of 64")  # fmt: skip
 
 
+def many(points: int) -> tuple[float, float, float, float]:
+    """Return, of so many points that go to a store: time (s) by the clock and of the processors, share of the speed of few
+    curves in memory, and the largest memory of the process (MB)."""
+    timed(8, LONG)  # compiles
+    bare = min(timed(BARE, LONG)[1] for _ in range(3)) / BARE
+    curves = round(points / LONG)
+    with tempfile.TemporaryDirectory() as name:
+        clock, used = timed(curves, LONG, store=Path(name) / "many.zarr")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3  # in kB, as Linux counts it
+    return clock, used, bare * curves / used, peak
+
+
 def main() -> None:
     """Measure, and print the plan."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -132,7 +150,15 @@ def main() -> None:
     parser.add_argument("--tasks", type=int, default=10_000)
     parser.add_argument("--cluster", action="store_true")
     parser.add_argument("--random", type=int, default=0)
+    parser.add_argument("--points", type=int, nargs="+", default=[])
     asked = parser.parse_args()
+    for points in asked.points:
+        with multiprocessing.get_context("spawn").Pool(1) as one:
+            clock, used, share, peak = one.apply(many, (points,))
+        print(f"{points} points to a store: {clock:.0f} s, {used:.0f} s of the processors, {points / clock:.0f} a second, "
+              f"{100 * share:.0f} % of the speed in memory; {peak:.0f} MB", flush=True)  # fmt: skip
+    if asked.points:
+        return
     with tempfile.TemporaryDirectory() as name:
         if asked.random:
             random_cases(Path(name), asked.random)
