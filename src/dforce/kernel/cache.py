@@ -35,7 +35,7 @@ from dforce.kernel.cache_files import CODE, Kept, keep, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
 TEXTS = "texts"  # folder beside the kernels, see ``kernel.texts``
-MOST_KERNELS = 100  # folders kept; the least recently used go first
+MOST_KERNELS = 250  # folders kept; the least recently used go first
 SELDOM = 100_000  # new objects between two looks for garbage while a kernel is compiled
 NAME = re.compile(r"[0-9a-f]{20}")
 # numba's settings, from variables such as NUMBA_OPT, that change what it compiles to

@@ -25,9 +25,7 @@ from dforce.solvers.states import States
 
 COARSER = (1 / 2, 3 / 4)  # times the samples
 FINER = (2, 4, 16, 64)  # times the samples, one after the other
-SURE = (
-    1 / 3
-)  # of the accuracy: nine in ten of the errors that are estimated from fewer samples are right within a factor 3
+SURE = 1 / 3  # of the accuracy: nine in ten of the errors estimated from fewer samples are right within a factor 3
 NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
 
@@ -61,13 +59,13 @@ class _Orbits:
 
     def judge(self) -> None:
         """Estimate all errors."""
-        measured, errors, changes = self.measured(self.rows), [], []
+        measured, errors = self.measured(self.rows), []
         for share in COARSER:
             coarse = self.block.finer(round(share * self.block.points))
             rows = coarse.remeasure(self.cases, self.states, self.at, self.monodromy)
-            changes.append(self.apart(measured, self.measured(rows)))
-            errors.append(left(changes[-1], self.block.points / coarse.points))
-        self.error, self.change = np.mean(errors, axis=0), changes[0].max(axis=1)
+            change = self.apart(measured, self.measured(rows))
+            errors.append(left(change, self.block.points / coarse.points))
+        self.error = np.mean(errors, axis=0)
 
     def find_again(self, some: Indices, times: int, finer: float) -> Indices:
         """Find some again with so many times the block's samples, and their own before; return those that were found."""
@@ -101,7 +99,7 @@ def assure(block: Block, values: Array, points: Points) -> None:
     orbits, accuracy = _Orbits(block, values, points, places), block.settings.accuracy
     orbits.judge()
     if accuracy is not None:
-        doubtful, before = np.flatnonzero((orbits.error > SURE * accuracy) | (orbits.change > accuracy)), 1
+        doubtful, before = np.flatnonzero(orbits.error > SURE * accuracy), 1
         for times in FINER:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break

@@ -132,11 +132,12 @@ class Block:
             self.watch, self.parameter, zc,
         )  # fmt: skip
 
+    @functools.lru_cache(maxsize=4)  # noqa: B019  # lives as long as the block
     def finer(self, points: int) -> Block:
         """Return the block of the same problems with other samples per period."""
         zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
         return Block(
-            self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc
+            self.lot, self.problem, self.settings, self.harmonics, points, lambda: self.watch(), self.parameter, zc
         )  # fmt: skip
 
     @property
