@@ -97,14 +97,14 @@ class Kept:
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep numba's result of compiling for these types."""
+        """Keep numba's result of compiling for these types, if it is code by itself and holds no address of this process."""
         from numba.core.serialize import dumps
 
         library = compiled.library
+        if is_part(library) or library.has_dynamic_globals:
+            return
         try:
-            with library.linked() if is_part(library) else contextlib.nullcontext():
-                if not library.has_dynamic_globals:  # addresses of this process
-                    keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
+            keep(self._path(signature, compiled.codegen), dumps((str(signature), compiled._reduce())))
         except OSError as error:
             self._failed(error)
 

@@ -2,8 +2,9 @@
 
 numba links, optimizes and turns into machine code every function by itself, then links that into those who call it, and does
 the same again: most of its time goes into code that nobody calls by itself. Here a function that only others call stays as
-it was written, in memory and on disk; it is linked, optimized and turned into machine code in those that are called from
-outside, and where somebody asks for its address.
+it was written, in memory alone; it is linked, optimized and turned into machine code in those that are called from outside,
+and where somebody asks for its address. Only such wholes are kept on disk: so the code of each follows from its text,
+whatever was compiled before it.
 """
 
 from __future__ import annotations
@@ -17,11 +18,8 @@ from typing import Any
 # what is used of numba's class for a function's code; a numba that has it no more compiles in its own way
 USED = (
     "_check_llvm_bugs", "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
-    "_unserialize", "add_linking_library", "codegen", "enable_object_caching", "finalize", "get_pointer_to_function",
-    "has_dynamic_globals", "serialize_using_object_code",
+    "add_linking_library", "codegen", "finalize", "get_pointer_to_function",
 )  # fmt: skip
-PART = "part"  # how a function is kept on disk that is linked into others
-DYNAMIC = "numba.dynamic.globals"  # how numba begins the names of addresses of a process
 _COUNTING = threading.Lock()
 _INSIDE: list[Any] = []  # the class that each who compiles has found
 
@@ -32,7 +30,7 @@ def way() -> str:
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 
     known = all(hasattr(JITCodeLibrary, name) or hasattr(JITCPUCodegen, name) for name in USED)
-    return "whole" if known and hasattr(JITCPUCodegen, "_library_class") else "in parts"
+    return "as wholes" if known and hasattr(JITCPUCodegen, "_library_class") else "in parts"
 
 
 @contextlib.contextmanager
@@ -40,7 +38,7 @@ def compiled() -> Iterator[None]:
     """Compile as wholes what is compiled inside, and whatever other threads compile meanwhile."""
     from numba.core.registry import cpu_target
 
-    if way() != "whole":
+    if way() != "as wholes":
         yield
         return
     codegen: Any = cpu_target.target_context.codegen()
@@ -57,7 +55,7 @@ def compiled() -> Iterator[None]:
 
 def is_part(library: Any) -> bool:
     """Say whether a function's code has been left for those who call it."""
-    return way() == "whole" and isinstance(library, _library()) and not library._finalized
+    return way() == "as wholes" and isinstance(library, _library()) and not library._finalized
 
 
 class _Unneeded:
@@ -76,7 +74,7 @@ class _Unneeded:
 @functools.cache
 def _library() -> Any:
     """Return the class for the code of one function; numba is loaded for it."""
-    from llvmlite.binding import Linkage, parse_bitcode
+    from llvmlite.binding import Linkage
     from numba.core.codegen import JITCodeLibrary
     from numba.core.environment import lookup_environment
 
@@ -122,42 +120,6 @@ def _library() -> Any:
                     self._reload_init.update(library._reload_init)
                 module = library.as_written() if is_part(library) else library._get_module_for_linking()
                 self._final_module.link_in(module, preserve=True)
-
-        @contextlib.contextmanager
-        def linked(self) -> Iterator[None]:
-            """Hold, while the context lasts, all that the function calls, as it was written."""
-            part = self._final_module
-            self._final_module = self.as_written().clone()
-            try:
-                self._link()
-                yield
-            finally:
-                self._final_module = part
-
-        @property
-        def has_dynamic_globals(self) -> bool:
-            if not is_part(self):
-                return bool(super().has_dynamic_globals)
-            return any(variable.name.startswith(DYNAMIC) for variable in self._final_module.global_variables)
-
-        def serialize_using_object_code(self) -> Any:
-            if not is_part(self):
-                return super().serialize_using_object_code()
-            own = [function.name for function in self.as_written().functions if not function.is_declaration]
-            return self.name, PART, (self._final_module.as_bitcode(), own)
-
-        @classmethod
-        def _unserialize(cls, codegen: Any, state: Any) -> Any:
-            name, kind, data = state
-            if kind != PART:
-                return super()._unserialize(codegen, state)
-            library = codegen.create_library(name)
-            library.enable_object_caching()  # who asks for its address keeps what it is turned into
-            bitcode, own = data
-            library._final_module = parse_bitcode(bitcode)
-            for function in own:  # those of the functions that it calls stay copies
-                library._final_module.get_function(function).linkage = Linkage.external
-            return library
 
         def finalize(self) -> None:
             self._codegen._check_llvm_bugs()
