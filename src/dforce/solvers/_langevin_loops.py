@@ -40,8 +40,8 @@ def march(
     free
         Complex amplitudes of the steady motion without forces, real and imaginary parts, (2, tones, numbers).
     carry, spread
-        Of each mode: the linear step of its free motion, and the lower triangular root of the covariance that noise adds to
-        it, (modes, numbers, numbers), of its deflection, velocity and late fluid.
+        Of each mode: the linear step of its free motion, and the root of the covariance that noise adds to it, of deflection,
+        velocity and late fluid: what each leads to stands in a row, (modes, numbers, numbers).
     gains
         Acceleration of each mode for each newton on the tip.
     weights, decay, lock_ins
@@ -120,7 +120,7 @@ def advance(
     points = steady.shape[0] - 1
     h = TAU / points
     start, dt, total = seconds(period * TAU, p), seconds(h, p), gains.sum()
-    random, aside, least, mean = np.empty(motion_size()), np.empty(own_size()), math.inf, 0.0
+    random, ahead, least, mean = np.empty(motion_size()), np.empty(own_size()), math.inf, 0.0
     for i in range(points):
         t = start + i * dt
         f = kick(y, 0.5 * h, t, memory, branch, gains, total, p)
@@ -129,7 +129,7 @@ def advance(
         before = from_vector(y)
         d, rate = distance(before, p), rate_of(before, p)
         normals(period * points + i, k0, k1, random)
-        drift(y, i, steady, carry, spread, random, aside)
+        drift(y, i, steady, carry, spread, random, ahead)
         after = from_vector(y)
         least = min(least, distance(after, p))
         share = passed_kink(d, distance(after, p), kinks)
@@ -138,7 +138,7 @@ def advance(
             mean = mean_force(d, rate, distance(after, p), rate_of(after, p), share, t, memory, branch, p)
             take_back(block, i, y)
             push(y, 0.5 * h * mean, gains)
-            drift(y, i, steady, carry, spread, random, aside)
+            drift(y, i, steady, carry, spread, random, ahead)
             after = from_vector(y)
         if memory_size():
             remember(d, rate, distance(after, p), rate_of(after, p), h, t, memory, branch, change, p)
@@ -156,18 +156,17 @@ def advance(
     return min(least, distance(end, p))
 
 
-def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any, aside: Any) -> None:
-    """Take the motion about the driven one over step i, exactly, with its noise; `aside` is scratch."""
+def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any, ahead: Any) -> None:
+    """Take the motion about the driven one over step i, exactly, with its noise; `ahead` is scratch."""
     for n in range(mode_count()):
         for k in range(own_size()):
-            aside[k] = y[place(n, k)] - steady[i, place(n, k)]
+            ahead[k] = steady[i + 1, place(n, k)]
+        for m in range(own_size()):
+            here, shaken = y[place(n, m)] - steady[i, place(n, m)], random[place(n, m)]
+            for k in range(own_size()):
+                ahead[k] += carry[n, m, k] * here + spread[n, m, k] * shaken
         for k in range(own_size()):
-            there = steady[i + 1, place(n, k)]
-            for m in range(own_size()):
-                there += carry[n, k, m] * aside[m]
-            for m in range(k + 1):
-                there += spread[n, k, m] * random[place(n, m)]
-            y[place(n, k)] = there
+            y[place(n, k)] = ahead[k]
 
 
 def own_size() -> int:

@@ -163,8 +163,8 @@ class Langevin(Integrator):
         self.noisy = kernel.load(problem, ENTRIES)
         h, modes, late = 2.0 * math.pi / self.points / self.scales.omega, problem.modes, problem.late_fluid
         scale = np.array([self.scales.length, *[self.scales.speed] * (1 + late)])
-        self._carry = np.array([linear_step(mode, h) * scale / scale[:, None] for mode in modes])
-        self._spread = np.array([noise_root(mode, h, problem.noise.kT) / scale[:, None] for mode in modes])
+        self._carry = np.array([(linear_step(mode, h) * scale / scale[:, None]).T for mode in modes])
+        self._spread = np.array([(noise_root(mode, h, problem.noise.kT) / scale[:, None]).T for mode in modes])
         w, numbers = self.tones[:, :1], np.array(self.p)
         x = kernel.drive_of(self.tones, len(modes)) / kernel.stiffness_of(numbers, len(modes), late, w)
         fluid = kernel.fluid_amplitudes(numbers, problem, self.tones[:, 0], 1j * w * x)
