@@ -81,11 +81,13 @@ def test_step_of_the_free_lever_and_its_noise_have_their_exact_values():
     h = 1.0 / 75e3 / 50.0
     M, S = linear_step(AIR, h), step_noise(AIR, h, KT)
     assert (
-        pytest.approx(np.array([[0.9921163521134, 2.6588184408531e-7], [-59043.34391747, 0.9914898827773]]), rel=1e-12)
+        pytest.approx(
+            np.array([[0.9921163521134, 2.6588184408531e-7], [-59043.34391747, 0.9914898827773]]), rel=1e-12, abs=0.0
+        )
         == M
     )
     assert [S[0, 0], S[0, 1], S[1, 1]] == pytest.approx(
-        [9.6892933768e-27, 5.4378951448e-20, 4.0784475447e-13], rel=1e-10
+        [9.6892933768e-27, 5.4378951448e-20, 4.0784475447e-13], rel=1e-10, abs=0.0
     )
 
 
@@ -194,16 +196,17 @@ def test_equipartition_holds_in_a_long_run():
 
 def test_spectral_density_and_formulas_have_their_values():
     roots = [math.sqrt(thermal_density(75e3 * r, 75e3, 2.8, 200.0, KT)) for r in (1.0, 0.0, 2.0)]
-    assert roots == pytest.approx([1.57980855077e-12, 7.89904275384e-15, 2.63299962354e-15], rel=1e-11)
+    assert roots == pytest.approx([1.57980855077e-12, 7.89904275384e-15, 2.63299962354e-15], rel=1e-11, abs=0.0)
     taus = [thermal_amplitude(75e3, 2.8, 200.0, KT, tau) for tau in (1e-3, 1e-4, 1e-5)]
-    assert taus == pytest.approx([2.59801e-11, 3.62657e-11, 3.81186e-11], rel=3e-6)
+    assert taus == pytest.approx([2.59801e-11, 3.62657e-11, 3.81186e-11], rel=3e-6, abs=0.0)
     assert least_gradient(75e3, 2.8, 200.0, KT, 10e-9, 1e3) == pytest.approx(9.891166e-5, rel=1e-7)
     assert frequency_noise(75e3, 2.8, 200.0, KT, 10e-9, 1e3) == pytest.approx(1.32470974, rel=1e-8)
-    assert time_constant(1e3, 1) == pytest.approx(0.25e-3, rel=1e-14)
+    assert time_constant(1e3, 1) == pytest.approx(0.25e-3, rel=1e-14, abs=0.0)
     whole = sum(
-        quad(lambda f: thermal_density(f, 75e3, 2.8, 2.0, KT), *ends)[0] for ends in ((0.0, 2e5), (2e5, np.inf))
+        quad(lambda f: thermal_density(f, 75e3, 2.8, 2.0, KT), *ends, epsabs=0.0, epsrel=1e-12)[0]
+        for ends in ((0.0, 2e5), (2e5, np.inf))
     )
-    assert whole == pytest.approx(KT / 2.8, rel=1e-9)
+    assert whole == pytest.approx(KT / 2.8, rel=1e-9, abs=0.0)
 
 
 @pytest.mark.parametrize("poles", [1, 2, 4])
@@ -237,9 +240,9 @@ def test_noise_of_the_free_lever_is_the_integral_over_its_spectrum(tau, poles):
 
     ends = [0.0, 60e3, 74e3, 74.8e3, 75e3, 75.2e3, 76e3, 90e3, 1e6]
     wanted = sum(quad(seen, *pair, epsabs=0.0, epsrel=1e-10, limit=400)[0] for pair in itertools.pairwise(ends))
-    assert np.trace(found.quadratures[0]) / 2.0 == pytest.approx(wanted, rel=1e-6)
+    assert np.trace(found.quadratures[0]) / 2.0 == pytest.approx(wanted, rel=1e-6, abs=0.0)
     omega = 2.0 * math.pi * 75e3
-    assert np.diag(found.state) == pytest.approx([KT / 2.8, KT / 2.8 * omega**2], rel=1e-6)
+    assert np.diag(found.state) == pytest.approx([KT / 2.8, KT / 2.8 * omega**2], rel=1e-6, abs=0.0)
 
 
 def test_covariance_of_a_tapping_lever_is_that_of_the_equations_along_its_orbit():
@@ -325,9 +328,9 @@ def test_detector_adds_its_density_times_the_bandwidth():
     quiet = case(noise={"bandwidth": "500 Hz"})
     curves = [df.noise(df.dwell(one.replace("solver", {}), zc="50 nm")) for one in (asked, quiet)]
     squares = [one.amplitude_noise.item() ** 2 for one in curves]
-    assert squares[0] - squares[1] == pytest.approx(2.0 * (100e-15) ** 2 * 500.0, rel=1e-6)
+    assert squares[0] - squares[1] == pytest.approx(2.0 * (100e-15) ** 2 * 500.0, rel=1e-6, abs=0.0)
     still = df.noise(df.dwell(asked.replace("solver", {}).replace("noise.thermal", False), zc="50 nm"))
-    assert still.amplitude_noise.item() == pytest.approx(100e-15 * math.sqrt(1000.0), rel=1e-9)
+    assert still.amplitude_noise.item() == pytest.approx(100e-15 * math.sqrt(1000.0), rel=1e-9, abs=0.0)
 
 
 @pytest.mark.long
@@ -338,7 +341,7 @@ def test_noise_of_two_tones_and_modes_is_that_of_each():
     for n, mode in enumerate(modes):
         S = thermal_amplitude(mode["f0"], mode["k"], mode["Q"], KT, 0.25 / 100.0)
         # the formula is that of high Q, of one mode
-        assert found[n] == pytest.approx(S, rel=2e-3)
+        assert found[n] == pytest.approx(S, rel=2e-3, abs=0.0)
 
 
 @pytest.mark.long

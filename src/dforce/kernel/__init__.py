@@ -127,7 +127,14 @@ def units_of(problem: Problem, length: Any, speed: Any) -> Array:
 
 
 def fluid_behind(numbers: Array, problem: Problem, omega: Array, speeds: Any) -> Array:
-    """Return the states of the fluid's memory behind steady motion, (..., numbers).
+    """Return the states of the fluid's memory behind steady motion, (..., numbers); see `fluid_amplitudes`."""
+    return np.asarray(fluid_amplitudes(numbers, problem, omega, speeds).sum(axis=-2).real)
+
+
+def fluid_amplitudes(
+    numbers: Array, problem: Problem, omega: Array, speeds: Any
+) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    """Return the complex states of the fluid's memory behind steady motion, (..., tones, numbers).
 
     Parameters
     ----------
@@ -140,7 +147,7 @@ def fluid_behind(numbers: Array, problem: Problem, omega: Array, speeds: Any) ->
     fluid = numbers[..., FIRST_MODE + PER_MODE * modes : parameter_count(modes, late)]
     rates = fluid.reshape(*numbers.shape[:-1], 1, modes, 2, late)[..., 0, :]
     behind = rates / (rates + 1j * omega[..., :, None, None]) * speeds[..., None]
-    return np.asarray(behind.sum(axis=-3).real.reshape(*numbers.shape[:-1], modes * late))
+    return np.asarray(behind.reshape(*behind.shape[:-2], modes * late))
 
 
 def base_of(tones: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:

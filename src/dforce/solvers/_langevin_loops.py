@@ -8,7 +8,18 @@ from typing import Any
 import numpy as np
 
 from dforce.integrators.loops import TAU, phases, risen, seconds
-from dforce.kernel.vocabulary import distance, evolve, force, from_vector, latch_count, memory_size, mode_count, rate_of
+from dforce.kernel.vocabulary import (
+    distance,
+    evolve,
+    fluid_size,
+    force,
+    from_vector,
+    latch_count,
+    memory_size,
+    mode_count,
+    motion_size,
+    rate_of,
+)
 from dforce.observables.lockin import lock_in_turned
 from dforce.solvers.philox import normals
 
@@ -27,9 +38,10 @@ def march(
     keys
         Two words for each lane, (lanes, 2): what its random numbers depend on, beside the count of its steps.
     free
-        Complex amplitudes of the steady motion without forces, real and imaginary parts, (2, tones, modes).
+        Complex amplitudes of the steady motion without forces, real and imaginary parts, (2, tones, numbers).
     carry, spread
-        Of each mode: the linear step of its free motion, and the Cholesky factor of what noise adds to it, (modes, 2, 2).
+        Of each mode: the linear step of its free motion, and the root of the covariance that noise adds to it, of deflection,
+        velocity and late fluid: what each leads to stands in a row, (modes, numbers, numbers).
     gains
         Acceleration of each mode for each newton on the tip.
     weights, decay, lock_ins
@@ -42,7 +54,7 @@ def march(
     """
     points = turns.cosine.shape[1] - 1
     bases, z, change = np.empty(tones.shape[0]), np.empty(points + 1), np.empty((2, max(memory_size(), 1)))
-    steady = np.empty((points + 1, 2 * mode_count()))
+    steady = np.empty((points + 1, motion_size()))
     for i in range(periods):
         phases(tones, first + i, bases)
         if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
@@ -91,14 +103,13 @@ def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
     """Write the steady motion without forces at the ends of all steps of a period."""
     points = steady.shape[0] - 1
     for i in range(points + 1):
-        for n in range(mode_count()):
-            steady[i, 2 * n], steady[i, 2 * n + 1] = 0.0, 0.0
+        for k in range(motion_size()):
+            steady[i, k] = 0.0
         for j in range(tones.shape[0]):
             angle = tones[j, 0] * TAU * i / points + bases[j]
             c, s = math.cos(angle), math.sin(angle)
-            for n in range(mode_count()):
-                steady[i, 2 * n] += free[0, j, n] * c - free[1, j, n] * s
-                steady[i, 2 * n + 1] -= tones[j, 0] * (free[0, j, n] * s + free[1, j, n] * c)
+            for k in range(motion_size()):
+                steady[i, k] += free[0, j, k] * c - free[1, j, k] * s
 
 
 def advance(
@@ -109,7 +120,7 @@ def advance(
     points = steady.shape[0] - 1
     h = TAU / points
     start, dt, total = seconds(period * TAU, p), seconds(h, p), gains.sum()
-    random, least, mean = np.empty(2 * mode_count()), math.inf, 0.0
+    random, ahead, least, mean = np.empty(motion_size()), np.empty(own_size()), math.inf, 0.0
     for i in range(points):
         t = start + i * dt
         f = kick(y, 0.5 * h, t, memory, branch, gains, total, p)
@@ -118,7 +129,7 @@ def advance(
         before = from_vector(y)
         d, rate = distance(before, p), rate_of(before, p)
         normals(period * points + i, k0, k1, random)
-        drift(y, i, steady, carry, spread, random)
+        drift(y, i, steady, carry, spread, random, ahead)
         after = from_vector(y)
         least = min(least, distance(after, p))
         share = passed_kink(d, distance(after, p), kinks)
@@ -127,7 +138,7 @@ def advance(
             mean = mean_force(d, rate, distance(after, p), rate_of(after, p), share, t, memory, branch, p)
             take_back(block, i, y)
             push(y, 0.5 * h * mean, gains)
-            drift(y, i, steady, carry, spread, random)
+            drift(y, i, steady, carry, spread, random, ahead)
             after = from_vector(y)
         if memory_size():
             remember(d, rate, distance(after, p), rate_of(after, p), h, t, memory, branch, change, p)
@@ -145,14 +156,27 @@ def advance(
     return min(least, distance(end, p))
 
 
-def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any) -> None:
-    """Take the motion about the driven one over step i, exactly, with its noise."""
+def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any, ahead: Any) -> None:
+    """Take the motion about the driven one over step i, exactly, with its noise; `ahead` is scratch."""
     for n in range(mode_count()):
-        x, v = y[2 * n] - steady[i, 2 * n], y[2 * n + 1] - steady[i, 2 * n + 1]
-        a, b = random[2 * n], random[2 * n + 1]
-        y[2 * n] = steady[i + 1, 2 * n] + carry[n, 0, 0] * x + carry[n, 0, 1] * v + spread[n, 0, 0] * a
-        shaken = spread[n, 1, 0] * a + spread[n, 1, 1] * b
-        y[2 * n + 1] = steady[i + 1, 2 * n + 1] + carry[n, 1, 0] * x + carry[n, 1, 1] * v + shaken
+        for k in range(own_size()):
+            ahead[k] = steady[i + 1, place(n, k)]
+        for m in range(own_size()):
+            here, shaken = y[place(n, m)] - steady[i, place(n, m)], random[place(n, m)]
+            for k in range(own_size()):
+                ahead[k] += carry[n, m, k] * here + spread[n, m, k] * shaken
+        for k in range(own_size()):
+            y[place(n, k)] = ahead[k]
+
+
+def own_size() -> int:
+    """Return how many numbers of a motion are those of one mode: its deflection, velocity and late fluid."""
+    return motion_size() // mode_count()
+
+
+def place(n: int, k: int) -> int:
+    """Return the place in a motion of number k of mode n."""
+    return 2 * n + k if k < 2 else 2 * mode_count() + n * (fluid_size() // mode_count()) + k - 2
 
 
 def passed_kink(d0: float, d1: float, kinks: Any) -> float:
@@ -181,7 +205,7 @@ def mean_force(
 
 def take_back(block: Any, i: int, y: Any) -> None:
     """Take the motion back to sample i of a period."""
-    for k in range(2 * mode_count()):
+    for k in range(motion_size()):
         y[k] = block[i, k]
 
 
@@ -214,15 +238,15 @@ def remember(
 
 def keep_sample(block: Any, i: int, y: Any, memory: Any, branch: Any, f: float) -> None:
     """Write motion, memory, branches and force as sample i of a period."""
-    place = 2 * mode_count()
-    for k in range(place):
+    for k in range(motion_size()):
         block[i, k] = y[k]
+    first = motion_size()
     for k in range(memory_size()):
-        block[i, place + k] = memory[k]
-    place += memory_size()
+        block[i, first + k] = memory[k]
+    first += memory_size()
     for k in range(latch_count()):
-        block[i, place + k] = branch[k]
-    block[i, place + latch_count()] = f
+        block[i, first + k] = branch[k]
+    block[i, first + latch_count()] = f
 
 
 def steepest(low: float, high: float, count: int, memory: Any, branch: Any, kinks: Any, p: Any) -> float:

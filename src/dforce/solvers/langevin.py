@@ -5,7 +5,8 @@ r"""The lever as thermal motion shakes it: a stochastic step that is exact for t
 
 A step is half a kick by the forces on the tip, the exact linear motion of the damped lever about its driven one, with the
 exact normal noise of that time, and half a kick. So frequency, quality factor, driven amplitude and equipartition of the
-free lever have no error; in contact it is of order 2. Drag and memory of the forces bring no noise of their own.
+free lever have no error; in contact it is of order 2. Fluid that follows late belongs to the lever, and brings its noise
+with it. Drag and memory of the forces bring no noise of their own.
 """
 
 from __future__ import annotations
@@ -31,47 +32,80 @@ from dforce.solvers.settings import SolverSettings
 
 ENTRIES: dict[str, Callable[..., Any]] = {"march_noisy": loops.march, "steepest": loops.steepest}
 STEEP, GRID = 2e-9, 512  # m above the least distance where the force's slope is looked for, and in how many places
-NODES = 32  # of the quadrature over a step: exact to rounding up to a period of the mode
+NODES = 32  # of the quadrature over a step: exact to rounding up to a period of the mode, and ten times in which fluid follows
 LONGEST = 1.0  # contact's angular frequency times the step: beyond, the step is no motion
 DEEPER = 0.05e-9  # m, that the motion gets nearer before the slope is looked for again
 
 
-def linear_step(mode: ModeNumbers, h: float) -> Array:
-    r"""Return the matrix that takes deflection (m) and velocity (m/s) of a free mode a time (s) further.
+def free_motion(mode: ModeNumbers) -> tuple[Array, Array]:
+    r"""Return the matrices A and B of a free mode that thermal noise shakes, :math:`dy/d\tau = A y + B \xi(\tau)`.
 
-    .. math:: M = e^{-gh} \begin{pmatrix} C + (g/\omega_1) S & S/\omega_1 \\ -(\omega_0^2/\omega_1) S & C - (g/\omega_1) S
-              \end{pmatrix}, \qquad g = \frac{\omega_0}{2 Q}, \quad \omega_1^2 = \omega_0^2 - g^2
+    With the angular frequency :math:`\Omega` and the damping :math:`\gamma` of the mode's oscillator, and the rates
+    :math:`s_j` and weights :math:`W_j` of fluid that follows late (:class:`dforce.instrument.history.FluidMemory`)
 
-    with S and C sine and cosine of :math:`\omega_1 h`.
+    .. math:: \ddot z = -\Omega^2 z - \gamma \dot z + \sum_j W_j q_j + \sqrt{2 \epsilon (\gamma - \Sigma_j W_j)}\, \xi_0
+              + \sum_j \sqrt{2 \epsilon W_j}\, \xi_j, \qquad
+              \dot q_j = s_j (\dot z - q_j) - s_j \sqrt{2 \epsilon / W_j}\, \xi_j, \qquad \epsilon = \frac{k_B T}{m}
+
+    with white noises :math:`\langle \xi_i(t) \xi_j(t') \rangle = \delta_{ij} \delta(t - t')`: a part of the fluid is a mass
+    :math:`m W_j / s_j` on a dashpot :math:`m W_j`, whose noise pushes mass and lever apart. y holds z, :math:`\dot z` and all
+    :math:`q_j`, in units of :math:`\sqrt{k_B T / k}` and :math:`\sqrt{k_B T / m}`; :math:`\tau` is :math:`\Omega t`.
     """
-    omega, g, turning = _rates(mode)
-    s, c = math.sin(turning * h), math.cos(turning * h)
-    matrix = [[c + g / turning * s, s / turning], [-omega * omega / turning * s, c - g / turning * s]]
-    return math.exp(-g * h) * np.array(matrix)
+    frequency, Q = mode.oscillator
+    own = 2.0 * math.pi * frequency
+    known = ((), ()) if mode.memory is None else (mode.memory.rates, mode.memory.weights)
+    rates, weights = (np.array(part, dtype=float) / own for part in known)
+    late = len(rates)
+    A, B = np.zeros((2 + late, 2 + late)), np.zeros((2 + late, 1 + late))
+    A[0, 1], A[1, 0], A[1, 1], A[1, 2:] = 1.0, -1.0, -1.0 / Q, weights
+    A[2:, 1], A[2:, 2:] = rates, -np.diag(rates)
+    B[1, 0] = math.sqrt(2.0 * max(1.0 / Q - float(weights.sum()), 0.0))
+    B[1, 1:] = np.sqrt(2.0 * weights)
+    for j in np.flatnonzero(weights):  # fluid that weighs nothing pushes nothing
+        B[2 + j, 1 + j] = -rates[j] * math.sqrt(2.0 / weights[j])
+    return A, B
+
+
+def linear_step(mode: ModeNumbers, h: float) -> Array:
+    """Return the matrix that takes a free mode, its deflection (m), velocity and late fluid (m/s), a time (s) further."""
+    from scipy.linalg import expm
+
+    A, _ = free_motion(mode)
+    own = 2.0 * math.pi * mode.oscillator[0]
+    unit = np.array([1.0, *[own] * (len(A) - 1)])
+    part = expm(A * (0.25 * own * h))  # of a longer time, up to a period, it would lose a digit
+    return np.asarray(np.linalg.matrix_power(part, 4) * unit[:, None] / unit)
 
 
 def step_noise(mode: ModeNumbers, h: float, kT: float) -> Array:
-    r"""Return the covariance of what noise adds to deflection and velocity over a time (s), for a thermal energy (J).
+    r"""Return the covariance of what noise adds to a free mode over a time (s), for a thermal energy (J).
 
-    .. math:: \Sigma = P - M P M^T = \frac{2 k_B T c}{m^2} \int_0^h M(s) e_2 e_2^T M(s)^T ds, \qquad
-              P = \mathrm{diag}(k_B T / k, k_B T / m)
+    .. math:: \Sigma = \int_0^h e^{A s} B B^T e^{A^T s} ds = P - M P M^T
 
-    by quadrature: the difference is rounding where a step is short and Q is high.
+    with the matrices of :func:`free_motion` and the covariance P in equilibrium, by quadrature: the difference is rounding
+    where a step is short and Q is high.
     """
-    omega, g, turning = _rates(mode)
+    root = noise_root(mode, h, kT)
+    return np.asarray(root @ root.T)
+
+
+def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
+    """Return the lower triangular root of `step_noise`, from which normal numbers make that noise.
+
+    It is taken from the terms of the quadrature, not from their sum: where noises of a lever and its fluid are nearly one, the
+    sum is singular by rounding.
+    """
+    from scipy.linalg import expm
+
+    A, B = free_motion(mode)
+    own = 2.0 * math.pi * mode.oscillator[0]
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    s = 0.5 * h * (nodes + 1.0)
-    decay, sine, cosine = np.exp(-g * s), np.sin(turning * s), np.cos(turning * s)
-    moved = decay * np.stack([sine / turning, cosine - g / turning * sine])
-    strength = 4.0 * g * kT * omega**2 / mode.k  # 2 kT c / m^2
-    return np.asarray(strength * 0.5 * h * (moved * weights) @ moved.T)
-
-
-def _rates(mode: ModeNumbers) -> tuple[float, float, float]:
-    """Return angular frequency, decay rate and angular frequency of the decaying motion (1/s)."""
-    omega = 2.0 * math.pi * mode.f0
-    g = omega / (2.0 * mode.Q)
-    return omega, g, math.sqrt(omega * omega - g * g)
+    moved = expm(A * (0.5 * own * h * (nodes + 1.0))[:, None, None]) @ B
+    terms = np.sqrt(0.5 * own * h * weights)[:, None, None] * moved
+    _, upper = np.linalg.qr(terms.transpose(0, 2, 1).reshape(-1, len(A)))
+    lower = (upper * np.where(np.diag(upper) < 0.0, -1.0, 1.0)[:, None]).T
+    length = math.sqrt(kT / mode.k)
+    return np.asarray(np.array([length, *[length * own] * (len(A) - 1)])[:, None] * lower)
 
 
 @dataclass(frozen=True)
@@ -120,7 +154,6 @@ class Langevin(Integrator):
             raise ParameterError(
                 "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
             )
-        problem.refuse_late_fluid("solver.integrator = langevin")
         self._looked, self._decay, self._poles = math.inf, 0.0, 0
         super().__init__(problem, settings, harmonics, points)
 
@@ -128,16 +161,16 @@ class Langevin(Integrator):
         """Go over to a problem with other numbers; see :class:`Integrator`."""
         super().take(problem)
         self.noisy = kernel.load(problem, ENTRIES)
-        h = 2.0 * math.pi / self.points / self.scales.omega
-        scale = np.array([self.scales.length, self.scales.speed])
-        self._carry = np.array([linear_step(mode, h) * scale / scale[:, None] for mode in problem.modes])
-        kT = problem.noise.kT
-        self._spread = np.array([_root(step_noise(mode, h, kT) / np.outer(scale, scale)) for mode in problem.modes])
-        drive, modes = kernel.drive_of(self.tones, len(problem.modes)), problem.modes
-        ratios = np.array([2.0 * math.pi * mode.f0 / self.scales.omega for mode in modes])
-        w, Q = self.tones[:, :1], np.array([mode.Q for mode in modes])
-        free = drive / (ratios**2 - w * w + 1j * w * ratios / Q)
+        h, modes, late = 2.0 * math.pi / self.points / self.scales.omega, problem.modes, problem.late_fluid
+        scale = np.array([self.scales.length, *[self.scales.speed] * (1 + late)])
+        self._carry = np.array([(linear_step(mode, h) * scale / scale[:, None]).T for mode in modes])
+        self._spread = np.array([(noise_root(mode, h, problem.noise.kT) / scale[:, None]).T for mode in modes])
+        w, numbers = self.tones[:, :1], np.array(self.p)
+        x = kernel.drive_of(self.tones, len(modes)) / kernel.stiffness_of(numbers, len(modes), late, w)
+        fluid = kernel.fluid_amplitudes(numbers, problem, self.tones[:, 0], 1j * w * x)
+        free = np.concatenate([np.stack([x, 1j * w * x], axis=-1).reshape(len(w), -1), fluid], axis=-1)
         self._free = np.stack([free.real, free.imag])
+        ratios = [2.0 * math.pi * mode.oscillator[0] / self.scales.omega for mode in modes]
         self._gains = np.array([r**2 / (mode.k * self.scales.length) for r, mode in zip(ratios, modes, strict=True)])
         self._looked = math.inf
 
@@ -213,7 +246,7 @@ class Langevin(Integrator):
         r"""Return the largest :math:`\omega_c h`, step times the tip's angular frequency in contact, down to a distance (m)."""
         memory, branch = np.zeros(self.memory_size), np.zeros(self.latch_count)
         slope = self.noisy.entry("steepest")(low, low + STEEP, GRID, memory, branch, self.kinks, self.p)
-        own = max(mode.f0 / self.problem.tones[0].frequency for mode in self.problem.modes)
+        own = max(mode.oscillator[0] / self.problem.tones[0].frequency for mode in self.problem.modes)
         return 2.0 * math.pi / self.points * math.sqrt(own**2 + slope * self._gains.sum() * self.scales.length)
 
     def _check_step(self, low: float) -> None:
@@ -228,12 +261,3 @@ class Langevin(Integrator):
                 f"solver.points_per_period = {self.points} is too few for the stiffness of the contact (the step turns it by "
                 f"{turn:.2g} rad, at most {LONGEST:g}); give {wanted}"
             )
-
-
-def _root(covariance: Array) -> Array:
-    """Return the lower triangular root of a covariance; of one without noise zeros."""
-    if covariance[0, 0] <= 0.0:
-        return np.zeros((2, 2))
-    first = math.sqrt(covariance[0, 0])
-    cross = covariance[1, 0] / first
-    return np.array([[first, 0.0], [cross, math.sqrt(max(covariance[1, 1] - cross**2, 0.0))]])

@@ -177,12 +177,12 @@ def _thermal_motion(mode: ModeNumbers, count: int, h: float, kT: float, random: 
     """
     from scipy.signal import lfilter
 
-    from dforce.solvers.langevin import linear_step, step_noise
+    from dforce.solvers.langevin import linear_step, noise_root
 
     step = linear_step(mode, h)
     values, right = np.linalg.eig(step)
     left = np.linalg.inv(right)[0]
-    root = np.linalg.cholesky(step_noise(mode, h, kT))
+    root = noise_root(mode, h, kT)
     start = np.sqrt([kT / mode.k, kT / mode.k * (2.0 * math.pi * mode.f0) ** 2]) * random.standard_normal(2)
     kicks = random.standard_normal((count, 2)) @ (left @ root)
     kicks[0] = left @ start
