@@ -12,6 +12,7 @@ from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.gui.measured import calibrated
 from dforce.results.curves import Picture, drawable, pictures_of
 from dforce.results.kinds import kind_of
+from dforce.results.measured import by_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,7 +102,7 @@ def rehearse_measured(result: xr.Dataset) -> None:
         raise df.ResultError("this is no measured curve and no fit of one")
     try:
         if kind == "measured":
-            overlay.Beside(calibrated(result, {}, None)).quantities()
+            by_model(calibrated(result, {}, None))
         else:
             df.fit_report(result)
             for name in ("amplitude", "phase"):
