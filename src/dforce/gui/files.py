@@ -135,6 +135,8 @@ class Files:
             session.atlas.take(result)
             self.plots.explorer.open()
         else:
+            if kind == "reconstruction":  # of a measured curve, whose case needs no experiment
+                case = with_approach(case.replace(data=None))
             await session.take_result(Document.of(case), result)
             self.view.show_result(result)
 
