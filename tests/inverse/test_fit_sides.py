@@ -42,7 +42,9 @@ def test_errors_to_both_sides_are_alike_where_the_model_is_straight(plain: xr.Da
         one = plain.sel(parameter=name)
         for side in ("error_low", "error_high"):
             assert float(one[side]) == pytest.approx(float(one["error"]), rel=0.03, abs=0.0), name
-        assert float(one["interval_high"] - one["interval_low"]) == pytest.approx(3.92 * float(one["error"]), rel=0.05, abs=0.0)
+        assert float(one["interval_high"] - one["interval_low"]) == pytest.approx(
+            3.92 * float(one["error"]), rel=0.05, abs=0.0
+        )
 
 
 def test_correlated_noise_widens_the_errors_to_both_sides(plain: xr.Dataset) -> None:
