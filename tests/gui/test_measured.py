@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import base64
+import dataclasses
 from importlib.resources import files
 
 import fitted_curves
@@ -15,9 +16,9 @@ from simulated import element, send, show, until, window
 
 import dforce as df
 from dforce.gui import fitting, measured, overlay, project, uploads
-from dforce.gui.document import Document
+from dforce.gui.document import Document, Measured
 from dforce.gui.figures import Layer, picture
-from dforce.gui.files import written
+from dforce.gui.files import figure_file, script_of, stem, written
 from dforce.gui.measured_panel import Panel, matched
 from dforce.gui.saving import SaveForm
 from dforce.gui.session import Session
@@ -125,6 +126,47 @@ def test_points_lie_where_they_were_measured_and_move_with_their_shift():
     assert np.allclose(numbers(first["x"]), 1e9 * curve["height"].values + 1.5)
     assert np.allclose(of(figure, "measured amplitude")[0], 1e9 * curve["amplitude"].values)
     assert np.allclose(of(figure, "measured phase")[0], curve["phase"].values - 2.0)
+
+
+@pytest.mark.parametrize("wanted", [USUAL, Picture("amplitude", ("phase", "peak_force"))])
+def test_a_figure_that_is_saved_has_the_measured_points(monkeypatch, wanted):
+    drawn = []
+    monkeypatch.setattr(df.plot, "save", lambda axes, path, *how: drawn.extend(axes) or path.write_bytes(b""))
+    moved = beside(shift=1.5e-9, turn=2.0).moved()
+    layers = [Layer(df.run(CASE))]
+    for some in (layers, [*layers, Layer(df.run(CASE.set("drive.A0=8 nm")), "other")]):
+        drawn.clear()
+        figure_file(some, wanted, ".png", "85 mm", moved)
+        by_name = dict(zip(wanted.y, drawn, strict=True))
+        lines = [line for line in by_name["phase"].lines if str(line.get_label()).startswith("measured")]
+        found = np.sort(np.concatenate([line.get_ydata() for line in lines]))
+        assert found == pytest.approx(np.sort(moved["phase"].values))
+        assert found == pytest.approx(np.sort(beside().curve["phase"].values) - 2.0)
+        across = 1e9 * (beside().curve["height"].values + 1.5e-9 if wanted is USUAL else moved["amplitude"].values)
+        assert np.sort(np.concatenate([line.get_xdata() for line in lines])) == pytest.approx(np.sort(across))
+        low, high = by_name["phase"].get_ylim()
+        assert low < found.min() and found.max() < high
+    assert "peak_force" not in by_name or not any("measured" in str(x.get_label()) for x in by_name["peak_force"].lines)
+
+
+def test_the_script_of_the_window_draws_the_measured_points(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "curve.csv").write_bytes(csv())
+    drawn = []
+    monkeypatch.setattr(df.plot, "save", lambda axes, path, *how: drawn.append((path, np.ravel(axes))))
+    settings = LAG | {"calibrate": {"baseline": "none"}}
+    document = dataclasses.replace(Document.of(CASE), measured=Measured("1", "curve.csv", settings, 1.5e-9, 2.0))
+    exec(script_of(document), {})
+    path, (_, lower) = drawn[-1]
+    assert path == f"{stem(CASE.title)}-measured.png" and len(drawn) == 2
+    (points,) = (line for line in lower.lines if str(line.get_label()).startswith("measured"))
+    curve = df.calibrate(df.read_measured("curve.csv", phase_convention="lag"), CASE, baseline="none")
+    assert points.get_xdata() == pytest.approx(1e9 * curve["height"].values + 1.5)
+    assert points.get_ydata() == pytest.approx(curve["phase"].values - 2.0)
+    dwell = CASE.set('experiment={kind="dwell", zc="5 nm"}')
+    assert (
+        "measured" not in script_of(dataclasses.replace(document, table=Document.of(dwell).table)).split("result =")[1]
+    )
 
 
 def test_a_click_finds_its_line_although_points_lie_under_it():

@@ -6,11 +6,13 @@ import pytest
 from fitted_curves import ETA, E, H
 
 import dforce as df
+from dforce.inverse.fitting import starts
 from dforce.inverse.fitting.certainty import certainty
-from dforce.inverse.fitting.curves import lean
+from dforce.inverse.fitting.curves import Curves, lean
 from dforce.inverse.fitting.minimize import jacobian
 from dforce.inverse.fitting.model import Model, Told
 from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 
 NUISANCE = ("zc_offset", "A0", "phase_offset")
@@ -43,6 +45,37 @@ def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Mod
         # a sample that enters the contact within the longer step bends single points; all others agree to 1e-4
         assert np.quantile(apart, 0.95, axis=0) == pytest.approx([0.0, 0.0], abs=1e-3 * np.abs(plain).max()), one.name
         assert (apart.max(axis=0) < 0.01 * np.maximum(np.abs(plain).max(axis=0), 1e-30) + 1e-12).all(), one.name
+
+
+def test_differences_to_one_side_are_as_good_and_half_the_work(
+    stiff: tuple[Model, np.ndarray, Told], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, varied, told = stiff
+    counts, read = [], model.curves.read
+    monkeypatch.setattr(
+        model.curves, "read", lambda block, cases, *rest: counts.append(len(cases)) or read(block, cases, *rest)
+    )
+    both, one = model.slopes(varied, told), model.slopes(varied, told, both_sides=False)
+    apart, size = np.abs(one - both), np.abs(both).max(axis=0) + 1e-14
+    assert (apart < 1e-3 * size).all()  # the steps are 1e-5, and beside the fold the curve bends
+    assert (np.median(apart, axis=0) < 1e-4 * size).all()
+    pairs = 6  # five parameters, and the heights
+    assert counts == [2 * pairs * len(told.values), (pairs + 1) * len(told.values)]
+
+
+def test_curves_that_fit_one_branch_badly_are_not_followed_along_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, varied = model_of("stiff", [E, H, ETA])
+    followed: list[int] = []
+    solve = Curves.solve
+    monkeypatch.setattr(
+        Curves, "solve", lambda self, problems, *rest: followed.append(len(problems)) or solve(self, problems, *rest)
+    )
+    found = searched(model, varied)
+    assert followed[0] == 64 and sum(followed[1:]) < 50
+    monkeypatch.setattr(starts, "ABREAST", 64)
+    whole = searched(model, varied)
+    for one, other in zip(found, whole, strict=True):
+        assert (one.varied == other.varied).all() and one.chi2 == pytest.approx(other.chi2, rel=1e-12)
 
 
 def test_a_phase_offset_has_the_derivative_one(stiff: tuple[Model, np.ndarray, Told]) -> None:

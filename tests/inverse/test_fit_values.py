@@ -36,7 +36,7 @@ def check(fit: xr.Dataset, reference: dict[str, tuple[float, float]], chi2: floa
     for name, (value, error) in reference.items():
         one = fit.sel(parameter=name)
         assert float(one["value"]) == pytest.approx(value, abs=0.1 * error), name
-        assert float(one["error"]) == pytest.approx(error, rel=0.10), name
+        assert float(one["error"]) == pytest.approx(error, rel=0.10, abs=0.0), name
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_liquid_curve_gives_the_reference_values_and_prefers_viscosity() -> None
     assert not bool(table["not_excluded"].sel(model="elastic"))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, 2, 5])  # from 5 one of the searches ends in a false minimum
 def test_a_start_far_off_finds_the_same_minimum(seed: int, stiff: xr.Dataset) -> None:
     # 30 of 30 in benchmarks/fit_starts.py
     rng = np.random.default_rng(seed)
@@ -94,6 +94,7 @@ def test_a_start_far_off_finds_the_same_minimum(seed: int, stiff: xr.Dataset) ->
     assert fit.attrs["chi2"] == pytest.approx(stiff.attrs["chi2"], abs=1e-3)
     apart = (fit["value"] - stiff["value"]) / stiff["error"]
     assert float(abs(apart).max()) < 0.01
+    assert fit.attrs["evaluations"] < 45  # none is spent on the last digits of minima that are not the best
 
 
 def test_forgotten_phase_offset_shows_in_chi2() -> None:

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
+from dforce.solvers.block import Block
+from dforce.solvers.states import States
 
 # one kernel each; a force that jumps at contact, a sudden neck and a memory besides those that are smooth or have a kink
 FAMILIES = {
@@ -68,6 +70,20 @@ def test_a_curve_does_not_depend_on_its_grid(family, A0, k, Q, modulus, turn):
     zc = np.linspace(1.1 * A0 + 3e-9, turn * A0, 46)
     coarse, fine = (df.approach(case, zc=grid, direction="both") for grid in (zc[::9], zc))
     check_same_curve(coarse, fine, A0, AT_A_TOUCH if family == "jumping" else SAME_JUMP)
+
+
+def test_steps_are_longer_where_orbits_may_be_farther_from_their_predictions_and_the_orbits_the_same():
+    problem, zc = lever("viscous", A0=30e-9).problem, np.linspace(34e-9, 24e-9, 24)
+    found = []
+    for predicted in (1e-4, 1e-2):
+        block = Block.of_one(problem, df.SolverSettings(), 1)
+        block.predicted = predicted
+        start = States(block.lot.at_heights(zc[:1]).free(), np.empty((1, 0)), np.empty((1, 0)))
+        found.append(block.follow(np.zeros(1, int), start, zc[:1], zc[None]))
+    assert found[0].done[0] == found[1].done[0] == len(zc)
+    assert found[1].x == pytest.approx(found[0].x, abs=SAME)
+    # Newton's method has a longer way from predictions that are farther off
+    assert found[1].steps.sum() > 1.1 * found[0].steps.sum()
 
 
 def test_whether_a_state_changes_suddenly_at_a_fold_does_not_depend_on_the_last_orbit_before_it():

@@ -23,9 +23,11 @@ from dforce.integrators import adaptive, rk4
 from dforce.integrators.lanes import LANES, advance_lanes
 from dforce.kernel import cache
 from dforce.kernel.codegen import OTHERS, compose
+from dforce.observables.measure import FIRST
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
+from dforce.solvers.period_map import MOTION, NOTHING
 from dforce.solvers.problem_batch import Lot
 from dforce.solvers.states import States
 
@@ -172,11 +174,18 @@ def test_only_what_somebody_reads_is_measured():
     start = States(block.lot.free().repeat(2, axis=0), np.empty((2, 0)), np.empty((2, 0)))
     slots = block.slots(start, np.full(2, 9e-9))
     slots.case[:], slots.rows[:] = 0, np.nan
-    slots.wanted[0] = False
+    slots.wanted[0] = NOTHING
     block.march(slots, 1, True)
     assert np.isfinite(slots.ends[:, 0]).all()
     assert np.isnan(slots.rows[0]).all()
     assert np.isfinite(slots.rows[1]).all()
+    slots.wanted[0] = MOTION
+    block.march(slots, 1, True)
+    motion, everything = slots.rows[:, 0]
+    lock_in = slice(FIRST, FIRST + 4)  # of the mode, and of the whole deflection
+    np.testing.assert_array_equal(motion[lock_in], everything[lock_in])
+    assert (motion[:FIRST] != 0.0).sum() == 1  # the mean deflection
+    assert (everything[:FIRST] != 0.0).sum() > 5
 
 
 def test_parameters_never_recompile():

@@ -22,6 +22,7 @@ from dforce.gui.error_messages import as_sentence, say, telling
 from dforce.gui.explore import is_explorable
 from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
+from dforce.gui.overlay import shows
 from dforce.gui.plots import Plots
 from dforce.gui.saving import ask, choice, text
 from dforce.gui.view import View
@@ -134,6 +135,8 @@ class Files:
             session.atlas.take(result)
             self.plots.explorer.open()
         else:
+            if kind == "reconstruction":  # of a measured curve, whose case needs no experiment
+                case = with_approach(case.replace(data=None))
             await session.take_result(Document.of(case), result)
             self.view.show_result(result)
 
@@ -188,8 +191,7 @@ class Files:
         """Save the script that does the same."""
 
         async def save() -> None:
-            text = self.view.document.case().to_python(stem(self._title()))
-            ui.download.content(text, self._name(".py"), "text/x-python")
+            ui.download.content(script_of(self.view.document), self._name(".py"), "text/x-python")
 
         await self._attempt(UNSAVED, save)
 
@@ -222,9 +224,11 @@ class Files:
     async def save_figure(self, ending: str, width: str) -> None:
         """Save what is drawn, as the command line draws it."""
         layers, wanted = self.plots.kept.layers(self.view.result), self.plots.shown
+        beside = self.plots.measured.beside()
+        points = None if beside is None or wanted is None or not shows(wanted) else beside.moved()
 
         async def save() -> None:
-            data = await asyncio.to_thread(figure_file, layers, wanted, ending, width)
+            data = await asyncio.to_thread(figure_file, layers, wanted, ending, width, points)
             ui.download.content(data, self._name(ending))
 
         await self._attempt(UNSAVED, save)
@@ -241,8 +245,25 @@ class Files:
         return f"{stem(self._title())}{ending}"
 
 
-def figure_file(layers: list[Layer], wanted: Picture | None, ending: str, width: str) -> bytes:
-    """Return the file of a figure. Blocking.
+def script_of(document: Document) -> str:
+    """Return the script that computes what a document says, and draws its measured curve under an approach.
+
+    Raises
+    ------
+    ParameterError
+        When what is typed is not a case.
+    """
+    case, name = document.case(), stem(document.title)
+    text = case.to_python(name)
+    if document.measured is not None and case.sweep is None and getattr(case.experiment, "kind", "") == "approach":
+        text += measured.script_of(document.measured, f"{name}-measured.png")
+    return text
+
+
+def figure_file(
+    layers: list[Layer], wanted: Picture | None, ending: str, width: str, points: xr.Dataset | None = None
+) -> bytes:  # fmt: skip
+    """Return the file of a figure, with the points of a measured curve where one is given. Blocking.
 
     Raises
     ------
@@ -252,7 +273,8 @@ def figure_file(layers: list[Layer], wanted: Picture | None, ending: str, width:
     results = {layer.name: layer.result for layer in layers}
     with DRAWING:
         try:
-            axes = df.plot.draw(layers[0].result if len(layers) == 1 else results, wanted, df.plot.Sheet())
+            drawn = layers[0].result if len(layers) == 1 else results
+            axes = df.plot.draw(drawn, wanted, df.plot.Sheet(), points)
             return written(lambda path: df.plot.save(axes, path, DPI, width), ending)
         except (ValueError, KeyError) as error:
             if isinstance(error, df.DForceError):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import dforce as df
 from dforce.core.errors import shorten
+from dforce.gui.document import Measured
 from dforce.gui.inspecting import HDF5, inspect
 from dforce.gui.saving import Field, choice, text
 from dforce.inverse.fitting.load import known_settings
@@ -105,6 +106,20 @@ def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | Non
     if CALIBRATED in raw.attrs:
         return raw
     return df.calibrate(raw, case, **known_settings(df.calibrate, {}, settings.get("calibrate", {}), "calibrate"))
+
+
+def script_of(curve: Measured, picture: str) -> str:
+    """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files."""
+    if Path(curve.name).suffix == ".nc":
+        return ""
+    read = _reading(curve.settings)
+    more = "".join(f", {key}={value!r}" for key, value in dict(curve.settings.get("calibrate", {})).items())
+    called = ", ".join([repr(curve.name), *(f"{key}={value!r}" for key, value in read.items())])
+    lines = [f"measured = df.calibrate(df.read_measured({called}), case{more})"]
+    lines += [f'measured["height"] += {curve.shift!r}  # m'] * bool(curve.shift)
+    lines += [f'measured["phase"] -= {curve.turn!r}  # degrees'] * bool(curve.turn)
+    lines += [f"df.plot.save(df.plot.amplitude_phase(result, measured=measured), {picture!r})"]
+    return "\n".join([*lines, ""])
 
 
 def with_answers(settings: Mapping[str, Any], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:

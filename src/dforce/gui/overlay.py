@@ -12,18 +12,16 @@ from dforce.core.notation import html_symbol
 from dforce.gui.chart import packed
 from dforce.gui.figures import Drawn, Figure, name_of_axis
 from dforce.results.curves import Picture
+from dforce.results.measured import QUANTITIES, Floats, by_model, moved
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 MOST_POINTS = 4000  # of a curve that are drawn; more are not seen
 SYMBOLS = {"approach": "circle", "retract": "circle-open"}
 SHARE = 0.17  # of the height, for each frame of residuals
 GAP = 0.05
 SIGMAS = 2.0  # standard deviations: the band of residuals
-QUANTITIES = ("zc", "amplitude", "phase", "amplitude_ratio", "total_virial", "total_dissipated_energy")
 BRANCHES = (1, -1)  # from free motion, and behind a jump
 
 
@@ -48,23 +46,9 @@ class Beside:
     turn: float = 0.0
     fit: xr.Dataset | None = None
 
-    def quantities(self) -> dict[str, list[Floats]]:
-        """Return what was measured by the name that the model has for it, an array for each tone."""
-        curve = self.curve
-
-        def tones(name: str) -> list[Floats]:
-            there = [key for key in (name, f"{name}_2") if key in curve]
-            return [np.asarray(curve[key].values, dtype=float) for key in there]
-
-        found = {"zc": [np.asarray(curve["height"].values, dtype=float) + self.shift]}
-        found |= {"amplitude": tones("amplitude"), "phase": [phase - self.turn for phase in tones("phase")]}
-        free = float(curve.attrs.get("free_amplitude", 0.0))
-        if free > 0.0:
-            found["amplitude_ratio"] = [found["amplitude"][0] / free]
-        for name, own in (("total_virial", "virial"), ("total_dissipated_energy", "dissipated_energy")):
-            if own in curve:
-                found[name] = [np.asarray(curve[own].values, dtype=float)]
-        return {name: values for name, values in found.items() if values}
+    def moved(self) -> xr.Dataset:
+        """Return the curve with heights that are average distances, and phases as the model counts them."""
+        return moved(self.curve, self.shift, self.turn)
 
 
 def shows(wanted: Picture) -> bool:
@@ -77,7 +61,7 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside) -> Drawn:
 
     Only quantities that were measured get points; a picture of others stays as it is.
     """
-    there = beside.quantities()
+    there = by_model(beside.moved())
     names = [name for name in wanted.y if name in there and name in drawn.places]
     if wanted.x not in there or not names or wanted.logarithmic:
         return drawn

@@ -11,7 +11,7 @@ from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
 from dforce.core.notation import html_symbol, plain_math
-from dforce.gui import figures, overlay
+from dforce.gui import figures, overlay, reconstructed
 from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
 from dforce.gui.explore_panel import Explorer
@@ -23,6 +23,7 @@ from dforce.gui.setpoint import SetPoint
 from dforce.gui.shown import Part
 from dforce.gui.view import STANDING, View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
+from dforce.results.kinds import kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,6 +111,8 @@ class Plots:
             self.drawn = figures.Drawn(figures.empty(""))
         elif "reached" in first:
             self.drawn = figures.basins(first)
+        elif kind_of(first) == "reconstruction":
+            self.drawn = reconstructed.figure_of(first)
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
-from dforce.gui import compare, explore, figures, fitting, overlay, setpoint
+from dforce.gui import compare, explore, figures, fitting, overlay, reconstructed, setpoint
 from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.gui.measured import calibrated
 from dforce.results.curves import Picture, drawable, pictures_of
 from dforce.results.kinds import kind_of
+from dforce.results.measured import by_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,9 +35,10 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
     Raises
     ------
     ResultError
-        When something of that fails, and for a result that is none of an experiment.
+        When something of that fails, and for a result that is none of an experiment and no reconstructed force.
     """
-    if kind := kind_of(result):
+    kind = kind_of(result)
+    if kind not in ("", "reconstruction"):
         raise df.ResultError(
             f"the window shows results of experiments, and this is another kind ({kind.replace('_', ' ')}); "
             "df.plot.overview in Python draws it, and so does --plot of the command that made it"
@@ -49,6 +51,8 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
             raise ValueError("more quantities than an experiment has, or longer names")
         if "reached" in result:
             figures.basins(result)
+        elif kind:
+            reconstructed.figure_of(result)
         else:
             for picture in _pictures(result, chosen):
                 states = setpoint.states_of(result, 0.8, picture)
@@ -101,7 +105,7 @@ def rehearse_measured(result: xr.Dataset) -> None:
         raise df.ResultError("this is no measured curve and no fit of one")
     try:
         if kind == "measured":
-            overlay.Beside(calibrated(result, {}, None)).quantities()
+            by_model(calibrated(result, {}, None))
         else:
             df.fit_report(result)
             for name in ("amplitude", "phase"):

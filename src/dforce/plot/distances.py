@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from dforce.core.errors import ParameterError, checked
+from dforce.plot._points import draw_points
 from dforce.plot._states import check_under, draw_under
 from dforce.plot._style import (
     DIRECTIONS,
@@ -40,14 +41,16 @@ FEW_POINTS = 40  # so few that each is worth a dot
 
 @checked
 def amplitude_phase(
-    dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None, states: xr.Dataset | None = None
-) -> tuple[Axes, Axes]:
+    dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None, states: xr.Dataset | None = None,
+    measured: xr.Dataset | None = None,
+) -> tuple[Axes, Axes]:  # fmt: skip
     """Draw amplitude and phase of a drive tone against the average distance, one above the other.
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
     without a result a cross. Above the line at 90° the net force is attractive, below it repulsive.
     `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines behind the curve, the
-    unstable ones dashed.
+    unstable ones dashed. `measured`, a curve as :func:`dforce.calibrate` gives it, is drawn as gray points; its heights count
+    as average distances.
 
     Raises
     ------
@@ -65,6 +68,9 @@ def amplitude_phase(
         if states is not None:
             under = take(states, str(variable.name), "point").sel(tone=tone, drop=True)
             draw_under(axes, under, states, reader_unit(variable)[0])
+        if measured is not None:
+            across, up = ("zc", reader_unit(dataset["zc"])[0]), (str(variable.name), reader_unit(variable)[0])
+            draw_points(axes, measured, across, up, tone)
     upper.set_xlabel("")
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
     phase_axis(lower)

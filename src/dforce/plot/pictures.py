@@ -12,6 +12,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
 from dforce.core.errors import ParameterError, checked
+from dforce.plot._points import draw_points
 from dforce.plot._states import MARKS, UNSTABLE
 from dforce.plot._style import COLORS, GRAY, axis_text, colored_axes, head, new_figure, tidy, without_rounding
 from dforce.plot.branches import branches, resonance
@@ -30,7 +31,8 @@ Layers = Mapping[str, xr.Dataset]
 
 @checked
 def draw(
-    results: xr.Dataset | Mapping[str, xr.Dataset], picture: Picture | None = None, figure: FigureBase | None = None
+    results: xr.Dataset | Mapping[str, xr.Dataset], picture: Picture | None = None, figure: FigureBase | None = None,
+    measured: xr.Dataset | None = None,
 ) -> list[Axes]:  # fmt: skip
     """Draw quantities against another one, and return all axes.
 
@@ -40,6 +42,9 @@ def draw(
         A result, or several by name, which get a color each.
     picture
         What is drawn; left out: the one that says most, and of one result its overview.
+    measured
+        A curve as :func:`dforce.calibrate` gives it, drawn as gray points where a picture shows what was measured; its heights
+        count as average distances.
 
     Raises
     ------
@@ -50,22 +55,24 @@ def draw(
     first = next(iter(layers.values()), None)
     if first is None:
         raise ParameterError("there is no result to draw")
-    if len(layers) == 1 and (picture is None or "reached" in first):
+    if len(layers) == 1 and ((picture is None and measured is None) or "reached" in first):
         return overview(first, figure)
     picture = picture or next(iter(pictures_of(first)), None)
     if picture is None:
         raise ParameterError("a map of basins is drawn by itself, not over others")
-    own = _own(first, picture) if len(layers) == 1 else None
+    own = _own(first, picture, measured) if len(layers) == 1 else None
     if own is not None:
         return list(np.ravel(np.asarray(own(figure), dtype=object)))
     wanted = {picture.x, *picture.y}
     able = {name: result for name, result in layers.items() if wanted <= set(drawable(result, picture.x))}
     if not able:
         raise ParameterError(f"these results lack {' or '.join(sorted(wanted))}, so there is nothing to draw")
-    return _Drawing(able, picture).on(figure)
+    return _Drawing(able, picture, measured).on(figure)
 
 
-def _own(result: xr.Dataset, picture: Picture) -> Callable[[FigureBase | None], Any] | None:
+def _own(
+    result: xr.Dataset, picture: Picture, measured: xr.Dataset | None
+) -> Callable[[FigureBase | None], Any] | None:  # fmt: skip
     """Return the function that draws this very picture, with what a reader of it looks for; None where there is none."""
     if picture not in pictures_of(result):
         return None
@@ -79,15 +86,17 @@ def _own(result: xr.Dataset, picture: Picture) -> Callable[[FigureBase | None], 
     if picture != pictures_of(result)[0] or result.sizes.get("tone", 1) > 1:
         return None
     by: dict[str, Callable[..., Any]] = {"point": branches, "frequency": resonance, "zc": amplitude_phase}
-    own = next(function for dim, function in by.items() if dim in result["amplitude"].dims)
-    return lambda figure: own(result, figure=figure)
+    dim, own = next((dim, function) for dim, function in by.items() if dim in result["amplitude"].dims)
+    points = {"measured": measured} if dim == "zc" else {}
+    return lambda figure: own(result, figure=figure, **points)
 
 
 class _Drawing:
     """One picture of results that all have its quantities."""
 
-    def __init__(self, layers: Layers, picture: Picture) -> None:
+    def __init__(self, layers: Layers, picture: Picture, measured: xr.Dataset | None) -> None:
         self.layers, self.picture, self.several = layers, picture, len(layers) > 1
+        self.measured = None if picture.logarithmic else measured
         self.first = next(iter(layers.values()))
         self.looks: dict[str, Any] = {}  # of the legend
 
@@ -132,6 +141,10 @@ class _Drawing:
             for name in names:
                 for line in lines_of(result, self.picture.x, name):
                     self._line(axes, line, across, scale, self._look(number, line, name))
+        if self.measured is not None:
+            for name in names:
+                for handle in draw_points(axes, self.measured, (self.picture.x, across), (name, scale)):
+                    self.looks.setdefault(str(handle.get_label()), handle)
         axes.set_xlabel(axis_text(self.first[self.picture.x], x_unit))
         words = [axis_text(self.first[name], "1") for name in names]
         axes.set_ylabel(", ".join(words) + (f" ({unit})" if unit != "1" else ""))

@@ -20,9 +20,9 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
-from dforce.solvers.period_map import DISTANCE, FREQUENCY, Drive, Model, Slots
+from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
 from dforce.solvers.problem_batch import Indices, Levers, Lot
-from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path
+from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
 from dforce.solvers.retune import retune
 from dforce.solvers.states import States
@@ -53,7 +53,14 @@ class Block:
     whole
         Whether the lot is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
         of a sweep must not depend on how that is cut into parts.
+
+    Attributes
+    ----------
+    predicted, wanted
+        How near to its prediction an orbit continues the one before, and what of orbits will be read: see `Path`.
     """
+
+    predicted, wanted = PREDICTED, ALL
 
     def __init__(
         self, lot: Lot, problem: Callable[[int, float], tuple[Problem, float]], settings: SolverSettings,
@@ -262,7 +269,7 @@ class Block:
             most = some * self._ahead
             slots = self._slots(most, periods)
             orbits = empty_orbits(most, size)
-            path = Path(np.ascontiguousarray(values[part]), counts[part])
+            path = Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted)
             follow(
                 path, Branch(*(array[part] for array in found)), slots, orbits, self._room(most, size + 2),
                 self.model(which[part]), self.drive(repeats),
@@ -386,7 +393,7 @@ class Block:
         return Slots(
             np.empty(count, np.int64), np.empty(count), np.empty((count, size)), np.empty((count, states)),
             np.empty((count, branches)), np.empty((count, size + 2, size)), np.empty((count, states)),
-            np.empty((count, branches)), np.empty((count, periods, self.columns)), np.ones(count, dtype=bool),
+            np.empty((count, branches)), np.empty((count, periods, self.columns)), np.full(count, self.wanted),
         )  # fmt: skip
 
     def _room(self, slots: int, each: int) -> Array:

@@ -27,7 +27,7 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
 from dforce.solvers.newton import CONVERGED, Orbits, begin, choose, empty_orbits
-from dforce.solvers.period_map import FD_STEP, Slots
+from dforce.solvers.period_map import FD_STEP, NOTHING, Slots
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
@@ -262,7 +262,7 @@ class ParameterRange:
             block.find(slots, orbits, repeats)
             return slots
         which, nothing, ends = np.zeros(1, np.int64), np.empty((1, 0)), np.empty((1, self.size + 2, self.size))
-        rows, wanted = np.empty((1, 0, 0)), np.zeros(1, dtype=bool)
+        rows, wanted = np.empty((1, 0, 0)), np.full(1, NOTHING)
         slots = Slots(
             which, np.array([value]), x.copy(), nothing, branch.copy(), ends, nothing, branch.copy(), rows, wanted
         )

@@ -16,7 +16,7 @@ from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
 from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case
-from dforce.observables.measure import measure
+from dforce.observables.measure import ROOM, measure, measure_motion
 from dforce.solvers.retune import retune
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
@@ -24,6 +24,7 @@ REPEATED = 1e-11  # of its scale: change of a memory that repeats
 SLOWEST = 0.99  # ratio of the changes of a memory over two periods: beyond, nothing is foretold
 MEMORY_PASSES = 200  # periods that a memory gets to repeat
 DISTANCE, FREQUENCY = 0, 1  # the parameter that is varied
+NOTHING, MOTION, ALL = 0, 1, 2  # what will be read of what is measured: of the motion alone, or of the forces, too
 
 
 class Model(NamedTuple):
@@ -110,7 +111,8 @@ class Slots(NamedTuple):
     rows
         What was measured over each period, (slots, periods, columns).
     wanted
-        Whether anybody will read what was measured, (slots,): measuring costs more than marching.
+        What of the measured will be read, (slots,): :data:`NOTHING`, :data:`MOTION` or :data:`ALL`, which costs more than
+        marching.
     """
 
     case: Any
@@ -217,7 +219,7 @@ def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
     """Say whether any of the slots that are advanced is to be measured."""
     found = False
     for j in range(count):
-        found |= slots.wanted[which[j]]
+        found |= slots.wanted[which[j]] != NOTHING
     return found
 
 
@@ -248,7 +250,7 @@ def march_lanes(
         )  # fmt: skip
         if kept:
             for j in range(count):
-                if not slots.wanted[which[j]]:
+                if slots.wanted[which[j]] == NOTHING:
                     continue
                 for i in range(drive.points + 1):
                     for k in range(size + 1):
@@ -290,7 +292,7 @@ def march_columns(
                     y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
                     work[0], work, record, p,
                 )  # fmt: skip
-                if measured and each == 1 and slots.wanted[s]:
+                if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, numbers, kinks, tones, record, j)
             if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
                 break
@@ -335,7 +337,13 @@ def tabulate_steps(tones: Any, waves: Any, table: Any) -> None:
 def take_measure(
     slots: Any, s: int, period: int, model: Any, drive: Any, numbers: Any, kinks: Any, tones: Any, record: Any, j: int
 ) -> None:  # fmt: skip
-    """Measure a period of slot s from its samples."""
+    """Measure a period of slot s from its samples, as far as that is wanted."""
+    if slots.wanted[s] == MOTION:
+        slots.rows[s, period] = 0.0
+        measure_motion(
+            record, drive.turns, drive.phases[period], np.empty((ROOM, drive.points + 1)), slots.rows[s, period]
+        )
+        return
     p = of_case(model.tip, numbers, j, numbers[ZC, j])
     measure(record, period, drive.turns, tones[j], drive.phases[period], p, kinks[:, j].copy(), slots.rows[s, period])
 

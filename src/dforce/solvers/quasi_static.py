@@ -16,6 +16,7 @@ import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import CONVERGED, central_differences, find_orbits, is_stable, longest
+from dforce.solvers.period_map import NOTHING
 
 LARGEST = 0.1  # of the parameter's unit: step
 FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
@@ -44,10 +45,16 @@ class Path(NamedTuple):
     ----------
     values, counts
         (problems, values) and (problems,).
+    predicted
+        So near to its prediction (of the free amplitude) an orbit continues the one before.
+    wanted
+        What of the orbits at the values will be read, as in `Slots`.
     """
 
     values: Any
     counts: Any
+    predicted: float
+    wanted: int
 
 
 class Branch(NamedTuple):
@@ -156,7 +163,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 slots.memory[s, k] = branch.last_memory[case, k]
             for k in range(branches):
                 slots.branch[s, k] = branch.last_branch[case, k]
-            slots.wanted[s] = place[s] >= 0
+            slots.wanted[s] = path.wanted if place[s] >= 0 else NOTHING
         find_orbits(slots, count, True, model, drive, orbits, room)
         fitting = 0
         for s in range(count):
@@ -165,10 +172,9 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
             fits[s] = True
             if s > 0 and slots.case[s - 1] == case:
                 last, fits[s] = (slots.value[s - 1], slots.x[s - 1], orbits.slope[s - 1]), fits[s - 1]
-            if fits[s]:
-                fits[s] = continues(
-                    s, last, slots, orbits, guesses[s], model.unit[case], fresh[case] == 1, bridge[case]
-                )
+            fits[s] &= orbits.outcome[s] == CONVERGED
+            if fits[s] and fresh[case] == 0:
+                fits[s] = continues(s, last, slots, orbits, guesses[s], model.unit[case], bridge[case], path.predicted)
             if fits[s]:
                 which[fitting] = s
                 fitting += 1
@@ -219,12 +225,10 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 going[case] = 0
 
 
-def continues(s: int, last: Any, slots: Any, orbits: Any, guess: Any, unit: float, first: bool, bridge: int) -> bool:
-    """Say whether the orbit of a slot, where there is one, continues the last one of its problem: value, state and slope."""
-    if orbits.outcome[s] != CONVERGED:
-        return False
-    if first:
-        return True
+def continues(
+    s: int, last: Any, slots: Any, orbits: Any, guess: Any, unit: float, bridge: int, predicted: float
+) -> bool:  # fmt: skip
+    """Say whether the orbit of a slot continues the last one of its problem: value, state and slope."""
     size, (value, x, slope) = slots.x.shape[1], last
     step = (slots.value[s] - value) / unit
     astray, chord, bent, turned = 0.0, 0.0, 0.0, 0.0
@@ -238,7 +242,7 @@ def continues(s: int, last: Any, slots: Any, orbits: Any, guess: Any, unit: floa
         return chord < SAME
     steepest = max(longest(orbits.slope[s]), longest(slope))
     near = chord < CHORD and bent < BENT * abs(step) * steepest
-    return bool(turned < TURNED and (astray < PREDICTED or near))
+    return bool(turned < TURNED and (astray < predicted or near))
 
 
 def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:

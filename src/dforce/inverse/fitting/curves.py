@@ -3,8 +3,8 @@
 A branch is followed as an experiment follows it, quasi-statically, and never across a jump: where it ends, the points that
 are left are lost. What changes with a parameter follows from the orbits by the implicit function theorem: with the period
 map P(x, p) and its monodromy matrix M the orbit moves by (1 - M)^-1 dP/dp. Its own neighbors, one Newton step beside it, are
-measured on both sides, so no other curve is followed and none can fall off its branch. Forces with memory or hysteresis are
-followed anew on both sides instead.
+measured, so no other curve is followed and none can fall off its branch. Forces with memory or hysteresis are followed anew
+on both sides instead.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
+from dforce.solvers.period_map import MOTION
 from dforce.solvers.problem_batch import Lot
 from dforce.solvers.quasi_static_walk import AT_ONCE
 from dforce.solvers.settling import apart, polished, settled
@@ -35,6 +36,7 @@ from dforce.solvers.states import States
 
 FAR = 1.15  # of the free amplitude: from there on the branch of free motion is followed
 AS_MEASURED = 0.1  # of the free amplitude: a stable state so near to the measured motion behind a jump is that motion
+PREDICTED = 1e-2  # of the free amplitude: an orbit so near to its prediction continues the one before
 APART = 5e-3  # of the free amplitude: points that a straight line through the last of a branch leans on
 
 
@@ -111,9 +113,11 @@ class Curves:
 
     def _block(self, problems: Sequence[Problem]) -> Block:
         lot = Lot.of(problems)
-        return Block(
+        block = Block(
             lot, lambda case, zc: (problems[case].at_height(zc), zc), self.settings, 1, self.samples, self.watch, whole=True
         )  # fmt: skip
+        block.predicted, block.wanted = PREDICTED, MOTION
+        return block
 
     def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> Solved:
         """Return the branches of some problems.
@@ -208,67 +212,60 @@ class Curves:
         found = finish_each(block.lot.example, 1, rows, even, *block.tables_of(cases, at))
         return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
 
-    def slopes(self, beside: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int = 0) -> Array:
-        """Return half the differences of a curve to both sides, (pairs + 1, points, 2 tones).
+    def slopes(
+        self, above: Sequence[Problem], below: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int = 0
+    ) -> Array:  # fmt: skip
+        """Return what a curve is above minus what it is below, (parameters, points, 2 tones).
 
         Parameters
         ----------
-        beside
-            Problems above and below the one that was solved, in turns: a pair for each parameter.
+        above, below
+            Problems to both sides of the one that was solved, a pair for each parameter; the last is that problem itself, for
+            the heights. Alone it stands below all.
         shift
-            Step of the heights (m), for the last row.
+            How far the heights are moved for the last pair (m), up, and down where `below` has more than that problem.
         solved, case
             What was found, and for which problem.
         turns
             As of :meth:`solve`.
         """
-        if not self.is_smooth:
-            return self._plain_slopes(beside, shift, solved, turns, case)
-        block = self._block(beside)
-        known = np.flatnonzero(~solved.lost[case])
-        count, pairs = len(known), len(beside) // 2
-        which = np.repeat(np.arange(len(beside)), count)
-        at = np.tile(solved.at[case, known], len(beside))
-        at[-2 * count : -count] += shift
-        at[-count:] -= shift
-        states = States(
-            *(np.tile(part[case, known], (len(beside), 1)) for part in (solved.x, solved.memory, solved.branch))
-        )
-        monodromy = np.tile(solved.monodromy[case, known], (len(beside), 1, 1))
-        rows = block.remeasure(which, states, at, monodromy)
-        read = self.read(block, which, at, rows).reshape(pairs, 2, count, self.columns)
-        out = np.zeros((pairs, self.count, self.columns))
-        out[:, known] = 0.5 * difference(read[:, 0], read[:, 1])
-        self._lean_all(out, solved, case)
+        beside, shifts = [*above, *below], np.zeros(len(above) + len(below))
+        shifts[len(above) - 1], shifts[-1] = shift, -shift if len(below) > 1 else 0.0
+        find = self._beside if self.is_smooth else self._anew
+        values, known = find(beside, shifts, solved, turns, case)
+        out = difference(values[: len(above)], values[len(above) :])
+        out[:, ~known] = 0.0
+        lost = np.flatnonzero(solved.lost[case])
+        for rows in out:  # derivatives of lost points follow those of the points that they lean on
+            lean(rows, lost, solved.leaning[case], solved.share[case])
         return out
 
-    def _plain_slopes(
-        self, beside: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int
-    ) -> Array:  # fmt: skip
+    def _beside(
+        self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int
+    ) -> tuple[Array, Any]:  # fmt: skip
+        """Return what problems say one Newton step beside the orbits of one, and at which points."""
+        known = ~solved.lost[case]
+        block, count, times = self._block(beside), int(known.sum()), (len(beside), 1)
+        which = np.repeat(np.arange(len(beside)), count)
+        at = (solved.at[case, known] + shifts[:, None]).ravel()
+        states = States(*(np.tile(part[case, known], times) for part in (solved.x, solved.memory, solved.branch)))
+        rows = block.remeasure(which, states, at, np.tile(solved.monodromy[case, known], (*times, 1)))
+        values = np.zeros((len(beside), self.count, self.columns))
+        values[:, known] = self.read(block, which, at, rows).reshape(len(beside), count, self.columns)
+        return values, known
+
+    def _anew(
+        self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int
+    ) -> tuple[Array, Any]:  # fmt: skip
         """Return the same from curves that are followed anew."""
-        off = np.full(len(beside), float(np.nanmean(solved.at[case] - self._heights())))
-        off[-2] += shift
-        off[-1] -= shift
-        found = self.solve(beside, off, turns)
-        pairs = len(beside) // 2
-        values = found.values.reshape(pairs, 2, self.count, self.columns)
-        both = ~found.lost.reshape(pairs, 2, self.count).any(axis=1)
-        out = 0.5 * difference(values[:, 0], values[:, 1])
-        out[~both] = 0.0
-        self._lean_all(out, solved, case)
-        return out
+        found = self.solve(beside, float(np.nanmean(solved.at[case] - self._heights())) + shifts, turns)
+        return found.values, ~found.lost.any(axis=0)
 
     def _heights(self) -> Array:
         heights = np.empty(self.count)
         for stretch in self.stretches:
             heights[stretch.places] = stretch.heights
         return heights
-
-    def _lean_all(self, out: Array, solved: Solved, case: int) -> None:
-        """Let derivatives of lost points follow those of the points that they lean on."""
-        lost = np.flatnonzero(solved.lost[case])
-        for rows in out:
-            lean(rows, lost, solved.leaning[case], solved.share[case])
 
 
 def difference(above: Array, below: Array) -> Array:

@@ -15,7 +15,8 @@ from dforce.inverse.fitting.unknowns import limits
 from dforce.kernel import Array
 
 OUTSIDE = 1e3  # standard deviations at each point, where there is no problem at all
-EXACT, ROUGH = 1e-11, 1e-3  # relative changes of chi2 and steps at which a minimum is found
+EXACT, ROUGH = 1e-11, 1e-3  # relative changes of chi2 at which a minimum is found
+SHORT = 1e-8  # the same of steps: shorter ones wander over the small edges of the sampled map
 MOST = 60  # evaluations for one minimum
 
 
@@ -107,7 +108,7 @@ class Objective:
         told = self.told(varied)
         if told is None:
             return np.zeros((len(self.residuals(free)), len(self.free)))
-        return jacobian(self.model, varied, told)[:, self.free]
+        return jacobian(self.model, varied, told, both_sides=False)[:, self.free]
 
     def minimize(self, tolerance: float = EXACT, most: int = MOST) -> Minimum:
         """Return the minimum near the start; a stop by Ctrl-C is passed on, and `best` is what was met."""
@@ -121,14 +122,14 @@ class Objective:
         start = np.minimum(np.maximum(start, low + inside), high - inside)
         least_squares(
             self.residuals, start, self.jacobian, bounds=(low, high), x_scale="jac", method="trf", ftol=tolerance,
-            xtol=tolerance, gtol=1e-12, max_nfev=most,
+            xtol=max(tolerance, SHORT), gtol=1e-12, max_nfev=most,
         )  # fmt: skip
         return Minimum(self.best.varied, self.best.chi2, self.best.told, self.runs)
 
 
-def jacobian(model: Model, varied: Array, told: Told) -> Array:
-    """Return the derivatives of the residuals, those of the priors last, by what is varied."""
-    slopes = model.slopes(varied, told) / model.sigma[:, None]
+def jacobian(model: Model, varied: Array, told: Told, both_sides: bool = True) -> Array:
+    """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`Model.slopes`."""
+    slopes = model.slopes(varied, told, both_sides) / model.sigma[:, None]
     out: list[Any] = [slopes.reshape(-1, len(varied))]
     values = model.values(varied)
     for i, (one, value) in enumerate(zip(model.unknowns, values, strict=True)):

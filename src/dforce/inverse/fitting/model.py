@@ -121,30 +121,32 @@ class Model:
         known = {one.tone: value for one, value in zip(self.unknowns, values, strict=True) if one.kind == SCALE}
         return np.array([known.get(tone, 1.0) for tone in range(self.tones)])
 
-    def slopes(self, varied: Array, told: Told) -> Array:
-        """Return the derivatives of what the model says by what is varied, (points, 2 tones, unknowns)."""
+    def slopes(self, varied: Array, told: Told, both_sides: bool = True) -> Array:
+        """Return the derivatives of what the model says by what is varied, (points, 2 tones, unknowns).
+
+        They are differences to both sides, or to one: half the work, and as good for the search of a minimum.
+        """
         values = self.values(varied)
-        beside, steps = [], []
+        both_sides |= not self.curves.is_smooth
         # curves that are followed anew need longer steps
-        factor = 1.0 if self.curves.is_smooth else ANEW
+        steps = np.array([one.step * (1.0 if self.curves.is_smooth else ANEW) for one in self.unknowns])
         of_case = [i for i, one in enumerate(self.unknowns) if one.kind == CASE]
-        for i in of_case:
-            for side in (1.0, -1.0):
-                shifted = varied.copy()
-                shifted[i] += side * factor * self.unknowns[i].step
-                beside.append(self.problem(self.values(shifted)))
-            steps.append(factor * self.unknowns[i].step)
-        heights = [one for one in self.unknowns if one.kind == HEIGHT]
-        shift = factor * heights[0].step * heights[0].scale if heights else 0.0
         here = self.problem(values)
-        found = self.curves.slopes([*beside, here, here], shift, told.solved, self._turns(values))
+        beside = []
+        for side in (1.0, -1.0) if both_sides else (1.0,):
+            moved = varied + side * np.diag(steps)[of_case]
+            beside.append([*(self.problem(self.values(row)) for row in moved), here])
+        above, below = beside if both_sides else (*beside, [here])
+        shift = next((s * one.scale for one, s in zip(self.unknowns, steps, strict=True) if one.kind == HEIGHT), 0.0)
+        found = self.curves.slopes(above, below, float(shift), told.solved, self._turns(values))
+        widths = 2.0 * steps if both_sides else steps
         scales = np.concatenate([self._scales(values), np.ones(self.tones)])
         out = np.zeros((*told.values.shape, len(self.unknowns)))
         for row, i in enumerate(of_case):
-            out[:, :, i] = found[row] / steps[row] * scales
+            out[:, :, i] = found[row] / widths[i] * scales
         for i, one in enumerate(self.unknowns):
             if one.kind == HEIGHT:
-                out[:, :, i] = found[-1] / (factor * one.step) * scales
+                out[:, :, i] = found[-1] / widths[i] * scales
             elif one.kind == PHASE:
                 out[:, self.tones + one.tone, i] = one.scale
             elif one.kind == SCALE:

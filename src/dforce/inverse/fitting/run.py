@@ -267,6 +267,7 @@ class _Search:
         self.minima: list[Minimum] = []
         self.model = Model(case, unknowns, data, watch=self.watch)
         self.met: Minimum | None = None
+        self._by: tuple[Minimum | None, Array] = None, np.empty(0)
 
     def watch(self) -> None:
         note = f"chi2 {self.chi2:.6g}" if np.isfinite(self.chi2) else "looking for starts"
@@ -320,7 +321,7 @@ class _Search:
         best = self.minima[0]
         if best.told is None:
             raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
-        certain = certainty(jacobian(self.model, best.varied, best.told), self.unknowns)
+        certain = certainty(self._derivatives(), self.unknowns)
         if certain.seen.all():
             return
         back = best.varied.copy()
@@ -360,8 +361,15 @@ class _Search:
         best = self.minima[0]
         if best.told is None:
             return None
-        by = jacobian(self.model, best.varied, best.told)
+        by = self._derivatives()
         return sides_of(self.model, best, by, certainty(by, self.unknowns, self.data.correlation))
+
+    def _derivatives(self) -> Array:
+        """Return the derivatives of all residuals at the best, from memory while it stays."""
+        best = self.minima[0]
+        if self._by[0] is not best and best.told is not None:
+            self._by = best, jacobian(self.model, best.varied, best.told)
+        return self._by[1]
 
     def _certainty(self) -> tuple[Certainty, Array]:
         best, count = self.minima[0], len(self.unknowns)
@@ -369,7 +377,7 @@ class _Search:
             return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(
                 count
             )
-        by = jacobian(self.model, best.varied, best.told)
+        by = self._derivatives()
         certain = certainty(by, self.unknowns, self.data.correlation)
         return certain, self._passed_on(by, certain, best)
 

@@ -21,6 +21,7 @@ from dforce.kernel import Array
 
 SURE = 1.96  # standard deviations of an interval of 95 %
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
+UNEVEN = 0.05  # of 1.96 errors of the covariance: ends of intervals farther from there are asked for
 MOST = 4.0  # times the error of the covariance: chi2 that rises so slowly tells no end
 
 
@@ -52,7 +53,8 @@ def sides_of(model: Model, best: Minimum, by: Array, certain: Certainty) -> Side
     """Return the sides of all unknowns.
 
     Chi2 is asked for at 1.96 errors of the covariance and halfway, with the other unknowns where they lower it most: first
-    along the covariance, then one step of Gauss and Newton beside it. All these curves are followed at once.
+    along the covariance, then one step of Gauss and Newton beside it. Where it rises unevenly, it is asked for once more where
+    it seems to have risen by 3.84. All these curves are followed at once.
 
     Parameters
     ----------
@@ -77,13 +79,24 @@ def sides_of(model: Model, best: Minimum, by: Array, certain: Certainty) -> Side
     places = np.concatenate([far + beside, best.varied + 0.5 * along + 0.25 * beside])
     chi2 = (residuals**2).sum(axis=1)
     chi2_far, chi2_half = (_residuals(model, places) ** 2).sum(axis=1).reshape(2, -1)
-    rise_far = np.sqrt(np.maximum(np.fmin(chi2, chi2_far) - best.chi2, 0.0))
-    rise_half = np.sqrt(np.maximum(chi2_half - best.chi2, 0.0))
+    shares = np.tile([0.5, 1.0, np.nan], (len(which), 1))  # of the steps, and chi2 there
+    lowest = np.stack([chi2_half, np.fmin(chi2, chi2_far), np.full(len(which), np.nan)], axis=1)
+
+    def reaches(level: float) -> Array:
+        rises = np.sqrt(np.maximum(lowest - best.chi2, 0.0))
+        rows = zip(shares * step[:, None], rises, errors[which] / root, strict=True)
+        return np.array([_reach(level, *row) for row in rows])
+
+    share = reaches(SURE) / step
+    more = np.flatnonzero((np.abs(share - 1.0) > UNEVEN) & np.isfinite(lowest[:, 1]))
+    shares[more, 2] = share[more]
+    away = share[more, None]
+    lowest[more, 2] = (_residuals(model, best.varied + away * along[more] + away**2 * beside[more]) ** 2).sum(axis=1)
     out = []
     for level in (1.0, SURE):
-        reach = [_reach(level, *row) for row in zip(rise_half, rise_far, step, errors[which] / root, strict=True)]
+        reach = reaches(level)
         both = np.stack([errors * level, errors * level])
-        both[(side > 0.0).astype(int), which] = root * np.array(reach)
+        both[(side > 0.0).astype(int), which] = root * reach
         out += list(both)
     return Sides(*out)
 
@@ -114,17 +127,20 @@ def _residuals(model: Model, places: Array) -> Array:
     return out
 
 
-def _reach(level: float, rise_half: float, rise_far: float, step: float, error: float) -> float:
-    """Return how far the root of the rise of chi2 comes to a level, from its values at half a step and at a step.
+def _reach(level: float, ways: Array, rises: Array, error: float) -> float:
+    """Return how far the root of the rise of chi2 comes to a level, from its values at some distances, NaN where not known.
 
-    It goes on straight beyond. Without these values the distance is that of the covariance.
+    It goes on straight beyond. Without the first two values the distance is that of the covariance.
     """
-    if not (math.isfinite(rise_half) and math.isfinite(rise_far)):
+    if not np.isfinite(rises[:2]).all():
         return level * error
-    rises = np.maximum.accumulate([0.0, rise_half, rise_far])
+    known = np.isfinite(rises)
+    order = np.argsort(ways[known])
+    ways = np.concatenate([[0.0], ways[known][order]])
+    rises = np.maximum.accumulate(np.concatenate([[0.0], rises[known][order]]))
     if level <= rises[-1]:
-        found = float(np.interp(level, rises, [0.0, 0.5 * step, step]))
+        found = float(np.interp(level, rises, ways))
     else:
-        steep = (rises[2] - rises[1]) / (0.5 * step)
-        found = step + (level - rises[2]) / steep if steep > 0.0 else math.inf
+        steep = (rises[-1] - rises[-2]) / (ways[-1] - ways[-2])
+        found = float(ways[-1] + (level - rises[-1]) / steep) if steep > 0.0 else math.inf
     return min(found, MOST * level * error)

@@ -6,13 +6,12 @@ shifted along the heights to where it fits best, which needs no other curve. The
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from dforce.inverse.fitting.curves import Curves, Stretch, difference, wrapped
+from dforce.inverse.fitting.curves import Curves, Stretch, difference
 from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import Model, allowed
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
@@ -23,12 +22,13 @@ REACH = np.log(8.0)  # how far around the start logarithms are searched
 WIDE = 0.25  # the same for what is not varied by its logarithm, of its size
 CURVES = {0: 1, 1: 16, 2: 32}  # curves to search with, by the number of parameters; more of these: MOST_CURVES
 MOST_CURVES, WITH_MEMORY = 64, 12
-POINTS = 30  # of a curve that is searched with
+POINTS = 30  # of a branch that is searched with
+ABREAST = 16  # curves that are followed at once along the second branch
 ASTRAY = 0.1, 1e-9  # of the free amplitude, and m: how far the heights may be off
 SHIFTS = 81
 REFINED, MOST_ROUGH = 3, 20  # starts that are refined, and evaluations of each, roughly
 DIFFERENT = 0.35  # of REACH: starts nearer to each other are one
-CLOSE = 25.0  # of chi2 on thinned points: minima farther from the best are not refined again
+CLOSE = 25.0  # of chi2: minima that are roughly found farther above the best are not refined again
 ALIKE = 0.3  # of chi2, and of the standard deviation between two curves: within both they are one minimum
 LOWEST = 0.25  # share of the points, those of the least amplitude, whose height is about their amplitude
 
@@ -85,92 +85,100 @@ def searched(model: Model, varied: Array) -> list[Start]:
     many = many[[allowed(model, row) for row in many]]
     if not len(many):
         return [Start(varied, np.inf)]
-    heights = [i for i, one in enumerate(unknowns) if one.kind == HEIGHT]
-    starts = _shifted(model, many, heights)
-    chosen: list[Start] = []
     size = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
-    for start in sorted(starts, key=lambda one: one.chi2):
-        if all(np.abs((start.varied - other.varied)[wide] / size).max() > DIFFERENT for other in chosen) or not chosen:
-            chosen.append(start)
-        if len(chosen) == REFINED or not wide:
+    starts: list[Start] = []
+    chosen: list[Start] = []
+    for more, floor in _shifted(model, many):
+        starts = sorted(starts + more, key=lambda one: one.chi2)
+        chosen = []
+        for start in starts:
+            if all(np.abs((start.varied - other.varied)[wide] / size).max() > DIFFERENT for other in chosen):
+                chosen.append(start)
+            if len(chosen) == REFINED or not wide:
+                break
+        if len(chosen) == REFINED and chosen[-1].chi2 <= floor:
             break
     return chosen
 
 
-def _shifted(model: Model, many: Array, heights: list[int]) -> list[Start]:
-    """Return each of many places with the heights, and the phase, where its curve fits best."""
-    data, size = model.data, model.case.problem.tones[0].A0
+def _shifted(model: Model, many: Array) -> Iterator[tuple[list[Start], float]]:
+    """Give many places with the heights, and the phase, where their curves fit best; and below which chi2 none will follow.
+
+    All are followed along the first branch. What chi2 is there it is at least on both, so the best are followed on first.
+    """
+    data, unknowns, size = model.data, model.unknowns, model.case.problem.tones[0].A0
+    heights = [i for i, one in enumerate(unknowns) if one.kind == HEIGHT]
+    turns = [i for i, one in enumerate(unknowns) if one.kind == PHASE and one.tone == 0 and one.prior is None]
     reach = max(ASTRAY[0] * size, ASTRAY[1]) if heights else 0.0
-    rough = replace_stretches(model, reach)
-    told = rough.tell_many(many)
-    turns = [i for i, one in enumerate(model.unknowns) if one.kind == PHASE and one.tone == 0 and one.prior is None]
-    used = model.points
-    thin = used[:: max(1, len(used) // (2 * POINTS))]
     shifts = np.linspace(-reach, reach, SHIFTS) if heights else np.zeros(1)
-    out = []
-    for row, one in zip(many, told, strict=True):
-        values = _interpolated(rough, one.values, one.lost, data, thin, shifts)
-        apart = values - data.values[thin]
-        tones = data.tones
-        apart[..., tones:] = wrapped(apart[..., tones:])
-        turn = np.zeros(len(shifts))
-        if turns:
-            turn = -np.median(apart[..., tones], axis=1)
-            apart[..., tones] += turn[:, None]
-        chi2 = ((apart / data.sigma) ** 2).sum(axis=(1, 2))
-        best = int(np.argmin(chi2))
-        varied = row.copy()
-        for i in heights:
-            varied[i] += shifts[best] / model.unknowns[i].scale
-        for i in turns:
-            varied[i] += turn[best]
-        out.append(Start(varied, float(chi2[best])))
-    return out
+    parts = [_evenly(model, stretch, reach) for stretch in model.stretches]
+    first, phase = _apart(parts[0], many, shifts), data.tones
+    turned = first.copy()
+    if turns and first.shape[2]:
+        turned[..., phase] -= turned[..., phase].mean(axis=2, keepdims=True)
+    least = _chi2(turned, data).min(axis=1)
+    order = np.argsort(least, kind="stable")
+    for begun in range(0, len(order), ABREAST):
+        some, later = order[begun : begun + ABREAST], order[begun + ABREAST :]
+        apart = np.concatenate([first[some], *(_apart(part, many[some], shifts) for part in parts[1:])], axis=2)
+        turn = -np.median(apart[..., phase], axis=2) if turns else np.zeros(apart.shape[:2])
+        apart[..., phase] += turn[..., None]
+        chi2, out = _chi2(apart, data), []
+        for i, best in enumerate(np.argmin(chi2, axis=1)):
+            varied = many[some[i]].copy()
+            for k in heights:
+                varied[k] += shifts[best] / unknowns[k].scale
+            for k in turns:
+                varied[k] += turn[i, best]
+            out.append(Start(varied, float(chi2[i, best])))
+        yield out, float(least[later].min(initial=np.inf))
 
 
-def replace_stretches(model: Model, reach: float) -> Model:
-    """Return a model along evenly spaced heights that reach beyond the measured ones."""
-    data = model.data
-    parts, place = [], 0
-    for stretch in model.stretches:
-        low, high = float(stretch.heights.min()) - reach, float(stretch.heights.max()) + reach
-        along = np.linspace(high, low, POINTS) if stretch.kind == FROM_FREE else np.linspace(low, high, POINTS)
-        # nearer by so much the amplitude is less by about as much
-        amplitude = np.maximum(stretch.amplitude - reach * (stretch.kind == BEHIND_JUMP), 0.1 * stretch.amplitude)
-        parts.append(Stretch(stretch.kind, np.arange(place, place + POINTS), along, amplitude, stretch.phase))
-        place += POINTS
-    other = Model(model.case, model.unknowns, data, model.finer, np.arange(0), model.watch)
-    other.stretches = parts
-    other.curves = Curves(model.case.problem, parts, model.case.solver, data.tones, model.finer, model.watch)
+def _evenly(model: Model, stretch: Stretch, reach: float) -> Model:
+    """Return a model along evenly spaced heights that reach beyond the measured ones of one branch."""
+    low, high = float(stretch.heights.min()) - reach, float(stretch.heights.max()) + reach
+    along = np.linspace(high, low, POINTS) if stretch.kind == FROM_FREE else np.linspace(low, high, POINTS)
+    # nearer by so much the amplitude is less by about as much
+    amplitude = np.maximum(stretch.amplitude - reach * (stretch.kind == BEHIND_JUMP), 0.1 * stretch.amplitude)
+    other = Model(model.case, model.unknowns, model.data, model.finer, np.arange(0), model.watch)
+    other.stretches = [Stretch(stretch.kind, np.arange(POINTS), along, amplitude, stretch.phase)]
+    other.curves = Curves(
+        model.case.problem, other.stretches, model.case.solver, model.data.tones, model.finer, model.watch
+    )
     return other
 
 
-def _interpolated(rough: Model, values: Array, lost: Any, data: Measured, points: Any, shifts: Array) -> Array:
-    """Return a curve at measured heights shifted by each of some lengths, (shifts, points, 2 tones)."""
-    out = np.empty((len(shifts), len(points), values.shape[1]))
-    for stretch in rough.stretches:
-        mine = np.flatnonzero((data.branch[points] == BEHIND_JUMP) == (stretch.kind == BEHIND_JUMP))
-        if not len(mine):
-            continue
-        order = np.argsort(stretch.heights)
-        x, y = stretch.heights[order], values[stretch.places[order]]
-        at = data.height[points[mine]] + shifts[:, None]
-        for k in range(values.shape[1]):
-            out[:, mine, k] = np.interp(at, x, y[:, k])
-    return out
+def _apart(part: Model, many: Array, shifts: Array) -> Array:
+    """Return how far curves at each of some shifts are from some of the points, (curves, shifts, points, 2 tones)."""
+    data, stretch = part.data, part.stretches[0]
+    used = np.flatnonzero(data.used)
+    thin = used[:: max(1, len(used) // (2 * POINTS))]
+    mine = thin[(data.branch[thin] == BEHIND_JUMP) == (stretch.kind == BEHIND_JUMP)]
+    order, at = np.argsort(stretch.heights), data.height[mine] + shifts[:, None]
+    along = stretch.heights[order]
+    curves = [told.values[order].T for told in part.tell_many(many)]
+    values = [np.stack([np.interp(at, along, column) for column in curve], axis=-1) for curve in curves]
+    return difference(np.array(values), data.values[mine])
+
+
+def _chi2(apart: Array, data: Measured) -> Array:
+    """Return the sums of squares of what curves are apart from the points, (curves, shifts)."""
+    return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
 def refined(model: Model, starts: list[Start], told: Callable[[float], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
+    far: list[Minimum] = []
     if len(starts) > 1:
         rough = Model(
             model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch
         )
-        found = _different(
-            [Objective(rough, start.varied, told=told).minimize(ROUGH, MOST_ROUGH) for start in starts], rough
-        )
-        starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
-    return _different([Objective(model, start.varied, told=told).minimize() for start in starts], model)
+        for points in (rough, model):
+            minima = [Objective(points, start.varied, told=told).minimize(ROUGH, MOST_ROUGH) for start in starts]
+            found = _different(minima, points)
+            starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
+        far = found[len(starts) :]
+    return _different([*(Objective(model, start.varied, told=told).minimize() for start in starts), *far], model)
 
 
 def _different(minima: list[Minimum], model: Model) -> list[Minimum]:
