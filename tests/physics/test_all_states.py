@@ -223,7 +223,7 @@ FINE = 2048  # samples that resolve how a wall throws back a motion far larger t
         points_per_period=FINE,
     )
 )
-@example(  # turns three quarters of the circle within 1e-5 of it
+@example(  # half a turn within 1e-4 of the circle
     Map(
         Q=37.0,
         A0=5e-10,

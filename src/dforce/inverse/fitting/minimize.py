@@ -55,11 +55,11 @@ class Objective:
     """
 
     def __init__(
-        self, model: Model, varied: Array, free: Sequence[int] | None = None, told: Callable[[float], None] | None = None
+        self, model: Model, varied: Array, free: Sequence[int] | None = None, told: Callable[[Objective], None] | None = None
     ) -> None:  # fmt: skip
         self.model, self.start = model, varied.copy()
         self.free = list(range(len(varied))) if free is None else list(free)
-        self.on_run = told or (lambda chi2: None)
+        self.on_run = told or (lambda objective: None)
         self.runs = 0
         self.best = Minimum(varied.copy(), math.inf, None, 0)
         self._last: tuple[bytes, Told | None] = (b"", None)
@@ -93,7 +93,7 @@ class Objective:
         chi2 = float(out @ out)
         if chi2 < self.best.chi2:
             self.best = Minimum(varied, chi2, told, self.runs)
-        self.on_run(chi2)
+        self.on_run(self)
         return out
 
     def priors(self, varied: Array) -> Array:

@@ -41,7 +41,7 @@ class Profile:
     high_95: float
 
 
-def profile_of(model: Model, best: Minimum, index: int, error: float, told: Callable[[float], None]) -> Profile:
+def profile_of(model: Model, best: Minimum, index: int, error: float, told: Callable[[Objective], None]) -> Profile:
     """Return the profile of one unknown."""
     step = min(error, WIDEST) if math.isfinite(error) else WIDEST
     others = [i for i in range(len(best.varied)) if i != index]

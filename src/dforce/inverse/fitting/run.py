@@ -273,8 +273,11 @@ class _Search:
         note = f"chi2 {self.chi2:.6g}" if np.isfinite(self.chi2) else "looking for starts"
         self.tell(min(self.runs, USUAL_RUNS - 1), USUAL_RUNS, note)
 
-    def on_run(self, chi2: float) -> None:
-        self.runs, self.chi2 = self.runs + 1, min(self.chi2, chi2)
+    def on_run(self, objective: Objective) -> None:
+        best = objective.best
+        self.runs, self.chi2 = self.runs + 1, min(self.chi2, best.chi2)
+        if objective.model is self.model and (self.met is None or best.chi2 < self.met.chi2):
+            self.met = best
         self.watch()
 
     def run(self) -> Fitted:

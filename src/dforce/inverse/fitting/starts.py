@@ -166,7 +166,7 @@ def _chi2(apart: Array, data: Measured) -> Array:
     return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
-def refined(model: Model, starts: list[Start], told: Callable[[float], None]) -> list[Minimum]:
+def refined(model: Model, starts: list[Start], told: Callable[[Objective], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
     far: list[Minimum] = []
     if len(starts) > 1:
