@@ -92,14 +92,9 @@ class Block:
 
     @classmethod
     def of_one(
-        cls,
-        problem: Problem,
-        settings: SolverSettings,
-        harmonics: int,
-        watch: Watch = unwatched,
-        points: int | None = None,
-        unit: float | None = None,
-    ) -> Block:
+        cls, problem: Problem, settings: SolverSettings, harmonics: int, watch: Watch = unwatched,
+        points: int | None = None, unit: float | None = None,
+    ) -> Block:  # fmt: skip
         """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
         samples = points or sample_count(problem, settings)
         block = cls(
@@ -110,14 +105,9 @@ class Block:
 
     @classmethod
     def along_frequency(
-        cls,
-        problem: Problem,
-        zc: float,
-        lowest: float,
-        settings: SolverSettings,
-        harmonics: int,
+        cls, problem: Problem, zc: float, lowest: float, settings: SolverSettings, harmonics: int,
         points: int | None = None,
-    ) -> Block:
+    ) -> Block:  # fmt: skip
         """Return the block of one problem at a distance (m), along the first tone's frequency from the lowest one (Hz) on."""
 
         def at(_: int, frequency: float) -> tuple[Problem, float]:
