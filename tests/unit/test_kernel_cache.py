@@ -7,7 +7,6 @@ import itertools
 import marshal
 import os
 import pickle
-import re
 import subprocess
 import sys
 
@@ -133,22 +132,6 @@ def test_functions_that_others_call_become_no_machine_code_of_their_own(folder, 
     assert [path.name.partition("-")[0] for path in folder.rglob(f"*-*{CODE}")] == ["outer"]
     again = started(text)
     assert Kernel(again, "a test").entry("outer")(1.0) == outer(1.0) and counts(again) == (1, 0)
-
-
-@pytest.mark.parametrize("lies", ["in memory", "on disk"])
-def test_code_of_an_entry_follows_from_its_text_whatever_was_compiled_before_it(folder, text, lies):
-    def code(module):
-        Kernel(module, "a test").entry("third")(1.0)
-        [found] = module.third.inspect_llvm().values()
-        functions = "".join(re.findall(r"^define .*?^}", found, re.DOTALL | re.MULTILINE))
-        return re.sub(r'[@%]"[^"]*"|[@%][\w.]+|\[\d+ x', "", functions)  # names count the functions of a process
-
-    text += "\n@njit\ndef third(x):\n    return inner(x) * inner(3.0 * x)\n"
-    alone = code(started(text))
-    df.clear_kernel_cache()
-    module = started(text)
-    Kernel(module, "a test").entry("outer")(1.0)
-    assert code(module if lies == "in memory" else started(text)) == alone
 
 
 def test_a_kernel_whose_compilation_was_cut_off_is_compiled_when_it_is_wanted_again(text, monkeypatch):

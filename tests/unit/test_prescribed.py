@@ -47,8 +47,8 @@ def test_the_force_along_a_motion_is_the_law_at_its_distance_and_velocity():
 def test_the_energy_along_a_motion_is_the_closed_form_of_a_viscous_contact():
     time, distance = tap()
     result = df.force_along(case(F.KelvinVoigt(viscosity=100.0), radius=2e-9), time=time, distance=distance)
-    # Simpson's rule on a square root at both ends of the contact
-    assert float(result.energy[-1]) == pytest.approx(6.52042150859e-20, rel=1e-5)
+    # Simpson's rule on a square root at both ends of the contact: 7e-5 by these samples, 3e-6 by four times as many
+    assert float(result.energy[-1]) == pytest.approx(6.52042150859e-20, rel=1e-4, abs=0.0)
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_jkr_loses_the_closed_form_over_a_slow_curve():
     gamma = 0.05
     curve = df.force_curve(case(F.JKR(surface_energy=gamma)), distance=np.linspace(3e-9, -2e-9, 2001))
     expected = 22.516318693 * (gamma**5 * R**4 / E_EFF**2) ** (1.0 / 3.0)
-    assert float(curve.energy) == pytest.approx(expected, rel=1e-6)
+    assert float(curve.energy) == pytest.approx(expected, rel=2e-6, abs=0.0)  # by 2001 distances
     pull_off = float(curve.force.sel(direction="retract").min())
     assert pull_off == pytest.approx(-3.0 * math.pi * gamma * R, rel=1e-4)
     assert float(curve.force.sel(direction="approach").sel(distance=1e-9, method="nearest")) == 0.0
