@@ -169,6 +169,23 @@ def test_the_script_of_the_window_draws_the_measured_points(tmp_path, monkeypatc
     )
 
 
+def test_the_script_of_the_window_turns_the_phases_of_all_tones(tmp_path):
+    script = script_of(dataclasses.replace(Document.of(CASE), measured=Measured("1", "curve.csv", LAG, 0.0, 2.0)))
+    _, _, moves = script.rpartition("df.read_measured")
+    lines = moves.splitlines()[1:-1]
+    measured = {"phase": np.array([90.0]), "phase_2": np.array([80.0])}
+    exec("\n".join(lines), {"measured": measured})
+    assert [values.item() for values in measured.values()] == [88.0, 78.0]
+
+
+@pytest.mark.parametrize("table", ["read", "calibrate"])
+def test_no_key_of_a_foreign_project_becomes_code_of_a_script(table):
+    settings = LAG | {table: {"x=1); raise SystemExit(": 1}}
+    document = dataclasses.replace(Document.of(CASE), measured=Measured("1", "curve.csv", settings))
+    with pytest.raises(df.ParameterError, match=table):
+        script_of(document)
+
+
 def test_a_click_finds_its_line_although_points_lie_under_it():
     drawn = picture([Layer(df.run(CASE))], USUAL)
     more = overlay.with_measured(drawn, USUAL, beside())

@@ -109,15 +109,23 @@ def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | Non
 
 
 def script_of(curve: Measured, picture: str) -> str:
-    """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files."""
+    """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files.
+
+    Raises
+    ------
+    ParameterError
+        When a setting is none of those that reading or calibrating takes: none becomes code.
+    """
     if Path(curve.name).suffix == ".nc":
         return ""
     read = _reading(curve.settings)
-    more = "".join(f", {key}={value!r}" for key, value in dict(curve.settings.get("calibrate", {})).items())
+    settings = known_settings(df.calibrate, {}, curve.settings.get("calibrate", {}), "calibrate")
+    more = "".join(f", {key}={value!r}" for key, value in settings.items())
     called = ", ".join([repr(curve.name), *(f"{key}={value!r}" for key, value in read.items())])
     lines = [f"measured = df.calibrate(df.read_measured({called}), case{more})"]
     lines += [f'measured["height"] += {curve.shift!r}  # m'] * bool(curve.shift)
-    lines += [f'measured["phase"] -= {curve.turn!r}  # degrees'] * bool(curve.turn)
+    if curve.turn:
+        lines += ['for name in {"phase", "phase_2"} & set(measured):', f"    measured[name] -= {curve.turn!r}  # degrees"]
     lines += [f"df.plot.save(df.plot.amplitude_phase(result, measured=measured), {picture!r})"]
     return "\n".join([*lines, ""])
 

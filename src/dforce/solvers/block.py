@@ -89,6 +89,8 @@ class Block:
         self._tip = kernel.Tip(self._kernel, example, CALLED)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
+        self._finer: dict[int, Block] = {}
+        self._drives: dict[int, Drive] = {}
 
     @classmethod
     def of_one(
@@ -129,13 +131,16 @@ class Block:
             self.watch, self.parameter, zc,
         )  # fmt: skip
 
-    @functools.lru_cache(maxsize=4)  # noqa: B019  # lives as long as the block
     def finer(self, points: int) -> Block:
         """Return the block of the same problems with other samples per period."""
-        zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
-        return Block(
-            self.lot, self.problem, self.settings, self.harmonics, points, lambda: self.watch(), self.parameter, zc
-        )  # fmt: skip
+        if points not in self._finer:
+            zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
+            self._finer[points] = Block(
+                self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc
+            )
+        block = self._finer[points]
+        block.watch = self.watch
+        return block
 
     @property
     def repeats_together(self) -> bool:
@@ -157,9 +162,13 @@ class Block:
         """Return decay times of the slowest mode, in whole common periods."""
         return np.asarray(np.ceil(np.maximum(4, self.lot.decay[which]) / self.common), dtype=np.int64)
 
-    @functools.lru_cache(maxsize=8)  # noqa: B019  # lives as long as the block
     def drive(self, repeats: int) -> Drive:
         """Return the drive over so many common periods."""
+        if repeats not in self._drives:
+            self._drives[repeats] = self._new_drive(repeats)
+        return self._drives[repeats]
+
+    def _new_drive(self, repeats: int) -> Drive:
         tones, periods = self.lot.tones[0], self.common * repeats
         turns = np.arange(periods)[:, None] * tones[:, 0]
         phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
