@@ -125,7 +125,10 @@ def script_of(curve: Measured, picture: str) -> str:
     lines = [f"measured = df.calibrate(df.read_measured({called}), case{more})"]
     lines += [f'measured["height"] += {curve.shift!r}  # m'] * bool(curve.shift)
     if curve.turn:
-        lines += ['for name in {"phase", "phase_2"} & set(measured):', f"    measured[name] -= {curve.turn!r}  # degrees"]
+        lines += [
+            'for name in {"phase", "phase_2"} & set(measured):',
+            f"    measured[name] -= {curve.turn!r}  # degrees",
+        ]
     lines += [f"df.plot.save(df.plot.amplitude_phase(result, measured=measured), {picture!r})"]
     return "\n".join([*lines, ""])
 
