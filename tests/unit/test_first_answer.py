@@ -20,6 +20,7 @@ from dforce.core.first_answer import early_answers, may_be_early
 from dforce.core.parallel import Crew
 from dforce.gui.compute import Job, live_curve
 from dforce.kernel import behind, cache
+from dforce.solvers import beside
 from dforce.solvers.integrator import CALLED, load_kernels
 
 LANES = ("advance_lanes", "measure_force")
@@ -48,7 +49,8 @@ def case(forces=VISCOUS, modes=1, experiment=APPROACH, **rest):
 
 @pytest.fixture(autouse=True)
 def allowed(monkeypatch):
-    """Let answers come early, in the folder of kernels that all tests share."""
+    """Let answers come early, in the folder of kernels that all tests share, and compile no solvers beside."""
+    monkeypatch.setattr(beside, "cores", lambda: 1)
     monkeypatch.setenv(first_answer.VARIABLE, "early")
 
 

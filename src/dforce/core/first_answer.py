@@ -30,10 +30,7 @@ def early_answers() -> Iterator[None]:
     ParameterError
         When it is anything else but ``early``.
     """
-    way = os.environ.get(VARIABLE) or WAYS[0]
-    if way not in WAYS:
-        raise ParameterError(f"the environment variable {VARIABLE} is '{way}'; it may be {' or '.join(WAYS)}")
-    token = _early.set(way == WAYS[0])
+    token = _early.set(may_go_on_beside())
     try:
         yield
     finally:
@@ -43,3 +40,17 @@ def early_answers() -> Iterator[None]:
 def may_be_early() -> bool:
     """Say whether an answer may come early, here and now."""
     return _early.get()
+
+
+def may_go_on_beside() -> bool:
+    """Say whether processes of their own may compile: not where ``DFORCE_FIRST_ANSWER`` is ``full``.
+
+    Raises
+    ------
+    ParameterError
+        When it is anything else but ``early``.
+    """
+    way = os.environ.get(VARIABLE) or WAYS[0]
+    if way not in WAYS:
+        raise ParameterError(f"the environment variable {VARIABLE} is '{way}'; it may be {' or '.join(WAYS)}")
+    return way == WAYS[0]

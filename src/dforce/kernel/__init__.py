@@ -223,6 +223,13 @@ class Kernel:
         """Return an entry function; its first call compiles it or loads it from disk."""
         return self._entries.get(name) or self._first(name)
 
+    def compile_for(self, name: str, arguments: Sequence[Any]) -> None:
+        """Compile an entry function for arguments of such types, and do not run it."""
+        import numba
+
+        with self._made_ready(name):
+            getattr(self.module, name).compile(tuple(map(numba.typeof, arguments)))
+
     def address(self, name: str, types: str) -> int:
         """Return where in memory the compiled code for these types lies, to be called by other compiled code."""
         if name not in self._addresses:
@@ -247,7 +254,7 @@ class Kernel:
             if not self._announced or log.is_heard():  # printed once, and told to each who waits
                 self._announced = True
                 log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
-            with cache.one_at_a_time(self.module):
+            with cache.one_at_a_time(self.module, name):
                 yield
 
     def _first(self, name: str) -> Callable[..., Any]:
@@ -363,6 +370,10 @@ class Tip:
         for name in wanted:
             if name not in missing:
                 self._addresses[name], self._is_own[name] = self._kernel.address(name, self._types[name]), True
+        return self.unready(p)
+
+    def unready(self, p: tuple[float, ...]) -> tuple[Any, ...]:
+        """Return it for one parameter tuple, with 0 in the place of what is not compiled."""
         return (*p[:OTHERS], np.array([*p[OTHERS:], *self._laws]), *self._addresses.values())
 
     def numbers(self, table: Array) -> Array:

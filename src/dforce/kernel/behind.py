@@ -6,11 +6,12 @@ a time. It may outlive who started it, and may be ended at any time: code is wri
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from dforce.core import log
@@ -18,6 +19,8 @@ from dforce.kernel import cache
 
 LONGEST = 3.0 * cache.LONGEST  # s that it may work: it waits for those who compile the same
 NICE = 10
+BELOW = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)  # the same on Windows
+AUTOGROUP = Path("/proc/self/autogroup")
 RUN = "from dforce.kernel.behind import main; main()"
 LOCK = "background.lock"  # file beside the kernels
 _BEGINNING = threading.Lock()
@@ -36,7 +39,8 @@ def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
             begun.poll()  # one that has ended leaves the system's list
         new = [name for name in functions if (file, name) not in _BEGUN]
         try:
-            process = _started(file, [part for name in new for part in (name, functions[name])]) if new else None
+            asked = [part for name in new for part in (name, functions[name])]
+            process = started(RUN, [str(file.resolve()), *asked], file.parent, BELOW) if new else None
         except OSError:  # no more processes, or none at all
             return False
         if process is not None:
@@ -46,15 +50,21 @@ def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
     return True
 
 
-def _started(file: Path, functions: list[str]) -> subprocess.Popen[bytes]:
+def started(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) -> subprocess.Popen[bytes]:
+    """Start Python with code and arguments in a folder, apart from any terminal; `priority` is a flag of Windows alone.
+
+    Raises
+    ------
+    OSError
+        When there is no more room for a process.
+    """
     package = str(Path(__file__).resolve().parents[2])
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
     given = {"PYTHONPATH": os.pathsep.join(paths), "DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
-    windows = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
     return subprocess.Popen(
-        [sys.executable, "-c", RUN, str(file.resolve()), *functions], stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=file.parent, env=os.environ | given,
-        start_new_session=True, creationflags=windows,
+        [sys.executable, "-c", code, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL, cwd=folder, env=os.environ | given, start_new_session=True,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0) | priority,
     )  # fmt: skip
 
 
@@ -62,14 +72,21 @@ def main() -> None:
     """Compile what the command line names: the file of the text, then functions, each with its types."""
     import filelock
 
-    if hasattr(os, "nice"):
-        os.nice(NICE)
+    give_way()
     _, file, *rest = sys.argv
     with filelock.FileLock(cache.cache_folder() / LOCK):
         end = threading.Timer(LONGEST, os._exit, (1,))
         end.daemon = True
         end.start()
         compile_all(Path(file), dict(zip(rest[::2], rest[1::2], strict=True)))
+
+
+def give_way() -> None:
+    """Let all other processes of this machine go first."""
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    with contextlib.suppress(OSError):  # Linux, to which a process without a terminal is a group of its own
+        AUTOGROUP.write_text(str(NICE), encoding="ascii")
 
 
 def compile_all(file: Path, functions: Mapping[str, str]) -> None:

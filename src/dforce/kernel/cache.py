@@ -212,11 +212,11 @@ def _tell(folder: Path, error: OSError) -> None:
 
 
 @contextlib.contextmanager
-def one_at_a_time(module: ModuleType) -> Iterator[None]:
-    """Keep other processes from compiling the same module at the same time; they wait, and find it on disk."""
+def one_at_a_time(module: ModuleType, function: str) -> Iterator[None]:
+    """Keep other processes from compiling the same function of a module at the same time; they wait, and find it on disk."""
     import filelock
 
-    lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(".lock"), timeout=LONGEST)
+    lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(f".{function}.lock"), timeout=LONGEST)
     with _COMPILING, _seldom_collected(), whole.compiled():
         with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
             lock.acquire()

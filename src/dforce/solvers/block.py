@@ -18,6 +18,7 @@ from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
+from dforce.solvers.beside import compile_beside
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
@@ -261,6 +262,8 @@ class Block:
             at.astype(float), starts.x.copy(), starts.memory.copy(), starts.branch.copy(),
             np.full((cases, size, size), np.nan), np.zeros((cases, size)), np.full(cases, np.nan),
         )  # fmt: skip
+        if not self._solvers.is_ready("follow"):
+            compile_beside(self.lot.example)
         follow = self._solvers.entry("follow")
         for start in range(0, cases, ABREAST):
             part = slice(start, start + ABREAST)
