@@ -72,6 +72,7 @@ def compose_solvers(
     linker = Linker(elsewhere={f: (first + i, native_types(f, size, count)) for i, f in enumerate(called)})
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(Path(__file__).with_name("pointers.py").read_text(encoding="utf-8"))
+    linker.emit("def pointer(context, at):\n    return pointer_to(at)", "intrinsic")
     places, addresses = range(size), [f"p[{first + i}]" for i in range(count)]
     for text in (
         f"def mode_count():\n    return {modes}",
@@ -81,6 +82,9 @@ def compose_solvers(
         f"def of_case(p, table, j, zc):\n    others = np.empty(table.shape[0] - {OTHERS})\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
         f"    return {tuple_of(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
+        # reshape brings code for the words of its errors, which takes a tenth of the time to compile all
+        "def shaped(room, rows, columns, lanes):\n"
+        "    return carray(pointer(room.ctypes.data), (rows, columns, lanes), np.float64)",
         *_samples(places),
     ):
         linker.emit(text, "inlined")

@@ -27,6 +27,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # the composed module's own names
 RESERVED = {
     "math", "np", "njit", "compiled", "apart", "inlined", "reordered", "uncounted", "entry", "unshared", "INNER", "OPTIONS",
+    "carray", "pointer",
 }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from numba import carray  # type: ignore[attr-defined]  # noqa: F401
 from numba.core import cgutils, sigutils, types
 from numba.core.errors import TypingError
 from numba.extending import intrinsic  # noqa: F401
@@ -25,6 +26,15 @@ def call_by_address(kinds: str, tip: int, place: int, *given: Any) -> Any:
         return found
 
     return result(*given), generate
+
+
+def pointer_to(at: Any) -> Any:
+    """Return typing and code generation of an intrinsic that makes a pointer of an address."""
+
+    def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return builder.inttoptr(values[0], target.get_value_type(types.voidptr))
+
+    return types.voidptr(at), generate
 
 
 def number_at(at: Any) -> Any:

@@ -148,6 +148,11 @@ def of_case(p: Any, table: Any, j: int, zc: float) -> Any:
     raise NotImplementedError
 
 
+def shaped(room: Any, rows: int, columns: int, lanes: int) -> Any:
+    """Return the beginning of an array of numbers as one of three dimensions, which lasts as long as that one."""
+    raise NotImplementedError
+
+
 def waves_at(waves: Any, i: int) -> Any:
     """Return cosine and minus sine of each tone at time i of a table (2 tones, times), as a tuple, as far as they count."""
     raise NotImplementedError

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, march
+from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, go_on, march
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted
 RESIDUAL = 1e-11  # of the free amplitude: residual that is rounding, whatever the Newton step
@@ -204,7 +204,7 @@ def approach(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: A
         slots.x[s, k] += share * first[k]
         orbits.slope[s, k] = second[k]
     slots.value[s] += share * first[size] * orbits.unit[s]
-    slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
+    go_on(slots, s)
     orbits.before[s] = step if share == 1.0 else np.inf
     if step < NEAR:
         orbits.outcome[s] = NEARBY
@@ -227,7 +227,7 @@ def remeasure(slots: Any, monodromy: Any, model: Any, drive: Any, room: Any) -> 
         solve_both(matrix, first, second)
         for k in range(size):
             slots.x[s, k] += first[k]
-        slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
+        go_on(slots, s)
     march(slots, which, count, 1, True, model, drive, room)
 
 
@@ -271,7 +271,7 @@ def polish(slots: Any, s: int, orbits: Any, memory_scale: Any, first: Any, secon
     for k in range(size):
         slots.x[s, k] += first[k]
     slots.value[s] += first[size] * orbits.unit[s]
-    slots.memory[s], slots.branch[s] = slots.memory_after[s], slots.branch_after[s]
+    go_on(slots, s)
 
 
 def is_stable(monodromy: Any) -> bool:

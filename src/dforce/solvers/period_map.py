@@ -15,7 +15,7 @@ from dforce.integrators.lanes import FAR, advance_lanes, padded
 from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
 from dforce.kernel.linker import uncounted
-from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case
+from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case, shaped
 from dforce.observables.measure import ROOM, measure, measure_motion
 from dforce.solvers.retune import retune
 
@@ -172,7 +172,13 @@ def between(heights: Any, value: float) -> Any:
     last = heights.shape[0] - 2
     if last < 0:
         return -1, 0.0
-    place = min(max(np.searchsorted(heights, value, "right") - 1, 0), last)
+    place, after = 0, last + 1
+    while after - place > 1:
+        middle = (place + after) // 2
+        if heights[middle] <= value:
+            place = middle
+        else:
+            after = middle
     share = (value - heights[place]) / (heights[place + 1] - heights[place])
     return place, min(max(share, 0.0), 1.0)
 
@@ -236,7 +242,7 @@ def march_lanes(
     size, lanes = starts.shape
     kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
-    block = room[: rows * (size + 1) * lanes].reshape((rows, size + 1, lanes))
+    block = shaped(room, rows, size + 1, lanes)
     record = np.empty((rows, size + 1))
     crossed = np.empty(lanes, np.int64)
     nothing, work = np.empty(0), np.empty((9, 1))
@@ -301,7 +307,20 @@ def march_columns(
         for k in range(size):
             slots.ends[s, e, k] = y[k]
         if e == 0:
-            slots.memory_after[s], slots.branch_after[s] = memory, branch
+            put_numbers(slots.memory_after[s], memory)
+            put_numbers(slots.branch_after[s], branch)
+
+
+def put_numbers(place: Any, numbers: Any) -> None:
+    """Write numbers to a place one by one: to assign an array brings code for the words of its errors."""
+    for k in range(numbers.shape[0]):
+        place[k] = numbers[k]
+
+
+def go_on(slots: Any, s: int) -> None:
+    """Take the memory and the branches of a slot as they were after its period."""
+    put_numbers(slots.memory[s], slots.memory_after[s])
+    put_numbers(slots.branch[s], slots.branch_after[s])
 
 
 def aitken(memory: Any, before: Any, change: Any, now: bool) -> None:
