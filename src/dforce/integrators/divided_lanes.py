@@ -8,7 +8,7 @@ import numpy as np
 
 from dforce.integrators.loops import INSIDE, held, seconds
 from dforce.integrators.steps import PARTS, REACH, STRIDE, node, spike, step, weight
-from dforce.kernel.linker import inlined, uncounted
+from dforce.kernel.linker import inlined
 from dforce.kernel.vocabulary import (
     column,
     distance,
@@ -36,7 +36,6 @@ def room_of() -> Any:
     return np.zeros((STATES + 4 * motion_size(), LANES))
 
 
-@uncounted
 def copy_columns(motions: Any, first: int, room: Any, place: int) -> None:
     """Copy motions, from the first one on, to a place among the states of the room."""
     for k in range(motion_size()):
@@ -44,7 +43,6 @@ def copy_columns(motions: Any, first: int, room: Any, place: int) -> None:
             room[STATES + place + k, i] = motions[k, first + i]
 
 
-@uncounted
 def divide_whole(
     here: Any, there: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, marks: Any,
     room: Any, work: Any,
@@ -70,7 +68,6 @@ def divide_whole(
                     there[k, first + i] = room[STATES + 3 * size + k, i]
 
 
-@uncounted
 def strides(here: Any, there: Any, numbers: Any, first: int, count: int) -> bool:
     """Say whether a step of any of some lanes is long against its distance from the surface."""
     found = False
@@ -81,7 +78,6 @@ def strides(here: Any, there: Any, numbers: Any, first: int, count: int) -> bool
     return found
 
 
-@uncounted
 def surround(here: Any, numbers: Any, kinks: Any, first: int, room: Any) -> None:
     """Write the distances between which the force is smooth, for whole steps."""
     for i in range(room.shape[1]):
@@ -95,7 +91,6 @@ def surround(here: Any, numbers: Any, kinks: Any, first: int, room: Any) -> None
             room[HIGH, i] = min(room[HIGH, i], np.inf if before else kink - inside)
 
 
-@uncounted
 def divide_lanes(
     numbers: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
 ) -> bool:  # fmt: skip

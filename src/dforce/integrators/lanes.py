@@ -31,7 +31,7 @@ from dforce.integrators.divided_lanes import (
 from dforce.integrators.loops import INSIDE, TAU, held, seconds
 from dforce.integrators.rk4 import CLOSE, NEAR, TRIES, cut_at_kink
 from dforce.integrators.steps import REACH, STRIDE, step
-from dforce.kernel.linker import apart, by_address, inlined, uncounted
+from dforce.kernel.linker import apart, by_address, inlined
 from dforce.kernel.vocabulary import (
     arrived,
     bent,
@@ -162,7 +162,6 @@ def advance_lanes(
     return end_row
 
 
-@uncounted
 def cut_lanes(
     here: Any, there: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float,
     first: int, crossed: Any, cuts: Any, room: Any, nothing: Any, work: Any,
@@ -252,7 +251,6 @@ def cut_lanes(
                 there[k, first + i] = cuts[k, i]
 
 
-@uncounted
 def divide_part(
     cuts: Any, limits: Any, side: int, share: Any, passes: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any,
     c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
@@ -270,7 +268,6 @@ def divide_part(
                 cuts[k, i] = room[STATES + 3 * motion_size() + k, i]
 
 
-@uncounted
 def surround(here: Any, there: Any, numbers: Any, kinks: Any, first: int, limits: Any, level: Any, passes: Any) -> None:
     """Write the distances between which the force is smooth before and behind a step, the kink passed, and how many are."""
     count = level.shape[0]
@@ -299,7 +296,6 @@ def passed_at(level: float, h: float, d0: float, v0: float, d1: float, v1: float
     return s - (cubic(s, h, d0, v0, d1, v1) - level) / (h * cubic_rate(s, h, d0, v0, d1, v1))
 
 
-@uncounted
 def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, crossed: Any) -> int:
     """Mark the lanes that pass a kink between two samples, may touch one (see `grazes`), or lie near one; return all marks."""
     for j in range(crossed.shape[0]):

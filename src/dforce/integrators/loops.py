@@ -30,7 +30,6 @@ def seconds(tau: float, p: Any) -> float:
     return tau / p[3]
 
 
-@uncounted
 def phases(tones: Any, period: int, bases: Any) -> None:
     """Write the phase of each tone at the start of a period of the first tone."""
     for j in range(tones.shape[0]):
@@ -38,7 +37,6 @@ def phases(tones: Any, period: int, bases: Any) -> None:
         bases[j] = tones[j, 1] + TAU * (turns - math.floor(turns))
 
 
-@uncounted
 def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
     """Write the drive on each mode at the ends and middles of all steps of a period."""
     h = TAU / points
@@ -64,7 +62,6 @@ def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
             c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
 
 
-@uncounted
 def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
     """Write memory, branches and force as part of sample i of a period."""
     place = motion_size()
@@ -76,7 +73,6 @@ def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
     block[i, place + latch_count()] = f
 
 
-@uncounted
 def risen(y: Any, t: float, latched: Any, p: Any) -> int:
     """Return the first latch whose switching function is above zero, or -1."""
     d = distance(y, p)
@@ -87,7 +83,6 @@ def risen(y: Any, t: float, latched: Any, p: Any) -> int:
     return -1
 
 
-@uncounted
 def passed(y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> int:
     """Return which kink (0, 1, ...) or latch (counted on from the kinks) lies between two motions, or -1.
 
@@ -101,7 +96,6 @@ def passed(y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> int:
     return which + kinks.shape[0] if which >= 0 else -1
 
 
-@uncounted
 def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
     """Say whether a step that begins and ends on one side of a kink may come to its other side on the way.
 
@@ -115,7 +109,6 @@ def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
     return found
 
 
-@uncounted
 def touches_a_jump(y: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any, p: Any) -> bool:
     """Say whether the force jumps at a kink that a step may touch.
 
@@ -132,7 +125,6 @@ def touches_a_jump(y: Any, h: float, t: float, memory: Any, latched: Any, kinks:
     return found
 
 
-@uncounted
 def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:
     """Return the share of a step (s) at which the motion turns behind a kink that both ends lie before, or 0."""
     d0, v0, d1, v1 = distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
@@ -145,7 +137,6 @@ def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:
     return 0.0
 
 
-@uncounted
 def margin(which: int, y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> float:
     """Return how far a motion is past an event that `passed` found: negative before it, positive after."""
     if which < kinks.shape[0]:

@@ -151,7 +151,6 @@ def node(steps: float, k: int) -> float:
     return float((first + (last - first) * k / PARTS) ** 3 - steps)
 
 
-@uncounted
 def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
     """Return how many steps ago a motion came in over a kink; `REACH` stands for all that is more."""
     d, rate, ago = distance(y, p), rate_of(y, p), REACH
@@ -161,7 +160,6 @@ def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
     return ago
 
 
-@uncounted
 def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
     """Return in how many steps from its end a step leads out over a kink that it began within, as `since_root` does."""
     d, rate, left = distance(end, p), rate_of(end, p), REACH
@@ -200,7 +198,6 @@ def divided(
     return with_parts(y, whole, around, u0, u1, u2, h, t, memory, latched, interval(y, kinks, p), stage, work, p)
 
 
-@uncounted
 def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
     """Say whether a step outside a kink, and near it, is long against the distance: there it may hold a spike."""
     d0, d1, far, found = distance(y, p), distance(end, p), REACH * h / p[3], False

@@ -25,7 +25,7 @@ INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
 compiled = njit(**INNER)
 apart = unshared(compiled)
 inlined = njit(forceinline=True, **INNER)
-reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}})))
+reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}}, _nrt=False)))
 uncounted = njit(**(INNER | dict(_nrt=False)))
 entry = njit(**OPTIONS)
 '''
@@ -79,7 +79,7 @@ def compose_solvers(
         f"def fluid_size():\n    return {late * modes}",
         f"def motion_size():\n    return {size}",
         f"def at_distance(p, zc):\n    return {tuple_of(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
-        f"def of_case(p, table, j, zc):\n    others = np.empty(table.shape[0] - {OTHERS})\n"
+        "def of_case(p, table, j, zc, others):\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
         f"    return {tuple_of(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
         # reshape brings code for the words of its errors, which takes a tenth of the time to compile all

@@ -31,6 +31,11 @@ RESERVED = {
 }  # fmt: skip
 
 
+# of a function that returns no array, as annotations say it
+SCALARS = ("None", "float", "int", "bool")
+UFUNCS = ("np.log", "np.sin", "np.cos", "np.exp", "np.sqrt", "np.int64", "np.bool_", "np.float64")
+
+
 class Linker:
     """Collects functions and what they call; each is emitted once, callees first."""
 
@@ -159,7 +164,7 @@ def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function that makes no array, returns none, and calls none that does.
+    """Mark a function that makes no array and returns none, where its annotation does not say so.
 
     Whoever calls it holds the arrays that it is given, so references to them need not be counted: that costs more than a step.
     """
@@ -196,8 +201,24 @@ def decorator_of(function: Callable[..., Any]) -> str:
     for name in ("reordered", "uncounted"):
         if getattr(function, name, False):
             return name
-    inline = getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces")
-    return "inlined" if inline else "compiled"
+    if getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces"):
+        return "inlined"
+    return "compiled" if may_hold_arrays(function) else "uncounted"
+
+
+def may_hold_arrays(function: Callable[..., Any]) -> bool:
+    """Say whether a function may make an array or return one, as far as its text tells.
+
+    Annotations of functions from elsewhere count for nothing: a wrong one would free numbers that are in use.
+    """
+    if not function.__module__.startswith("dforce.") or function.__annotations__.get("return") not in SCALARS:
+        return True
+    for node in ast.walk(parse_function(function)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            maker = ast.unparse(node.func)
+            if (maker.startswith("np.") and maker not in UFUNCS) or maker.endswith(".copy"):
+                return True
+    return False
 
 
 def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:

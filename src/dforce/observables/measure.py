@@ -76,10 +76,16 @@ FLAT, STEEP, CUTS, BESIDE, BROKEN = 0.0, 1.0, 2.0, 3.0, 4.0
 
 def measure(block: Any, period: int, turns: Any, tones: Any, bases: Any, p: Any, kinks: Any, out: Any) -> None:
     """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
+    measure_in(block, period, turns, tones, bases, p, kinks, np.empty((ROOM, turns.cosine.shape[1])), out)
+
+
+def measure_in(
+    block: Any, period: int, turns: Any, tones: Any, bases: Any, p: Any, kinks: Any, room: Any, out: Any
+) -> None:
+    """Do so in a room (ROOM, samples), taken once: fresh memory costs more than what is done with it."""
     for k in range(out.shape[0]):
         out[k] = 0.0
     points = turns.cosine.shape[1] - 1
-    room = np.empty((ROOM, points + 1))  # taken once: fresh memory costs more than what is done with it
     forces = measure_motion(block, turns, bases, room, out)
     measure_force(block, period, points, tones, bases, turns.cosine, turns.sine, p, kinks, room, forces, out)
     for j in range(tones.shape[0]):

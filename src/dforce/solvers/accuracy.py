@@ -8,8 +8,6 @@ stands by itself: what is done to it does not depend on those beside it.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from dforce.kernel import Array
@@ -45,26 +43,31 @@ class _Orbits:
         flat = self.cases * values.shape[1] + steps
         self.tables = numbers[flat], tones[flat]
         self.error: Array = np.full(len(self.at), np.nan)
+        self.found: dict[str, Array] = {}  # what they measure, by name
 
-    def measured(self, rows: Array, some: Any = slice(None)) -> dict[str, Array]:
+    def measured(self, rows: Array, which: Indices) -> dict[str, Array]:
         """Return the observables of some of them from what was measured."""
-        block, (numbers, tones) = self.block, (table[some] for table in self.tables)
+        block, (numbers, tones) = self.block, (table[which] for table in self.tables)
         even = weights(block.frequencies, block.common)
         return finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
 
-    def apart(self, a: dict[str, Array], b: dict[str, Array], some: Any = slice(None)) -> Array:
+    def apart(self, a: dict[str, Array], b: dict[str, Array], which: Indices) -> Array:
         """Return how far two measurements are apart, (orbits, names); infinite where one is no number."""
-        numbers, tones = (table[some] for table in self.tables)
+        numbers, tones = (table[which] for table in self.tables)
         return np.nan_to_num(deviations(self.block.lot.example, numbers, tones, a, b), nan=np.inf)
 
     def judge(self) -> None:
         """Estimate all errors."""
-        measured, errors = self.measured(self.rows), []
-        for share in COARSER:
-            coarse = self.block.finer(round(share * self.block.points))
-            rows = coarse.remeasure(self.cases, self.states, self.at, self.monodromy)
-            change = self.apart(measured, self.measured(rows))
-            errors.append(left(change, self.block.points / coarse.points))
+        blocks = [self.block.finer(round(share * self.block.points)) for share in COARSER]
+        rows = [coarse.remeasure(self.cases, self.states, self.at, self.monodromy) for coarse in blocks]
+        count = len(self.at)
+        every = np.tile(np.arange(count), 1 + len(rows))  # all at once: a call costs more than a hundred orbits
+        measured = self.measured(np.concatenate([self.rows, *rows]), every)
+        self.found = {name: values[:count] for name, values in measured.items()}
+        fine = {name: values[every[count:]] for name, values in self.found.items()}
+        coarse = {name: values[count:] for name, values in measured.items()}
+        changes = self.apart(fine, coarse, every[count:]).reshape(len(rows), count, -1)
+        errors = [left(change, self.block.points / one.points) for change, one in zip(changes, blocks, strict=True)]
         self.error = np.mean(errors, axis=0)
 
     def find_again(self, some: Indices, times: int, finer: float) -> Indices:
@@ -74,8 +77,11 @@ class _Orbits:
         same = np.flatnonzero((branch.done == 1) & (apart(branch.last_x, states.x) < NEAR))
         some = some[same]
         if len(some):
-            change = self.apart(self.measured(branch.rows[same, 0], some), self.measured(self.rows[some], some), some)
-            self.error[some] = left(change, finer)
+            measured = self.measured(branch.rows[same, 0], some)
+            before = {name: values[some] for name, values in self.found.items()}
+            self.error[some] = left(self.apart(measured, before, some), finer)
+            for name, values in measured.items():
+                self.found[name][some] = values
             self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
             self.residual[some] = branch.residual[same, 0]
             self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))

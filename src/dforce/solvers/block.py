@@ -211,6 +211,10 @@ class Block:
         return tones
 
     @functools.cached_property
+    def _parameters(self) -> tuple[float, ...]:
+        return kernel.parameters(self.lot.example, 0.0)
+
+    @functools.cached_property
     def _levers(self) -> Levers:
         """The levers that change with their height; where they stay, one that is known nowhere."""
         count, tones = len(self.lot), self.lot.tones.shape[1:]
@@ -235,7 +239,7 @@ class Block:
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""
         names = ["measure_force", "advance_lanes" if self.is_smooth else "advance"]
-        tip, levers = self._tip.at(kernel.parameters(self.lot.example, 0.0), names), self._levers
+        tip, levers = self._tip.at(self._parameters, names), self._levers
         return Model(
             self._tip.numbers(self.numbers[which]), _columns(self.lot.kinks[which]),
             np.ascontiguousarray(self.lot.tones[which]), np.ascontiguousarray(self.responses[which]), self.parameter,

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, go_on, march
 
@@ -155,6 +156,7 @@ def begin(orbits: Any, count: int) -> None:
         orbits.residual[s], orbits.before[s] = np.inf, np.inf
 
 
+@uncounted
 def choose(slots: Any, count: int, orbits: Any, which: Any) -> Any:
     """Write which of the first `count` slots are to be marched next; return how many, and how many columns of each.
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from dforce.integrators.lanes import FAR, advance_lanes, padded
 from dforce.integrators.rk4 import advance
-from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, PER_MODE, SPEED, ZC
+from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, OTHERS, PER_MODE, SPEED, ZC
 from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case, shaped
-from dforce.observables.measure import ROOM, measure, measure_motion
+from dforce.observables.measure import ROOM, measure_in, measure_motion
 from dforce.solvers.retune import retune
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
@@ -127,7 +127,6 @@ class Slots(NamedTuple):
     wanted: Any
 
 
-@uncounted
 def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, tones: Any, drive: Any, j: int) -> None:
     """Write the numbers, kinks, tones and drive of a problem at a value of the parameter into column j."""
     for k in range(numbers.shape[0]):
@@ -215,10 +214,11 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
             starts[k, j] = slots.x[s, k] + (side * FD_STEP if e == k + 1 else 0.0)
         if j >= total:
             numbers[ZC, j] += FAR * numbers[LENGTH, j]
+    columns = numbers, kinks, tones, forcing, starts
     if smooth:
-        march_lanes(slots, which, count, each, measured, model, drive, numbers, kinks, tones, forcing, starts, room)
+        march_lanes(slots, which, count, each, measured, model, drive, columns, room)
     else:
-        march_columns(slots, which, count, each, measured, model, drive, numbers, kinks, tones, starts)
+        march_columns(slots, which, count, each, measured, model, drive, columns)
 
 
 def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
@@ -235,16 +235,18 @@ def first_column(each: int) -> int:
 
 
 def march_lanes(
-    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, numbers: Any, kinks: Any,
-    tones: Any, forcing: Any, starts: Any, room: Any,
-) -> None:  # fmt: skip
+    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, columns: Any, room: Any
+) -> None:
     """Advance columns side by side, see `march`."""
+    numbers, kinks, tones, forcing, starts = columns
     size, lanes = starts.shape
     kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
     block = shaped(room, rows, size + 1, lanes)
-    record = np.empty((rows, size + 1))
-    crossed = np.empty(lanes, np.int64)
+    desk = (
+        np.empty((rows, size + 1)), np.empty((ROOM, rows)), np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS),
+    )  # fmt: skip
+    record, crossed = desk[0], np.empty(lanes, np.int64)
     nothing, work = np.empty(0), np.empty((9, 1))
     for k in range(size):
         for j in range(lanes):
@@ -261,7 +263,7 @@ def march_lanes(
                 for i in range(drive.points + 1):
                     for k in range(size + 1):
                         record[i, k] = block[i, k, j]
-                take_measure(slots, which[j], period, model, drive, numbers, kinks, tones, record, j)
+                take_measure(slots, which[j], period, model, drive, columns, j, desk)
         if end > 0:
             for k in range(size):
                 for j in range(lanes):
@@ -272,23 +274,27 @@ def march_lanes(
 
 
 def march_columns(
-    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, numbers: Any, kinks: Any,
-    tones: Any, starts: Any,
-) -> None:  # fmt: skip
+    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, columns: Any
+) -> None:
     """Advance columns one after the other, see `march`.
 
     For the derivatives the memory belongs to the motion: each column goes through the period, from the same motion, until its
     memory and branches repeat.
     """
+    numbers, kinks, tones, _, starts = columns
     size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
     table = np.empty((2 * drive.points + 1, mode_count()))
-    record, work = np.empty((drive.points + 1, size + states + branches + 1)), np.empty((9, max(states, 1)))
+    desk = (
+        np.empty((drive.points + 1, size + states + branches + 1)), np.empty((ROOM, drive.points + 1)),
+        np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS),
+    )  # fmt: skip
+    record, work, others = desk[0], np.empty((9, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
     for j in range(count * each):
         s = which[j // each]
         start, e = from_vector(starts[:, j].copy()), first_column(each) + j % each
         memory = slots.memory[s].copy() if e == 0 else slots.memory_after[s].copy()
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
-        p = of_case(model.tip, numbers, j, numbers[ZC, j])
+        p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
         y, change = start, np.zeros(states)
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
@@ -299,7 +305,7 @@ def march_columns(
                     work[0], work, record, p,
                 )  # fmt: skip
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
-                    take_measure(slots, s, period, model, drive, numbers, kinks, tones, record, j)
+                    take_measure(slots, s, period, model, drive, columns, j, desk)
             if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
                 break
             if each > 1:
@@ -353,18 +359,23 @@ def tabulate_steps(tones: Any, waves: Any, table: Any) -> None:
                 table[i, n] += re * waves[2 * k, i] + im * waves[2 * k + 1, i]
 
 
-def take_measure(
-    slots: Any, s: int, period: int, model: Any, drive: Any, numbers: Any, kinks: Any, tones: Any, record: Any, j: int
-) -> None:  # fmt: skip
-    """Measure a period of slot s from its samples, as far as that is wanted."""
+def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, columns: Any, j: int, desk: Any) -> None:
+    """Measure a period of slot s, which is column j, as far as that is wanted.
+
+    `desk` holds the samples, and scratch for the measurement, for kinks and for the tip equation's numbers.
+    """
+    numbers, kinks, tones, _, _ = columns
+    record, room, kinks_here, others = desk
+    rows = slots.rows[s, period]
     if slots.wanted[s] == MOTION:
-        slots.rows[s, period] = 0.0
-        measure_motion(
-            record, drive.turns, drive.phases[period], np.empty((ROOM, drive.points + 1)), slots.rows[s, period]
-        )
+        for k in range(rows.shape[0]):
+            rows[k] = 0.0
+        measure_motion(record, drive.turns, drive.phases[period], room, rows)
         return
-    p = of_case(model.tip, numbers, j, numbers[ZC, j])
-    measure(record, period, drive.turns, tones[j], drive.phases[period], p, kinks[:, j].copy(), slots.rows[s, period])
+    p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
+    for k in range(kinks.shape[0]):
+        kinks_here[k] = kinks[k, j]
+    measure_in(record, period, drive.turns, tones[j], drive.phases[period], p, kinks_here, room, rows)
 
 
 def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:
