@@ -249,13 +249,6 @@ def test_what_the_memory_cannot_do_is_refused_in_a_sentence():
         _ = case().replace("medium", {"name": "vacuum"}).problem
     with pytest.raises(ParameterError, match='both Q and fluid = "history"'):
         case().replace("cantilever.beam.Q", [3.0])
-    with pytest.raises(
-        ParameterError,
-        match="the thermal spectrum takes the load of the fluid as a mass and a damping; write cantilever",
-    ):
-        df.thermal_spectrum(case(), duration="10 ms")
-    with pytest.raises(ParameterError, match="Kramers' rate takes the load"):
-        df.snap_in_rate(case(), zc="1 nm")
 
 
 @pytest.mark.parametrize(

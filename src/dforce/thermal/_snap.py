@@ -15,6 +15,8 @@ from dforce.core.errors import ParameterError, UnitError, checked
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.instrument import ModeNumbers
+
 GRID = 4000  # places between the surface and the rest position where the balance is looked at
 SLOPE = 1e-4  # of the barrier's distance: step of the numerical slope
 LEAST_BARRIER = 3.0  # thermal energies: below, Kramers' rate is no longer one
@@ -25,14 +27,16 @@ HIGHEST_Q = 3.0  # above, energy comes and goes too slowly for it
 def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     r"""Return how often thermal motion takes a still, undriven lever across the barrier to the surface.
 
-    .. math:: \Gamma = \frac{\sqrt{\gamma^2 / 4 + \omega_b^2} - \gamma / 2}{\omega_b}\, \frac{\omega_a}{2 \pi}\,
-              e^{-\Delta U / k_B T}, \qquad U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \quad
-              \gamma = \frac{\omega_0}{Q}
+    .. math:: \Gamma = \frac{\lambda}{2 \pi} \sqrt{\frac{k_a}{k_b}}\, e^{-\Delta U / k_B T}, \qquad
+              U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \qquad
+              \lambda = \sqrt{\frac{\gamma^2}{4} + \omega_b^2} - \frac{\gamma}{2}, \quad \gamma = \frac{\omega_0}{Q}
 
-    with the curvatures of U at its minimum, a, and on its barrier, b. The lever moves in its first mode, the force is that
-    at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for higher Q the true rate is lower.
+    with the curvatures of U at its minimum, :math:`k_a`, and on its barrier, :math:`-k_b = -m \omega_b^2`. At the rate
+    :math:`\lambda` the lever falls off the barrier; with the fluid's memory it is that at which lever and fluid do. The lever
+    moves in its first mode, the force is that at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for
+    higher Q the true rate is lower.
 
-    Source: H. A. Kramers, Physica 7, 284 (1940).
+    Sources: H. A. Kramers, Physica 7, 284 (1940); with memory R. F. Grote, J. T. Hynes, J. Chem. Phys. 73, 2715 (1980).
 
     Parameters
     ----------
@@ -64,7 +68,6 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     except UnitError as error:
         raise UnitError(f"zc {error}") from None
     problem = case.problem
-    problem.refuse_late_fluid("Kramers' rate")
     mode, force = problem.modes[0], _at_rest(case, place)
 
     def net(d: float) -> float:
@@ -80,12 +83,11 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     rest, top = (float(brentq(net, ways[i + 1], ways[i], xtol=1e-22, rtol=1e-14)) for i in turns[:2])
     barrier = -quad(net, top, rest, epsrel=1e-12)[0]
     step = SLOPE * (rest - top)
-    omega = 2.0 * math.pi * mode.f0
-    well, crest = (math.sqrt(abs(_slope(net, d, step)) / mode.k) * omega for d in (rest, top))
-    gamma, kT = omega / mode.Q, problem.noise.kT
+    well, crest = (abs(_slope(net, d, step)) for d in (rest, top))
+    kT = problem.noise.kT
     if kT <= 0.0:
         raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
-    prefactor = (math.sqrt(0.25 * gamma**2 + crest**2) - 0.5 * gamma) / crest * well / (2.0 * math.pi)
+    prefactor = _falls(mode, crest) * math.sqrt(well / crest) / (2.0 * math.pi)
     notes = [
         note
         for low, note in (
@@ -113,6 +115,17 @@ def _at_rest(case: Case, zc: float) -> Callable[[float], float]:
             raise ParameterError(f"{force.name} has memory or two branches, so that no energy belongs to a distance")
     laws = [(force.law_function(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
     return lambda d: sum(float(law(d, 0.0, 0.0, *place, *values)) for law, place, values in laws)
+
+
+def _falls(mode: ModeNumbers, crest: float) -> float:
+    """Return the rate (1/s) at which a mode falls off a barrier of a curvature (N/m): what moves so has no force in all."""
+    from scipy.optimize import brentq
+
+    def left(rate: float) -> float:
+        return float(complex(mode.stiffness(rate / (2j * math.pi))).real) - mode.k - crest
+
+    undamped = 2.0 * math.pi * mode.oscillator[0] * math.sqrt(crest / mode.k)
+    return float(brentq(left, 0.0, undamped, xtol=1e-13 * undamped, rtol=1e-13))
 
 
 def _slope(function: Callable[[float], float], x: float, h: float) -> float:
