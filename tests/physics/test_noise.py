@@ -463,3 +463,18 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(do, message):
     with pytest.raises(ParameterError) as raised:
         do()
     assert message in str(raised.value)
+
+
+def test_sader_means_the_lever_and_thermal_motion_what_it_is_across_the_sample():
+    beam = {"youngs_modulus": 169e9, "density": 2330, "length": "225 um", "width": "28 um", "thickness": "3 um"}
+    asked = df.Case(cantilever={"beam": beam}, medium="air", drive={"A0": "10 nm"})
+    flat, tilted = (
+        df.thermal_spectrum(one, duration="0.5 s") for one in (asked, asked.replace("cantilever.beam.tilt", "11 deg"))
+    )  # of the same noise
+    stiffer = tilted.true_spring_constant / flat.true_spring_constant
+    assert stiffer.sel(calibration="static, 0.817").item() == pytest.approx(
+        math.cos(math.radians(11.0)) ** -2, rel=1e-12
+    )
+    assert stiffer.sel(calibration="Sader").item() == pytest.approx(1.0, rel=1e-12)
+    # the fit stops within 1e-7
+    assert tilted.spring_constant_ratio.values == pytest.approx(flat.spring_constant_ratio.values, rel=1e-5)

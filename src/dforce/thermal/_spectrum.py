@@ -12,6 +12,7 @@ from dforce.case import Case
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.instrument import beam
+from dforce.instrument.lever import normal_factor
 from dforce.instrument.noise import thermal_density
 from dforce.runs import watched
 from dforce.thermal._noise_along_curve import Progress
@@ -78,7 +79,8 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
         `spring_constant_ratio`. `spring_constant_error` is the standard deviation of the ratio by the length of the record,
         :math:`\sqrt{2 Q / \omega_0 T}`. The calibrations: ``"static, 0.817"``, the right one for a static sensitivity;
         ``"static, no factor"``; ``"each mode"``; ``"each mode, 0.817"``, that factor with a sensitivity to which it does not
-        belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known.
+        belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known: the constant of the lever
+        itself, not that across the sample, where it is tilted.
 
     Raises
     ------
@@ -116,7 +118,9 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
     squares = np.array([peak.mean_square for peak in peaks])
     found = _constants(case, peaks[0], kT / squares[0], kT / squares[0] * sensitivity[0] ** 2)
     first = problem.modes[0]
-    truth = {name: first.k if name == "each mode" else first.k / beam.static_factor() for name in found}
+    static = first.k / beam.static_factor()
+    truth = {name: first.k if name == "each mode" else static for name in found}
+    truth |= {"Sader": static / _across(case)} if "Sader" in found else {}
     data = xr.Dataset(
         {
             "spectral_density": ("frequency", density[shown]),
@@ -232,6 +236,12 @@ def _constants(case: Case, peak: Peak, of_reading: float, of_mode: float) -> dic
     if sizes is not None and medium.density and medium.viscosity:
         found["Sader"] = beam.sader_stiffness(peak.f0, peak.Q, *sizes, medium.density, medium.viscosity)
     return found
+
+
+def _across(case: Case) -> float:
+    """Return by how much a tilted lever is stiffer across the sample, where static calibrations are made."""
+    lever = case.cantilever
+    return normal_factor(lever.tilt if lever.beam is None else lever.beam.tilt)
 
 
 def _sizes(case: Case) -> tuple[float, float] | None:
