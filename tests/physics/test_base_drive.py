@@ -138,11 +138,10 @@ def test_three_modes_of_a_beam_in_water_respond_as_the_equations_say():
         return complex(lever.problem.free.sum()) / 1e-9
 
     assert df.Case(cantilever={"beam": size}, drive=drive, medium=water).problem.tones[0].frequency == pytest.approx(
-        34648.95609714, rel=1e-4
+        34648.95609714, rel=1e-12
     )
-    # with Sader's fit in the place of the exact flow: it differs by 1e-4
-    assert response() == pytest.approx(-1.583713504 - 6.574826141j, rel=5e-4)
-    assert response(frequency=0.5 * 34648.95609714) == pytest.approx(0.4664838662 - 0.3165861994j, rel=5e-4)
+    assert response(frequency=34648.95609714) == pytest.approx(-1.583713504 - 6.574826141j, rel=1e-9)
+    assert response(frequency=0.5 * 34648.95609714) == pytest.approx(0.4664838662 - 0.3165861994j, rel=1e-9)
 
 
 def test_the_tables_of_a_lot_are_those_of_each_problem():
