@@ -478,3 +478,24 @@ def test_sader_means_the_lever_and_thermal_motion_what_it_is_across_the_sample()
     assert stiffer.sel(calibration="Sader").item() == pytest.approx(1.0, rel=1e-12)
     # the fit stops within 1e-7
     assert tilted.spring_constant_ratio.values == pytest.approx(flat.spring_constant_ratio.values, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"seeds": [1, -1]}, "seed = -1 is not between 0 and 2^62"),
+        ({"seeds": [2**70]}, "is not between 0 and 2^62"),
+        ({"seeds": [3, 1, 3]}, "seeds holds 3 twice"),
+        ({"seeds": 2, "settling": -5}, "settling = -5 is below 0"),
+    ],
+)
+def test_runs_that_would_be_none_of_ones_own_are_refused(given, message):
+    with pytest.raises(ParameterError) as raised:
+        df.noisy_motion(case(solver={}, noise={"detector": "1 fm/Hz^0.5"}), "50 nm", periods=2, **given)
+    assert message in str(raised.value)
+
+
+def test_numbers_of_seeds_are_whole_numbers_of_any_kind():
+    asked = case(solver={})
+    found = df.noisy_motion(asked, "50 nm", seeds=np.int64(2), periods=np.int64(3), settling=0)
+    assert found.identical(df.noisy_motion(asked, "50 nm", seeds=np.array([1, 2]), periods=3, settling=0))
