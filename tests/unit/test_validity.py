@@ -191,6 +191,10 @@ SPEAKS = {
         over(cantilever__Q=50), over(cantilever={"beam": BEAM}),
         tapping(CALM, harmonic_amplitude=harmonics(5e-12), max_indentation=2e-10),
     ],
+    "static_vs_modal_k": [
+        tapping(CALM, mean_deflection=1.8e-9), tapping(CALM, mean_deflection=-1.8e-9),
+        tapping(over(cantilever={"beam": BEAM | {"modes": 2, "Q": [200, 400]}}), mean_deflection=12e-9),
+    ],
     "drive_off_resonance": [over(drive__frequency="48 kHz")],
     "small_amplitude": [over(drive__A0="0.2 nm")],
     "thermal_amplitude": [over(cantilever__k="0.01 N/m"), over(**TONE2, drive={"tones": [{"A0": 5e-9}, {"A0": 1e-10}]})],
@@ -293,6 +297,14 @@ SILENT = {
     "mode_left_out": [
         CALM, over(cantilever__Q=5), over(cantilever={"beam": BEAM | {"Q": 200}}), df.example("figure-6"),
         tapping(over(cantilever__Q=50), harmonic_amplitude=harmonics(1e-12), max_indentation=2e-10),
+    ],
+    "static_vs_modal_k": [
+        CALM, tapping(CALM), tapping(CALM, mean_deflection=1.6e-9),
+        tapping(over(cantilever={"beam": BEAM | {"modes": 2, "Q": [200, 400]}}), mean_deflection=8e-9),
+        tapping(
+            over(cantilever={"modes": [{"f0": 5e4, "k": 1.0, "Q": 100}, {"f0": 3e5, "k": 20.0, "Q": 300}]}),
+            mean_deflection=9e-9,
+        ),
     ],
     "drive_off_resonance": [CALM, over(drive__frequency="48.9 kHz"), over(drive__frequency="40 kHz", cantilever__Q=2)],
     "small_amplitude": [CALM, over(drive__A0="0.5 nm")],
