@@ -343,6 +343,14 @@ def pairs(table):
     ]
 
 
+def test_distances_as_shares_of_the_free_amplitude_are_those_in_meters():
+    shares = {"of": "drive.A0", "start": 1.2, "stop": 0.03, "points": 11}
+    grids = [shares, {"start": "12 nm", "stop": "0.3 nm", "points": 11}]
+    told = [df.advice(AIR.replace("experiment", {"kind": "approach", "zc": grid})) for grid in grids]
+    assert "snap_in" in {piece.name for piece in told[1]}
+    assert [piece.name for piece in told[0]] == [piece.name for piece in told[1]]
+
+
 def test_every_piece_has_a_case_where_it_speaks_and_one_where_it_is_silent():
     assert set(SPEAKS) == set(SILENT) == set(BY_NAME)
     assert all(SPEAKS.values()) and all(SILENT.values())
