@@ -179,6 +179,30 @@ def test_case_takes_the_wall_from_the_height_of_the_tip():
         mode(tip_height="15 um", width="200 um", length="1 mm", thickness="20 um")
 
 
+@pytest.mark.parametrize(
+    ("beam", "A0", "zc", "refused"),
+    [
+        ({"tip_height": "5 um"}, "10 nm", "4.98 um", False), ({"tip_height": "5 um"}, "10 nm", "5 um", True),
+        ({"tip_height": "5 um"}, "4 um", "1.5 um", True), ({}, "6 um", "9 um", False),
+        ({"tip_height": "5 um", "wall": "at_distance"}, "10 nm", "9 um", False),
+        ({"tip_height": "5 um", "wall": "at_distance"}, "6 um", "9 um", True),
+    ],
+)  # fmt: skip
+def test_tip_that_is_no_higher_than_its_motion_is_refused(beam, A0, zc, refused):
+    def build(experiment):
+        return df.Case(cantilever={"beam": SIZES | beam}, drive={"A0": A0}, medium="water", experiment=experiment)
+
+    for experiment in (
+        {"kind": "dwell", "zc": zc},
+        {"kind": "approach", "zc": {"start": zc, "stop": "0 nm", "points": 3}},
+    ):
+        if refused:
+            with pytest.raises(ParameterError, match=r"tip_height = 5 um is no more than the way of the tip"):
+                build(experiment)
+        else:
+            build(experiment)
+
+
 def test_tilted_lever_is_stiffer_across_the_sample():
     upright = {"f0": 75e3, "k": 2.8, "Q": 100}
     found = df.Case(cantilever=upright | {"tilt": "11 deg"}, drive={"A0": "10 nm"}).problem.modes[0]
