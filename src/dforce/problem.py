@@ -109,7 +109,7 @@ class Problem:
         modes = cantilever.resolve(medium)
         tones = drive.resolve(modes, readout)
         shaken = drive.base()
-        _refuse_unknown_fluid(modes, shaken, medium)
+        _refuse_unknown_fluid(cantilever, modes, shaken, medium)
         values = instrument_values(modes, tip, sample, contact, medium)
         chosen = tuple(forces)
         _refuse_double_counting(chosen)
@@ -328,7 +328,9 @@ def _missing(name: str, path: str) -> str:
     return f"{name} needs {wanted}, which is not given; write {key} under [{section}]"
 
 
-def _refuse_unknown_fluid(modes: tuple[ModeNumbers, ...], shaken: BaseMotion | None, medium: Medium) -> None:
+def _refuse_unknown_fluid(
+    cantilever: Cantilever, modes: tuple[ModeNumbers, ...], shaken: BaseMotion | None, medium: Medium
+) -> None:
     """Raise :class:`ParameterError` where fluid is to move with the base and its mass is not known."""
     if shaken is None or not shaken.fluid_follows:
         return
@@ -336,9 +338,9 @@ def _refuse_unknown_fluid(modes: tuple[ModeNumbers, ...], shaken: BaseMotion | N
         raise ParameterError("drive.fluid_follows is above 0, but the medium is vacuum: there is no fluid to follow")
     for n, mode in enumerate(modes, start=1):
         if mode.added_mass is None:
+            key = f"cantilever.modes.{n}.added_mass" if cantilever.modes else "cantilever.added_mass"
             raise ParameterError(
-                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give cantilever.modes.{n}."
-                "added_mass, or a beam in a fluid"
+                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give {key}, or a beam in a fluid"
             )
 
 
