@@ -499,3 +499,38 @@ def test_numbers_of_seeds_are_whole_numbers_of_any_kind():
     asked = case(solver={})
     found = df.noisy_motion(asked, "50 nm", seeds=np.int64(2), periods=np.int64(3), settling=0)
     assert found.identical(df.noisy_motion(asked, "50 nm", seeds=np.array([1, 2]), periods=3, settling=0))
+
+
+def test_dwell_under_noise_is_not_asked_for_the_balances_of_a_steady_motion():
+    modes = [{"f0": 25e3, "k": 0.1, "Q": 2.5}, {"f0": 160e3, "k": 4.0, "Q": 5}]
+    drive = {"tones": [{"A0": 10e-9}, {"A0": 1e-9}], "excitation": "base"}
+    asked = df.Case(
+        cantilever={"modes": modes}, drive=drive, tip={"radius": 10e-9}, forces=[df.forces.DMT(hamaker=5e-21)],
+        sample={"youngs_modulus": 50e6, "poisson_ratio": 0.5}, solver={"integrator": "langevin", "points_per_period": 256},
+    )  # fmt: skip
+    # over some periods thermal motion bends so soft a lever more than the mean force does
+    for seed in range(1, 5):
+        noisy = df.dwell(asked.replace("noise.seed", seed), zc="8 nm", recorded_periods=2)
+        assert int(noisy.status) == 0
+        assert np.isfinite(noisy.amplitude).all() and np.isfinite(noisy.total_dissipated_energy)
+        assert noisy.amplitude.values[0] == pytest.approx(9.74e-9, rel=0.05)
+
+
+@pytest.mark.parametrize("way", ["noisy_motion", "snap_in_rate"])
+def test_noise_finds_the_lever_as_it_is_at_its_distance(way):
+    lever = {"f0": 20e3, "k": 0.3, "Q": 1.0}
+    asked = SNAP.replace("cantilever", lever | {"drift": {"zc": ["0 nm", "10 nm"], "Q": [0.8, 2.8]}}).replace(
+        "drive.A0", "1 nm"
+    )
+    alone = SNAP.replace("cantilever", lever | {"Q": 1.12}).replace(
+        "drive.A0", "1.12 nm"
+    )  # at 1.6 nm, by the same force
+
+    def found(case):
+        if way == "snap_in_rate":
+            return df.snap_in_rate(case, "1.6 nm").switching_rate.item()
+        cold = case.replace("medium.temperature", "1 uK").replace("forces", [])
+        return df.noisy_motion(cold, "1.6 nm", seeds=1, periods=3).amplitude.values
+
+    # between the distances given the damping f0 / Q changes linearly in 64 parts
+    assert found(asked) == pytest.approx(found(alone), rel=1e-4)

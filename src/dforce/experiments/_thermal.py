@@ -56,7 +56,8 @@ def thermal_dwell(dwell: Dwell, problem: Problem, settings: SolverSettings, prog
     even = weights([tone.frequency for tone in problem.tones], len(rows))
     values = finish(problem, integrator.scales, dwell.harmonics, rows, even)
     values |= {"settling_periods": float(periods), "drift": np.nan}
-    table.put((), Steady(values, motion, True, False), problem)
+    # it never settles: the balances of a steady motion hold on long means only
+    table.put((), Steady(values, motion, settled=False, repeats=False), problem)
     table.status[()] = Status.OK if motion.is_finite else Status.FAILED
     data = table.dataset().assign_coords(zc=dwell.zc)
     data.attrs["samples_per_period"] = integrator.points

@@ -127,7 +127,7 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
         asked, point = case, dwell(case.replace(solver=quiet), zc)
-        problem = case.problem
+        problem = case.problem.at_height(float(point["zc"]))
     else:
         if zc is not None:
             raise ParameterError("a point of a result has its distance; leave zc out")

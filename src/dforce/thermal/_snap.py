@@ -67,7 +67,7 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
         place = units.parse(zc, "m")
     except UnitError as error:
         raise UnitError(f"zc {error}") from None
-    problem = case.problem
+    problem = case.problem.at_height(place)
     mode, force = problem.modes[0], _at_rest(case, place)
 
     def net(d: float) -> float:
