@@ -534,3 +534,23 @@ def test_noise_finds_the_lever_as_it_is_at_its_distance(way):
 
     # between the distances given the damping f0 / Q changes linearly in 64 parts
     assert found(asked) == pytest.approx(found(alone), rel=1e-4)
+
+
+def test_detector_adds_its_own_noise_to_what_a_noisy_dwell_reads():
+    quiet, loud = (case(noise={"detector": detector}) for detector in ("0 fm/Hz^0.5", "20 pm/Hz^0.5"))
+    periods = quiet.solver.measured_periods
+    added = []
+    for seed in range(1, 21):
+        one, other = (
+            df.dwell(asked.replace("noise.seed", seed), zc="50 nm", recorded_periods=1) for asked in (quiet, loud)
+        )
+        assert np.array_equal(one.deflection, other.deflection)  # that is of the lever itself
+        c, d = (found.amplitude.item() * np.exp(-1j * math.radians(found.phase.item())) for found in (one, other))
+        added += [(d - c).real, (d - c).imag]
+        assert other.amplitude_ratio.item() == pytest.approx(other.amplitude.item() / 20e-9, rel=1e-12)
+        assert other.apparent_dissipated_energy.item() != one.apparent_dissipated_energy.item()
+    # a lock-in over a time T has the bandwidth 1 / 2T
+    assert np.mean(np.square(added)) == pytest.approx((20e-12) ** 2 * 75e3 / periods, rel=4.0 * math.sqrt(2.0 / 40))
+    again = df.noisy_motion(loud, "50 nm", seeds=[20], periods=periods, settling=0).amplitude
+    still = df.noisy_motion(quiet, "50 nm", seeds=[20], periods=periods, settling=0).amplitude
+    assert (again != still).all()

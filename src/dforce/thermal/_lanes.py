@@ -197,12 +197,13 @@ def read_out(integrator: Langevin, c: Complex, seeds: Sequence[int], band: tuple
 def _detector(
     noise: NoiseNumbers, shape: tuple[int, ...], seeds: Sequence[int], problem: Problem, band: tuple[float, int] | None
 ) -> Any:
-    """Return what the detector adds to the reading of each period (m): white, so independent before the lock-in."""
+    """Return what the detector adds to the reading of each period (m)."""
+    from dforce.instrument.noise import detector_readings
+
     if not noise.detector:
         return 0.0
     frequency = problem.tones[0].frequency
-    rows = [np.random.Generator(np.random.Philox(seed)).standard_normal((*shape[1:], 2)) for seed in seeds]
-    added = noise.detector * math.sqrt(frequency) * np.array(rows) @ np.array([1.0, 1j])
+    added = np.array([detector_readings(noise, seed, frequency, *shape[1:]) for seed in seeds])
     return added if band is None else _low_pass(added, frequency, *band)
 
 
