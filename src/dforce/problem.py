@@ -191,13 +191,6 @@ class Problem:
         memory = self.modes[0].memory
         return 0 if memory is None else len(memory.rates)
 
-    def refuse_late_fluid(self, what: str) -> None:
-        """Raise :class:`ParameterError` where the fluid has memory, which something does without."""
-        if self.late_fluid:
-            raise ParameterError(
-                f'{what} takes the load of the fluid as a mass and a damping; write cantilever.beam.fluid = "constant"'
-            )
-
     def refuse_changing_lever(self, what: str) -> None:
         """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
         if self.heights is not None:
