@@ -554,3 +554,79 @@ def test_detector_adds_its_own_noise_to_what_a_noisy_dwell_reads():
     again = df.noisy_motion(loud, "50 nm", seeds=[20], periods=periods, settling=0).amplitude
     still = df.noisy_motion(quiet, "50 nm", seeds=[20], periods=periods, settling=0).amplitude
     assert (again != still).all()
+
+
+# on the way to the surface
+
+
+def test_snap_in_of_a_ramp_is_the_survival_that_the_rates_leave():
+    found = df.snap_in_distance(SNAP, ["20 nm/s", "1 um/s"])
+    end = found.static_snap_in_zc.item()
+    assert end == pytest.approx(1.4422495703074e-9, rel=1e-12)  # 1.5 (H R / 3 k)^(1/3)
+    k, strength, gamma = 0.3, 4e-20 * 20e-9 / 6.0, 2.0 * math.pi * 20e3
+    mass = k / gamma**2
+
+    def rate(zc):  # of the attraction -strength / d^2, in closed form
+        roots = np.roots([1.0, -zc, 0.0, strength / k])
+        top, rest = np.sort(roots.real[roots.real > 0.0])
+        height = 0.5 * k * ((top - zc) ** 2 - (rest - zc) ** 2) - strength * (1.0 / top - 1.0 / rest)
+        crest, well = (math.sqrt(abs(k - 2.0 * strength / d**3) / mass) for d in (top, rest))
+        return (
+            (math.sqrt(0.25 * gamma**2 + crest**2) - 0.5 * gamma)
+            / crest
+            * well
+            / (2.0 * math.pi)
+            * math.exp(-height / KT)
+        )
+
+    for place, v in enumerate((20e-9, 1e-6)):
+        zc = end + np.geomspace(1e-14, 0.6e-9, 20001)[::-1]
+        way = np.append(zc, end)
+        hazard = np.append([rate(one) for one in zc], 0.0) / v
+        left = np.exp(-np.concatenate([[0.0], np.cumsum(-0.5 * np.diff(way) * (hazard[1:] + hazard[:-1]))]))
+        gone = np.append(-np.diff(left), left[-1])  # the rest snaps in where the barrier ends
+        middle = np.append(0.5 * (way[1:] + way[:-1]), end)
+        mean = gone @ middle
+        assert found.snap_in_zc.values[place] == pytest.approx(mean, abs=1e-4 * (mean - end))
+        assert found.snap_in_spread.values[place] == pytest.approx(math.sqrt(gone @ (middle - mean) ** 2), rel=1e-3)
+
+
+def test_simulated_lanes_on_their_way_to_the_surface_snap_in_there():
+    integrator, start = langevin(SNAP, 1.75e-9)
+    running, places = integrator.lanes([start] * 400, range(400)), []
+    steps = np.arange(1.75e-9, 1.44e-9, -1e-12)
+    for zc in steps:  # by 1 pm a period
+        integrator.place(zc)
+        running, _ = integrator.run(replace(running, lowest=np.full(len(running.y), np.inf)), 1)
+        gone = running.lowest < 0.6e-9  # the barrier is at 0.85 to 0.96 nm
+        places += [zc] * int(gone.sum())
+        running = running.part(np.flatnonzero(~gone))
+        if not len(running.y):
+            break
+    assert len(places) == 400
+    found = df.snap_in_distance(SNAP, 1e-12 * 20e3)
+    sure = found.snap_in_spread.item() / math.sqrt(len(places))
+    # Kramers' rate is up to 10 % high, which is 2 to 3 pm of a rate that changes e-fold in 25 pm
+    assert np.mean(places) == pytest.approx(found.snap_in_zc.item(), abs=3.5 * sure + 3e-12)
+    assert np.std(places) == pytest.approx(found.snap_in_spread.item(), rel=3.5 / math.sqrt(2.0 * len(places)) + 0.1)
+
+
+@pytest.mark.parametrize(
+    ("asked", "speed", "message"),
+    [
+        (SNAP, 0.0, "speed takes speeds of the approach above 0 m/s"),
+        (SNAP, [], "speed takes speeds of the approach above 0 m/s"),
+        (SNAP, "1 nm", "speed is '1 nm', which is a length"),
+        (SNAP.replace("cantilever.k", "30 kN/m"), "1 um/s", "the lever does not snap in: it is stiffer than the attraction"),
+        (SNAP.replace("forces", []), "1 um/s", "the lever does not snap in"),
+        (SNAP.replace("noise.thermal", False), "1 um/s", "noise.thermal = false"),
+        (
+            SNAP.replace("cantilever.drift", {"zc": [0.0, 1e-6], "Q": [1.0, 2.0]}), "1 um/s",
+            "where a lever snaps in takes a lever that stays as it is",
+        ),
+    ],
+)  # fmt: skip
+def test_ramps_that_make_no_sense_are_refused(asked, speed, message):
+    with pytest.raises(ParameterError) as raised:
+        df.snap_in_distance(asked, speed)
+    assert message in str(raised.value)

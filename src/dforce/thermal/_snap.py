@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.instrument import ModeNumbers
+    from dforce.problem import Problem
 
 GRID = 4000  # places between the surface and the rest position where the balance is looked at
 SLOPE = 1e-4  # of the barrier's distance: step of the numerical slope
@@ -57,8 +59,6 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
         When the lever has no barrier at this distance, or a force has memory or branches.
     """
     import xarray as xr
-    from scipy.integrate import quad
-    from scipy.optimize import brentq
 
     from dforce.results.dataset import describe
     from dforce.results.provenance import provenance
@@ -67,49 +67,77 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
         place = units.parse(zc, "m")
     except UnitError as error:
         raise UnitError(f"zc {error}") from None
-    problem = case.problem.at_height(place)
-    mode, force = problem.modes[0], _at_rest(case, place)
-
-    def net(d: float) -> float:
-        return mode.k * (d - place) - force(d)
-
-    ways = np.linspace(place, problem.a0, GRID)
-    values = np.array([net(d) for d in ways])
-    turns = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
-    if len(turns) < 2 or not values[0] > 0.0:
+    problem = case.problem
+    found = barrier_at(problem, place)
+    if found is None:
         raise ParameterError(
             f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is held, or it snaps in by itself"
         )
-    rest, top = (float(brentq(net, ways[i + 1], ways[i], xtol=1e-22, rtol=1e-14)) for i in turns[:2])
-    barrier = -quad(net, top, rest, epsrel=1e-12)[0]
-    step = SLOPE * (rest - top)
-    well, crest = (abs(_slope(net, d, step)) for d in (rest, top))
-    kT = problem.noise.kT
-    if kT <= 0.0:
-        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
-    prefactor = _falls(mode, crest) * math.sqrt(well / crest) / (2.0 * math.pi)
-    notes = [
-        note
-        for low, note in (
-            (barrier < LEAST_BARRIER * kT, "The barrier is below 3 kT, where Kramers' rate is only a scale."),
-            (mode.Q > HIGHEST_Q, "Q is above 3, where energy comes slowly: the true rate is lower."),
-        )
-        if low
-    ]
+    low = "The barrier is below 3 kT, where Kramers' rate is only a scale."
+    notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []
     data = xr.Dataset(
         {
-            "barrier": barrier, "switching_rate": prefactor * math.exp(-barrier / kT), "rest_distance": rest,
-            "barrier_distance": top,
+            "barrier": found.height, "switching_rate": found.rate, "rest_distance": found.rest, "barrier_distance": found.top,
         },
         {"zc": place},
     )  # fmt: skip
-    data.attrs = provenance(case.to_toml(), case.title) | {"note": " ".join(notes)}
+    data.attrs = provenance(case.to_toml(), case.title) | {
+        "note": " ".join([*notes, *of_high_Q(problem.at_height(place))])
+    }
     return describe(data)
 
 
-def _at_rest(case: Case, zc: float) -> Callable[[float], float]:
-    """Return the force (N) on a tip that does not move, at a distance (m)."""
-    forces = case.problem.forces
+@dataclass(frozen=True)
+class Barrier:
+    """The barrier before the surface: distance of the rest position and of its top (m), height (J), rate across it (1/s)."""
+
+    rest: float
+    top: float
+    height: float
+    rate: float
+
+
+def barrier_at(problem: Problem, zc: float) -> Barrier | None:
+    """Return the barrier of a still lever at a distance (m); None where there is none.
+
+    Raises
+    ------
+    ParameterError
+        When there is no thermal motion, or a force has memory or branches.
+    """
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    kT, mode, force = problem.noise.kT, problem.at_height(zc).modes[0], at_rest(problem, zc)
+    if kT <= 0.0:
+        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
+
+    def net(d: float) -> float:
+        return mode.k * (d - zc) - force(d)
+
+    ways = np.linspace(zc, problem.a0, GRID)
+    values = np.array([net(d) for d in ways])
+    turns = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
+    if len(turns) < 2 or not values[0] > 0.0:
+        return None
+    rest, top = (float(brentq(net, ways[i + 1], ways[i], xtol=1e-22, rtol=1e-14)) for i in turns[:2])
+    height = -quad(net, top, rest, epsrel=1e-12)[0]
+    step = SLOPE * (rest - top)
+    well, crest = (abs(_slope(net, d, step)) for d in (rest, top))
+    rate = _falls(mode, crest) * math.sqrt(well / crest) / (2.0 * math.pi) * math.exp(-height / kT)
+    return Barrier(rest, top, height, rate)
+
+
+def of_high_Q(problem: Problem) -> list[str]:
+    """Return the note on a lever whose rate is no more than a bound, where it is one."""
+    return (
+        ["Q is above 3, where energy comes slowly: the true rate is lower."] if problem.modes[0].Q > HIGHEST_Q else []
+    )
+
+
+def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
+    """Return the force (N) on a tip that does not move, at an average distance (m)."""
+    forces = problem.forces
     for force in forces:
         if force.memory or force.switch is not None:
             raise ParameterError(f"{force.name} has memory or two branches, so that no energy belongs to a distance")
