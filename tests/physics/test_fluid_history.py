@@ -279,3 +279,17 @@ def test_modes_with_memory_move_under_a_force_as_the_whole_beam(ratio, wanted, c
     problem = case(free=True, modes=3, frequency=ratio * 34648.95609714).problem
     # modes that are left out: constants are 5.4 % off below resonance
     assert abs(problem.free[0].sum() / problem.tones[0].force / wanted - 1.0) < close
+
+
+@pytest.mark.parametrize(("path", "values"), [("modes", [1, 2]), ("fluid", ["constant", "history"])])
+def test_sweep_holds_levers_of_more_and_of_fewer_numbers_side_by_side(path, values):
+    asked = case("base").replace("experiment", {"kind": "approach", "zc": [12e-9, 9e-9]})
+    found = df.sweep(asked, over={f"cantilever.beam.{path}": values})
+    for place, value in enumerate(values):
+        alone = df.run(asked.replace(f"cantilever.beam.{path}", value))
+        for name in ("amplitude", "phase", "mode_amplitude", "dissipated_energy", "multiplier_modulus"):
+            own = alone[name].values
+            row = found[name].values[place]
+            same = row[tuple(map(slice, own.shape))]
+            assert same == pytest.approx(own, rel=1e-8, abs=1e-8 * np.abs(own).max()), name
+            assert np.isfinite(row).sum() == own.size  # what a lever does not have is left empty

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from dforce.core.errors import ParameterError
 from dforce.forces import Force
 from dforce.forces.dlvo import BOLTZMANN
 from dforce.instrument import Beam, Medium, ModeNumbers, beam
@@ -37,11 +38,17 @@ def _ratio(n: int) -> float:
     return (beam.wavenumber(n + 1) / beam.wavenumber(n)) ** 2
 
 
-def _next_mode(seen: Evidence) -> ModeNumbers:
-    """Return the mode after those that take part, of a rectangular beam; its Q at least the last one's."""
+def _next_mode(seen: Evidence) -> ModeNumbers | None:
+    """Return the mode after those that take part, of a rectangular beam; its Q at least the last one's.
+
+    None where the flow around it is not known.
+    """
     given = seen.case.cantilever.beam
     if given is not None:
-        return _next_of_a_beam(given, seen.case.medium)
+        try:
+            return _next_of_a_beam(given, seen.case.medium)
+        except ParameterError:
+            return None
     last, ratio = seen.problem.modes[-1], _ratio(len(seen.problem.modes))
     return ModeNumbers(last.f0 * ratio, last.k * ratio**2, last.Q)
 
@@ -53,6 +60,8 @@ def mode_left_out(seen: Evidence) -> Advice | None:
     Without one, a strong harmonic of the drive within three line widths of the mode.
     """
     first, mode = seen.problem.tones[0], _next_mode(seen)
+    if mode is None:
+        return None
     order = round(mode.f0 / first.frequency)
     if not 2 <= order <= HIGHEST:
         return None
