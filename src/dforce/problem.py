@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from dforce.core import units
 from dforce.core.errors import ForceError, ParameterError, checked, nearest
 from dforce.core.parameters import Parameters
 from dforce.forces import REGISTRY, Force
@@ -114,6 +115,7 @@ class Problem:
         chosen = tuple(forces)
         _refuse_double_counting(chosen)
         _refuse_extremes(modes, tones, values)
+        _refuse_wide_band(noise, tones)
         bound = [_bound(force, values) for force in chosen]
         places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
         numbers = ReadoutNumbers(tuple(readout.weights(len(modes), tone.mode) for tone in tones), readout.sees_base)
@@ -335,6 +337,14 @@ def _refuse_unknown_fluid(
             raise ParameterError(
                 f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give {key}, or a beam in a fluid"
             )
+
+
+def _refuse_wide_band(noise: Noise | None, tones: tuple[ToneNumbers, ...]) -> None:
+    """Raise :class:`ParameterError` where a lock-in would not tell the drive from what it is mixed with."""
+    slowest = min(tone.frequency for tone in tones)
+    if noise is not None and noise.bandwidth is not None and noise.bandwidth > slowest:
+        band, drive = units.show(noise.bandwidth, "Hz", 4), units.show(slowest, "Hz", 4)
+        raise ParameterError(f"noise.bandwidth = {band} is above the drive frequency, {drive}")
 
 
 def _refuse_double_counting(forces: tuple[Force, ...]) -> None:

@@ -451,6 +451,8 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm")), 'give bandwidth = "1 kHz"'),
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "80 kHz"), "is not between 0 Hz and the drive frequency"),
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "1 kHz", poles=9), "poles = 9 is not a whole number"),
+        (lambda: case(noise={"bandwidth": "76 kHz"}), "noise.bandwidth = 76 kHz is above the drive frequency, 75 kHz"),
+        (lambda: case(noise={"thermal": False}), "but noise.thermal = false"),
         (lambda: df.thermal_spectrum(case(), "1 ms"), "is too short to resolve the resonance; it takes"),
         (lambda: df.snap_in_rate(SNAP, "5 nm").close() or df.snap_in_rate(SNAP, "1 nm"), "has no barrier to the surface"),
         (
@@ -619,7 +621,7 @@ def test_simulated_lanes_on_their_way_to_the_surface_snap_in_there():
         (SNAP, "1 nm", "speed is '1 nm', which is a length"),
         (SNAP.replace("cantilever.k", "30 kN/m"), "1 um/s", "the lever does not snap in: it is stiffer than the attraction"),
         (SNAP.replace("forces", []), "1 um/s", "the lever does not snap in"),
-        (SNAP.replace("noise.thermal", False), "1 um/s", "noise.thermal = false"),
+        (SNAP.replace("solver", {}).replace("noise.thermal", False), "1 um/s", "noise.thermal = false"),
         (
             SNAP.replace("cantilever.drift", {"zc": [0.0, 1e-6], "Q": [1.0, 2.0]}), "1 um/s",
             "where a lever snaps in takes a lever that stays as it is",

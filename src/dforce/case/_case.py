@@ -123,6 +123,10 @@ class Case(Parameters):
                 f"solver.integrator = langevin simulates a dwell, not {self.experiment.kind}; df.noise gives the noise along a "
                 "curve without simulation"
             )
+        if self.solver.integrator == "langevin" and not self.noise.thermal:
+            raise ParameterError(
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+            )
         self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)
