@@ -312,6 +312,11 @@ def test_a_lag_of_the_drive_turns_the_phase_alone():
     assert late.phase.item() == pytest.approx(plain.phase.item() + 45.0, abs=1e-7)  # by whole samples
 
 
+def test_an_interferometer_that_sees_the_base_move_does_not_take_it_for_a_drive():
+    with pytest.raises(ParameterError, match="the base cannot drive mode 1"):
+        case(WATER | {"base_coupling": 0.0}, readout={"kind": "interferometer"})
+
+
 def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
     asked = case(WATER, {"A0": 10e-9}, experiment={"kind": "dwell", "zc": 7e-9})
     phase = df.sweep(asked, over={"drive.lag": [0.0, math.pi / 4.0]}).phase.values.ravel()
@@ -327,6 +332,7 @@ def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
         (WATER, {"A0": 1e-9, "fluid_follows": 0.5}, 'write excitation = "base"'),
         (WATER, {"base_amplitude": 1e-9}, 'drive.base_amplitude goes with a shaken base; write excitation = "base"'),
         (WATER, {"tones": [{"mode": 1}]}, "drive.tones.1 has neither A0 (free amplitude) nor base_amplitude"),
+        (WATER | {"base_coupling": 0.0}, BASE, "drive: the base cannot drive mode 1 at 25000 Hz"),
         (WATER, BASE | {"fluid_follows": 0.5}, "of mode 1: give cantilever.added_mass, or"),
         ({"modes": [WATER | {"added_mass": 0.8}, SECOND]}, BASE | {"fluid_follows": 0.5}, "give cantilever.modes.2.added_mass"),
         (WATER, BASE | {"frequency": 10.0}, "the base cannot drive mode 1 at 10 Hz"),
