@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
     from dforce.solvers import SolverSettings
     from dforce.spectroscopy import force_along, force_curve
-    from dforce.thermal import noise, noisy_motion, snap_in_rate, switching_rate, thermal_spectrum
+    from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate, thermal_spectrum
     from dforce.validity import Advice, advice
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
@@ -148,6 +148,7 @@ _HOMES = {
     "thermal": (
         "noise",
         "noisy_motion",
+        "snap_in_distance",
         "snap_in_rate",
         "switching_rate",
         "thermal_spectrum",
@@ -232,6 +233,7 @@ __all__ = [
     "save_case",
     "shared",
     "show",
+    "snap_in_distance",
     "snap_in_rate",
     "summary",
     "sweep",

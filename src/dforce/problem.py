@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from dforce.core import units
 from dforce.core.errors import ForceError, ParameterError, checked, nearest
 from dforce.core.parameters import Parameters
 from dforce.forces import REGISTRY, Force
@@ -109,11 +110,12 @@ class Problem:
         modes = cantilever.resolve(medium)
         tones = drive.resolve(modes, readout)
         shaken = drive.base()
-        _refuse_unknown_fluid(modes, shaken, medium)
+        _refuse_unknown_fluid(cantilever, modes, shaken, medium)
         values = instrument_values(modes, tip, sample, contact, medium)
         chosen = tuple(forces)
         _refuse_double_counting(chosen)
         _refuse_extremes(modes, tones, values)
+        _refuse_wide_band(noise, tones)
         bound = [_bound(force, values) for force in chosen]
         places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
         numbers = ReadoutNumbers(tuple(readout.weights(len(modes), tone.mode) for tone in tones), readout.sees_base)
@@ -190,13 +192,6 @@ class Problem:
         """Number of states of each mode that say how the fluid follows; 0 where it has no memory."""
         memory = self.modes[0].memory
         return 0 if memory is None else len(memory.rates)
-
-    def refuse_late_fluid(self, what: str) -> None:
-        """Raise :class:`ParameterError` where the fluid has memory, which something does without."""
-        if self.late_fluid:
-            raise ParameterError(
-                f'{what} takes the load of the fluid as a mass and a damping; write cantilever.beam.fluid = "constant"'
-            )
 
     def refuse_changing_lever(self, what: str) -> None:
         """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
@@ -328,7 +323,9 @@ def _missing(name: str, path: str) -> str:
     return f"{name} needs {wanted}, which is not given; write {key} under [{section}]"
 
 
-def _refuse_unknown_fluid(modes: tuple[ModeNumbers, ...], shaken: BaseMotion | None, medium: Medium) -> None:
+def _refuse_unknown_fluid(
+    cantilever: Cantilever, modes: tuple[ModeNumbers, ...], shaken: BaseMotion | None, medium: Medium
+) -> None:
     """Raise :class:`ParameterError` where fluid is to move with the base and its mass is not known."""
     if shaken is None or not shaken.fluid_follows:
         return
@@ -336,10 +333,18 @@ def _refuse_unknown_fluid(modes: tuple[ModeNumbers, ...], shaken: BaseMotion | N
         raise ParameterError("drive.fluid_follows is above 0, but the medium is vacuum: there is no fluid to follow")
     for n, mode in enumerate(modes, start=1):
         if mode.added_mass is None:
+            key = f"cantilever.modes.{n}.added_mass" if cantilever.modes else "cantilever.added_mass"
             raise ParameterError(
-                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give cantilever.modes.{n}."
-                "added_mass, or a beam in a fluid"
+                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give {key}, or a beam in a fluid"
             )
+
+
+def _refuse_wide_band(noise: Noise | None, tones: tuple[ToneNumbers, ...]) -> None:
+    """Raise :class:`ParameterError` where a lock-in would not tell the drive from what it is mixed with."""
+    slowest = min(tone.frequency for tone in tones)
+    if noise is not None and noise.bandwidth is not None and noise.bandwidth > slowest:
+        band, drive = units.show(noise.bandwidth, "Hz", 4), units.show(slowest, "Hz", 4)
+        raise ParameterError(f"noise.bandwidth = {band} is above the drive frequency, {drive}")
 
 
 def _refuse_double_counting(forces: tuple[Force, ...]) -> None:

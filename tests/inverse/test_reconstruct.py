@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import brentq
 from scipy.special import ive
 
 import dforce as df
@@ -79,6 +80,40 @@ def test_a_morse_force_comes_back_from_frequency_shifts_within_a_percent(found):
     )  # nothing lies closer than the first points, a third of a length apart
     assert float(np.abs(found.force - law)[inner].max()) < 0.01 * np.ptp(law)
     assert (found.force_status == 0).all()
+
+
+WET = {
+    "youngs_modulus": 169e9,
+    "density": 2330.0,
+    "length": 50e-6,
+    "width": 30e-6,
+    "thickness": 25e-6,
+    "fluid": "history",
+}
+
+
+@pytest.mark.parametrize("phase", [90.0, 75.0])
+def test_a_force_comes_back_from_frequency_shifts_in_a_fluid_with_memory(phase):
+    case = df.Case(cantilever={"beam": WET}, drive={"A0": A}, medium={"density": 9970.0, "viscosity": 8.59e-2})
+    (mode,) = case.problem.modes
+    cotangent = 1.0 / np.tan(np.radians(phase))
+
+    def at(virial):  # the drive that holds the phase gives what the fluid takes: what is left is 2 V / A^2
+        def left(f):
+            return (mode.stiffness(f) * (1.0 + 1j * cotangent)).real - 2.0 * virial / A**2
+
+        return brentq(left, 0.5 * mode.f0, 2.0 * mode.f0, xtol=1e-9 * mode.f0, rtol=1e-15)
+
+    height = np.arange(0.30e-9, 1.5e-9, 10e-12)
+    shift = np.array([at(virial) for virial in morse_virial(height - A, A)]) - at(0.0)
+    variables = {"height": height, "amplitude": np.full(len(height), A), "frequency_shift": shift}
+    variables["phase"] = np.full(len(height), phase)
+    attrs = {"frequency_shift_error": 1e-3, "amplitude_error": 1e-16, "phase_error": 1e-9}
+    curve = xr.Dataset({name: ("point", values) for name, values in variables.items()}, attrs=attrs)
+    found = df.reconstruct(curve, case)
+    law = morse(found.distance.values)
+    inner = found.distance > found.distance[0] + 0.03e-9
+    assert float(np.abs(found.force - law)[inner].max()) < 0.01 * np.ptp(law)
 
 
 def test_van_der_waals_comes_back_from_a_measured_tapping_curve():

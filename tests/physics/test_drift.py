@@ -80,6 +80,16 @@ def test_a_beam_near_the_sample_is_slowed_down_on_its_way():
     assert (np.diff(curve["quality_factor"].values[:, 0]) < 0.0).all()
 
 
+def test_a_low_tip_is_no_hindrance_where_the_lever_still_oscillates():
+    # flat above the sample at 2.5 um, where no tip of 5 um lets it come, its Q would be 0.2
+    lever = {"beam": SIZES | {"tip_height": "5 um", "wall": "at_distance"}}
+    problem = case(lever=lever, medium="water").problem
+    assert pytest.approx(problem.modes[0].Q, rel=1e-12) == problem.at_height(0.0).modes[0].Q
+    assert problem.at_height(5e-6).modes[0].Q > 1.5 * problem.modes[0].Q
+    with pytest.raises(ParameterError, match=r"Q = 0\.\d+ in this medium; it must be above 0.5"):
+        case(lever={"beam": lever["beam"] | {"tip_height": "2.5 um"}}, medium="water")
+
+
 def test_lever_stays_beyond_the_distances_that_are_known():
     problem = case(DRIFT).problem
     assert isinstance(problem.heights, Heights)

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.linalg import solve_discrete_lyapunov
+from scipy.optimize import minimize
+from scipy.signal import welch
 
 import dforce as df
-from dforce.instrument.noise import time_constant
+from dforce.instrument import beam
+from dforce.instrument.noise import thermal_density, time_constant
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import RK4, free_amplitudes, with_amplitudes
-from dforce.solvers.langevin import Langevin, linear_step, noise_root, step_noise
+from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root, step_noise
 from dforce.solvers.linear_noise import linear_noise
 from dforce.solvers.philox import normals
 
@@ -227,3 +230,104 @@ def test_noise_along_a_curve_agrees_with_lanes():
         squares = ((runs - runs.mean()) ** 2).mean(axis=1)
         spread = squares.std(ddof=1) / math.sqrt(len(squares))
         assert point[f"{name}_noise"].values[0] ** 2 == pytest.approx(squares.mean(), abs=3.5 * spread)
+
+
+# the thermal spectrum
+
+
+def test_thermal_spectrum_is_that_of_the_exact_motion_of_lever_and_fluid():
+    asked = case(modes=2, solver={}, noise={"seed": 7, "detector": "100 fm/Hz^0.5"})
+    found = df.thermal_spectrum(asked, duration="60 ms")
+    rate, random = found.attrs["sampling_rate"], np.random.Generator(np.random.Philox(7))
+    count = int(0.06 * rate)
+    reading = np.zeros(count)
+    for seen, mode in zip((0.917670323115, 3.187185606808), asked.problem.modes, strict=True):
+        M, root = linear_step(mode, 1.0 / rate), noise_root(mode, 1.0 / rate, KT)
+        y, shaken = (
+            np.sqrt(equilibrium(mode)) * random.standard_normal(12),
+            random.standard_normal((count, 12)) @ root.T,
+        )
+        for i in range(count):
+            y = M @ y + shaken[i] if i else y
+            reading[i] += seen * y[0]
+    reading += 100e-15 * math.sqrt(0.5 * rate) * random.standard_normal(count)
+    width = found["frequency"].values[0]
+    wanted = welch(reading, rate, nperseg=round(rate / width), detrend="constant")[1]
+    np.testing.assert_allclose(found["spectral_density"], wanted[1 : found.sizes["frequency"] + 1], rtol=1e-8)
+
+
+def test_recorded_density_is_that_of_fluctuation_and_dissipation():
+    asked = case(solver={})
+    found = df.thermal_spectrum(asked, duration="4 s")
+    (mode,) = asked.problem.modes
+    f, seen = found["frequency"].values, 0.917670323115**2
+    ratio = found["spectral_density"].values / (seen * density(mode, f))
+    for low, high in ((0.2, 0.5), (0.5, 0.8), (0.8, 1.2), (1.2, 1.5)):
+        band = (f > low * mode.f0) & (f < high * mode.f0)
+        # so many times the record tells a line of the spectrum, whose windows overlap by half
+        assert ratio[band].mean() == pytest.approx(1.0, abs=4.0 / math.sqrt(4.0 * (high - low) * mode.f0)), low
+
+
+def test_calibrations_in_a_liquid_take_one_resonance_for_what_the_fluid_makes_of_it():
+    asked = case(solver={})
+    found = df.thermal_spectrum(asked, duration="10 s")
+    (mode,) = asked.problem.modes
+    f = np.linspace(0.6 * mode.f0, 1.4 * mode.f0, 400)
+    wanted = density(mode, f)
+
+    def unlikely(logs):  # of the density without scatter
+        f0, Q, square, white = np.exp(logs)
+        form = thermal_density(f, f0, 1.0, Q, square) + white
+        return float(np.mean(np.log(form / wanted) + wanted / form))
+
+    start = np.log([mode.f0, mode.Q, KT / mode.k, 0.01 * wanted.max()])
+    f0, Q, square, _ = np.exp(minimize(unlikely, start, method="Nelder-Mead", options={"maxiter": 4000}).x)
+    ratio, error = found.spring_constant_ratio.to_pandas(), found.spring_constant_error.item()
+    # so small a part of the spectrum scatters by some 1.6 times what the length of the record says, frequency and Q by 2.6
+    assert ratio["each mode"] == pytest.approx(KT / square / mode.k, abs=3.5 * 1.6 * error)
+    by_flow = beam.sader_stiffness(f0, Q, 225e-6, 28e-6, *WATER.values()) / (mode.k / beam.static_factor())
+    assert ratio["Sader"] == pytest.approx(by_flow, abs=3.5 * 2.6 * error)
+    assert KT / square / mode.k == pytest.approx(1.0, abs=0.03)  # of one that calibrates so in water
+
+
+# across a barrier
+
+SOFT = df.Case(
+    cantilever={"beam": SIZES | {"thickness": 1.4e-6, "fluid": "history"}}, drive={"A0": "0.1 pm"}, tip={"radius": 20e-9},
+    medium={"density": 1000.0, "viscosity": 3e-3}, forces=[df.forces.VanDerWaals(hamaker=4e-20)],
+    solver=NOISY | {"points_per_period": 128},
+)  # fmt: skip
+
+
+def test_rate_across_a_barrier_is_that_of_lever_and_fluid_together():
+    constant = df.snap_in_rate(SOFT.replace("cantilever.beam.fluid", "constant"), "1.6 nm")
+    found = df.snap_in_rate(SOFT, "1.6 nm")
+    assert found.barrier.item() == constant.barrier.item()
+    (mode,) = SOFT.problem.modes
+    A, _ = free_motion(mode)
+    wells = []
+    for d in (found.rest_distance.item(), found.barrier_distance.item()):
+        wells.append(mode.k - 2.0 * 4e-20 * 20e-9 / (6.0 * d**3))  # of the spring and the attraction
+    A[1, 0] = -wells[1] / mode.k
+    # the one way in which lever and fluid fall off the barrier
+    (growing,) = [float(rate.real) for rate in np.linalg.eigvals(A) if rate.real > 0.0]
+    falls = growing * 2.0 * math.pi * mode.oscillator[0]
+    rate = falls / (2.0 * math.pi) * math.sqrt(wells[0] / -wells[1]) * math.exp(-found.barrier.item() / KT)
+    assert found.switching_rate.item() == pytest.approx(rate, rel=1e-7)
+    assert found.switching_rate.item() > 1.1 * constant.switching_rate.item()
+
+
+def test_simulated_lanes_of_lever_and_fluid_snap_in_at_that_rate():
+    integrator, start = started(SOFT, 1.6e-9)
+    expected = df.snap_in_rate(SOFT, 1.6e-9)
+    running = integrator.lanes([start] * 500, range(500))
+    events, at_risk = 0, 0
+    for period in range(300):
+        running, _ = integrator.run(running, 1)
+        gone = running.lowest < expected.barrier_distance.item() - 0.15e-9
+        if period >= 20:
+            events, at_risk = events + int(gone.sum()), at_risk + len(gone)
+        running = running.part(np.flatnonzero(~gone))
+    rate = events / at_risk * SOFT.problem.tones[0].frequency
+    # so high a barrier has a rate some 10 % below the formula, with a constant load of the fluid as well
+    assert rate == pytest.approx(0.9 * expected.switching_rate.item(), rel=3.0 / math.sqrt(events) + 0.04)

@@ -451,6 +451,8 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm")), 'give bandwidth = "1 kHz"'),
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "80 kHz"), "is not between 0 Hz and the drive frequency"),
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "1 kHz", poles=9), "poles = 9 is not a whole number"),
+        (lambda: case(noise={"bandwidth": "76 kHz"}), "noise.bandwidth = 76 kHz is above the drive frequency, 75 kHz"),
+        (lambda: case(noise={"thermal": False}), "but noise.thermal = false"),
         (lambda: df.thermal_spectrum(case(), "1 ms"), "is too short to resolve the resonance; it takes"),
         (lambda: df.snap_in_rate(SNAP, "5 nm").close() or df.snap_in_rate(SNAP, "1 nm"), "has no barrier to the surface"),
         (
@@ -462,4 +464,171 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
 def test_what_makes_no_sense_is_refused_in_a_sentence(do, message):
     with pytest.raises(ParameterError) as raised:
         do()
+    assert message in str(raised.value)
+
+
+def test_sader_means_the_lever_and_thermal_motion_what_it_is_across_the_sample():
+    beam = {"youngs_modulus": 169e9, "density": 2330, "length": "225 um", "width": "28 um", "thickness": "3 um"}
+    asked = df.Case(cantilever={"beam": beam}, medium="air", drive={"A0": "10 nm"})
+    flat, tilted = (
+        df.thermal_spectrum(one, duration="0.5 s") for one in (asked, asked.replace("cantilever.beam.tilt", "11 deg"))
+    )  # of the same noise
+    stiffer = tilted.true_spring_constant / flat.true_spring_constant
+    assert stiffer.sel(calibration="static, 0.817").item() == pytest.approx(
+        math.cos(math.radians(11.0)) ** -2, rel=1e-12
+    )
+    assert stiffer.sel(calibration="Sader").item() == pytest.approx(1.0, rel=1e-12)
+    # the fit stops within 1e-7
+    assert tilted.spring_constant_ratio.values == pytest.approx(flat.spring_constant_ratio.values, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"seeds": [1, -1]}, "seed = -1 is not between 0 and 2^62"),
+        ({"seeds": [2**70]}, "is not between 0 and 2^62"),
+        ({"seeds": [3, 1, 3]}, "seeds holds 3 twice"),
+        ({"seeds": 2, "settling": -5}, "settling = -5 is below 0"),
+    ],
+)
+def test_runs_that_would_be_none_of_ones_own_are_refused(given, message):
+    with pytest.raises(ParameterError) as raised:
+        df.noisy_motion(case(solver={}, noise={"detector": "1 fm/Hz^0.5"}), "50 nm", periods=2, **given)
+    assert message in str(raised.value)
+
+
+def test_numbers_of_seeds_are_whole_numbers_of_any_kind():
+    asked = case(solver={})
+    found = df.noisy_motion(asked, "50 nm", seeds=np.int64(2), periods=np.int64(3), settling=0)
+    assert found.identical(df.noisy_motion(asked, "50 nm", seeds=np.array([1, 2]), periods=3, settling=0))
+
+
+def test_dwell_under_noise_is_not_asked_for_the_balances_of_a_steady_motion():
+    modes = [{"f0": 25e3, "k": 0.1, "Q": 2.5}, {"f0": 160e3, "k": 4.0, "Q": 5}]
+    drive = {"tones": [{"A0": 10e-9}, {"A0": 1e-9}], "excitation": "base"}
+    asked = df.Case(
+        cantilever={"modes": modes}, drive=drive, tip={"radius": 10e-9}, forces=[df.forces.DMT(hamaker=5e-21)],
+        sample={"youngs_modulus": 50e6, "poisson_ratio": 0.5}, solver={"integrator": "langevin", "points_per_period": 256},
+    )  # fmt: skip
+    # over some periods thermal motion bends so soft a lever more than the mean force does
+    for seed in range(1, 5):
+        noisy = df.dwell(asked.replace("noise.seed", seed), zc="8 nm", recorded_periods=2)
+        assert int(noisy.status) == 0
+        assert np.isfinite(noisy.amplitude).all() and np.isfinite(noisy.total_dissipated_energy)
+        assert noisy.amplitude.values[0] == pytest.approx(9.74e-9, rel=0.05)
+
+
+@pytest.mark.parametrize("way", ["noisy_motion", "snap_in_rate"])
+def test_noise_finds_the_lever_as_it_is_at_its_distance(way):
+    lever = {"f0": 20e3, "k": 0.3, "Q": 1.0}
+    asked = SNAP.replace("cantilever", lever | {"drift": {"zc": ["0 nm", "10 nm"], "Q": [0.8, 2.8]}}).replace(
+        "drive.A0", "1 nm"
+    )
+    alone = SNAP.replace("cantilever", lever | {"Q": 1.12}).replace(
+        "drive.A0", "1.12 nm"
+    )  # at 1.6 nm, by the same force
+
+    def found(case):
+        if way == "snap_in_rate":
+            return df.snap_in_rate(case, "1.6 nm").switching_rate.item()
+        cold = case.replace("medium.temperature", "1 uK").replace("forces", [])
+        return df.noisy_motion(cold, "1.6 nm", seeds=1, periods=3).amplitude.values
+
+    # between the distances given the damping f0 / Q changes linearly in 64 parts
+    assert found(asked) == pytest.approx(found(alone), rel=1e-4)
+
+
+def test_detector_adds_its_own_noise_to_what_a_noisy_dwell_reads():
+    quiet, loud = (case(noise={"detector": detector}) for detector in ("0 fm/Hz^0.5", "20 pm/Hz^0.5"))
+    periods = quiet.solver.measured_periods
+    added = []
+    for seed in range(1, 21):
+        one, other = (
+            df.dwell(asked.replace("noise.seed", seed), zc="50 nm", recorded_periods=1) for asked in (quiet, loud)
+        )
+        assert np.array_equal(one.deflection, other.deflection)  # that is of the lever itself
+        c, d = (found.amplitude.item() * np.exp(-1j * math.radians(found.phase.item())) for found in (one, other))
+        added += [(d - c).real, (d - c).imag]
+        assert other.amplitude_ratio.item() == pytest.approx(other.amplitude.item() / 20e-9, rel=1e-12)
+        assert other.apparent_dissipated_energy.item() != one.apparent_dissipated_energy.item()
+    # a lock-in over a time T has the bandwidth 1 / 2T
+    assert np.mean(np.square(added)) == pytest.approx((20e-12) ** 2 * 75e3 / periods, rel=4.0 * math.sqrt(2.0 / 40))
+    again = df.noisy_motion(loud, "50 nm", seeds=[20], periods=periods, settling=0).amplitude
+    still = df.noisy_motion(quiet, "50 nm", seeds=[20], periods=periods, settling=0).amplitude
+    assert (again != still).all()
+
+
+# on the way to the surface
+
+
+def test_snap_in_of_a_ramp_is_the_survival_that_the_rates_leave():
+    found = df.snap_in_distance(SNAP, ["20 nm/s", "1 um/s"])
+    end = found.static_snap_in_zc.item()
+    assert end == pytest.approx(1.4422495703074e-9, rel=1e-12)  # 1.5 (H R / 3 k)^(1/3)
+    k, strength, gamma = 0.3, 4e-20 * 20e-9 / 6.0, 2.0 * math.pi * 20e3
+    mass = k / gamma**2
+
+    def rate(zc):  # of the attraction -strength / d^2, in closed form
+        roots = np.roots([1.0, -zc, 0.0, strength / k])
+        top, rest = np.sort(roots.real[roots.real > 0.0])
+        height = 0.5 * k * ((top - zc) ** 2 - (rest - zc) ** 2) - strength * (1.0 / top - 1.0 / rest)
+        crest, well = (math.sqrt(abs(k - 2.0 * strength / d**3) / mass) for d in (top, rest))
+        return (
+            (math.sqrt(0.25 * gamma**2 + crest**2) - 0.5 * gamma)
+            / crest
+            * well
+            / (2.0 * math.pi)
+            * math.exp(-height / KT)
+        )
+
+    for place, v in enumerate((20e-9, 1e-6)):
+        zc = end + np.geomspace(1e-14, 0.6e-9, 20001)[::-1]
+        way = np.append(zc, end)
+        hazard = np.append([rate(one) for one in zc], 0.0) / v
+        left = np.exp(-np.concatenate([[0.0], np.cumsum(-0.5 * np.diff(way) * (hazard[1:] + hazard[:-1]))]))
+        gone = np.append(-np.diff(left), left[-1])  # the rest snaps in where the barrier ends
+        middle = np.append(0.5 * (way[1:] + way[:-1]), end)
+        mean = gone @ middle
+        assert found.snap_in_zc.values[place] == pytest.approx(mean, abs=1e-4 * (mean - end))
+        assert found.snap_in_spread.values[place] == pytest.approx(math.sqrt(gone @ (middle - mean) ** 2), rel=1e-3)
+
+
+def test_simulated_lanes_on_their_way_to_the_surface_snap_in_there():
+    integrator, start = langevin(SNAP, 1.75e-9)
+    running, places = integrator.lanes([start] * 400, range(400)), []
+    steps = np.arange(1.75e-9, 1.44e-9, -1e-12)
+    for zc in steps:  # by 1 pm a period
+        integrator.place(zc)
+        running, _ = integrator.run(replace(running, lowest=np.full(len(running.y), np.inf)), 1)
+        gone = running.lowest < 0.6e-9  # the barrier is at 0.85 to 0.96 nm
+        places += [zc] * int(gone.sum())
+        running = running.part(np.flatnonzero(~gone))
+        if not len(running.y):
+            break
+    assert len(places) == 400
+    found = df.snap_in_distance(SNAP, 1e-12 * 20e3)
+    sure = found.snap_in_spread.item() / math.sqrt(len(places))
+    # Kramers' rate is up to 10 % high, which is 2 to 3 pm of a rate that changes e-fold in 25 pm
+    assert np.mean(places) == pytest.approx(found.snap_in_zc.item(), abs=3.5 * sure + 3e-12)
+    assert np.std(places) == pytest.approx(found.snap_in_spread.item(), rel=3.5 / math.sqrt(2.0 * len(places)) + 0.1)
+
+
+@pytest.mark.parametrize(
+    ("asked", "speed", "message"),
+    [
+        (SNAP, 0.0, "speed takes speeds of the approach above 0 m/s"),
+        (SNAP, [], "speed takes speeds of the approach above 0 m/s"),
+        (SNAP, "1 nm", "speed is '1 nm', which is a length"),
+        (SNAP.replace("cantilever.k", "30 kN/m"), "1 um/s", "the lever does not snap in: it is stiffer than the attraction"),
+        (SNAP.replace("forces", []), "1 um/s", "the lever does not snap in"),
+        (SNAP.replace("solver", {}).replace("noise.thermal", False), "1 um/s", "noise.thermal = false"),
+        (
+            SNAP.replace("cantilever.drift", {"zc": [0.0, 1e-6], "Q": [1.0, 2.0]}), "1 um/s",
+            "where a lever snaps in takes a lever that stays as it is",
+        ),
+    ],
+)  # fmt: skip
+def test_ramps_that_make_no_sense_are_refused(asked, speed, message):
+    with pytest.raises(ParameterError) as raised:
+        df.snap_in_distance(asked, speed)
     assert message in str(raised.value)

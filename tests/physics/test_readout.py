@@ -35,12 +35,21 @@ def read(found):
 
 
 def test_a_lever_of_light_sees_slopes():
-    assert [beam.lever_factor(n) for n in (1, 2)] == pytest.approx(SENSITIVITIES, abs=1e-11)
+    more = (*SENSITIVITIES, 5.232444030993, 7.330606447348)
+    assert [beam.lever_factor(n) for n in range(1, 5)] == pytest.approx(more, abs=1e-12)
     found = df.dwell(case(readout={"kind": "optical_lever"}), zc="7 nm")
     z = moves(found)
     assert read(found)[0] == pytest.approx(SENSITIVITIES @ z, rel=1e-10)
     tip = complex_of(found.tip_amplitude.values, found.tip_phase.values)
     assert tip[0] == pytest.approx(z.sum(), rel=1e-10)
+
+
+def test_parts_of_the_modes_in_what_a_static_calibration_sees_of_thermal_motion_add_up_to_four_thirds():
+    # of kT over the static spring constant
+    parts = [beam.lever_factor(n) ** 2 / (beam.wavenumber(n) ** 4 / 12.0) for n in range(1, 41)]
+    assert parts[:4] == pytest.approx([0.81743, 0.25107, 0.08631, 0.04412], abs=5e-6)
+    assert parts[0] == pytest.approx(0.8174347867, abs=5e-11)
+    assert sum(parts) == pytest.approx(1.31982, abs=5e-6)
 
 
 def test_modes_calibrated_each_by_itself_are_read_as_if_all_were_the_tones():

@@ -62,6 +62,13 @@ def test_a_file_of_ones_own_is_read_once_and_the_case_keeps_what_it_said(tmp_pat
     assert df.Case.from_toml(case.to_toml()).problem == case.problem
 
 
+def test_spaces_behind_commas_and_a_mark_of_the_encoding_do_no_harm(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my.csv").write_text("# my levers\nname, f0, k, Q\n\nmine, 71.3 kHz, 2.1, 180\n", encoding="utf-8-sig")
+    lever = df.Cantilever(name="mine", library="my.csv")
+    assert (lever.f0, lever.k, lever.Q) == (71.3e3, 2.1, 180.0)
+
+
 def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
     (tmp_path / "my.csv").write_text("name,f0,k\nmine,71300,2.1\n", encoding="utf-8")
     text = 'cantilever = { name = "mine", library = "my.csv", Q = 180 }\ndrive = { A0 = "10 nm" }\n'
@@ -94,9 +101,18 @@ def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):
     [
         ("name,f0\nmine,1\n", "has no column 'k'"),
         ("name,f0,k,colour\nmine,1,1,red\n", "has a column 'colour'"),
-        ("name,f0,k\nmine,1 nm,1\n", "cantilever 1: a number"),
+        ("name,f0,k\nmine,1 nm,1\n", "cantilever 1: f0 is '1 nm', which is a length"),
         ("name,f0,k\nmine,1 kHz,-1\n", "no number below 0"),
         ("name,f0,k\nother,1 kHz,1\n", "cantilever = 'mine' is not known"),
+        (
+            "name,f0,k\nmine,1 kHz,1\nmine,2 kHz,1\n",
+            "cantilever.library = 'my.csv', cantilever 2: 'mine' is there twice",
+        ),
+        ("name,f0,k\nmine,1 kHz,1,8 nm\n", "'my.csv', cantilever 1: it has 4 cells, and 3 columns are named"),
+        ("name,f0,k\nmine,1 kHz\n", "'my.csv', cantilever 1: it has 2 cells, and 3 columns are named"),
+        (f"name,f0,k\nmine,1 kHz,{'1' * 200_000}\n", "'my.csv' is no table: field larger than field limit"),
+        ("name,f0,f0,k\nmine,1 kHz,2 kHz,1\n", "'my.csv' has two columns 'f0'"),
+        ("name,f0,k,tip_radius\nmine,1 kHz,1,3 m\n", "'my.csv', mine: tip_radius = 3 m is above 1 mm"),
     ],
 )
 def test_a_file_that_is_no_list_is_refused(tmp_path, monkeypatch, text, message):

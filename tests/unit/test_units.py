@@ -195,3 +195,11 @@ def test_a_case_in_usual_units_never_loads_pint():
     code = "import sys, dforce as df; df.example('figure-3-air').problem; print('pint' in sys.modules)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "False"
+
+
+def test_a_list_of_quantities_is_read_as_each_alone_is():
+    assert units.parse_all(["1 nm", 2e-9, np.float64(3e-9)], "m") == [1e-9, 2e-9, 3e-9]
+    assert units.parse_all("1 nm", "m") == units.parse_all(1e-9, "m") == units.parse_all(np.array(1e-9), "m") == [1e-9]
+    for wrong in (None, object(), ["1 nm", None], int):
+        with pytest.raises(UnitError):
+            units.parse_all(wrong, "m")

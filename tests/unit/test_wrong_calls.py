@@ -106,6 +106,7 @@ CALLS = {
     "sweep": {"case": CASE, "over": {"tip.radius": ["2 nm"]}},
     "core.units:unit_choices": {"unit": "m"},
     "snap_in_rate": {"case": CASE, "zc": "8 nm"},
+    "snap_in_distance": {"case": CASE, "speed": "1 um/s"},
     "switching_rate": {"state": CURVE, "other": CURVE, "lanes": 2, "periods": 10},
     "thermal_spectrum": {"case": CASE, "duration": "1 ms"},
     "core.notation:unmarked": {"text": "one"},

@@ -123,9 +123,27 @@ class Case(Parameters):
                 f"solver.integrator = langevin simulates a dwell, not {self.experiment.kind}; df.noise gives the noise along a "
                 "curve without simulation"
             )
+        if self.solver.integrator == "langevin" and not self.noise.thermal:
+            raise ParameterError(
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+            )
+        self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)
         return self
+
+    def _refuse_low_tip(self) -> None:
+        """Raise :class:`ParameterError` where the lever over a wall comes to other heights than its fluid is known for."""
+        beam, A0 = self.cantilever.beam, sum(tone.A0 for tone in self.problem.tones)
+        if beam is None or beam.tip_height is None or self.experiment is None:
+            return
+        places = None if beam.wall == "at_distance" else self.experiment.range_of_zc(self.problem)
+        way = A0 + (max(map(abs, places)) if places else 0.0)
+        if beam.tip_height <= way:
+            raise ParameterError(
+                f"cantilever.beam.tip_height = {units.show(beam.tip_height, 'm', 4)} is no more than the way of the tip, "
+                f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or stay nearer'
+            )
 
     @functools.cached_property
     def problem(self) -> Problem:

@@ -155,6 +155,13 @@ NOISES = _table(
     Observable("rest_distance", "d_a", "m", "nm", "rest distance", "distance at which a still lever rests"),
     Observable("barrier_distance", "d_b", "m", "nm", "distance of the barrier",
                "distance beyond which a still lever snaps in"),
+    Observable("snap_in_zc", r"\langle z_c \rangle", "m", "nm", "snap-in distance",
+               "average distance at which a still lever snaps in on its way to the surface, the mean", ("speed",)),
+    Observable("snap_in_spread", r"\sigma_{z_c}", "m", "nm", "spread of the snap-in distance",
+               "its standard deviation by thermal motion", ("speed",)),
+    Observable("static_snap_in_zc", "z_0", "m", "nm", "static snap-in distance",
+               "average distance at which a still lever snaps in without thermal motion"),
+    Observable("speed", "v", "m/s", "µm/s", "speed", "speed of the approach"),
 )  # fmt: skip
 
 MOTION, REPEATS = "motion", "repeat_periods"  # the motion at each point, from which anything can go on

@@ -10,6 +10,7 @@ import functools
 import hashlib
 import math
 import re
+from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -199,6 +200,13 @@ def parse(given: object, unit: str) -> float:
 SUGGESTED = {
     "m": "nm", "Hz": "kHz", "N": "nN", "Pa": "GPa", "J/m^2": "mJ/m^2", "s": "us", "rad": "deg", "m/s": "um/s",
 }  # fmt: skip
+
+
+def parse_all(given: object, unit: str) -> list[float]:
+    """Return the SI values of a quantity, or of each in a list; see :func:`parse`."""
+    if isinstance(given, str) or not isinstance(given, Iterable) or getattr(given, "shape", None) == ():
+        return [parse(given, unit)]
+    return [parse(item, unit) for item in given]
 
 
 def _example(unit: str) -> str:

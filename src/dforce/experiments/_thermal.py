@@ -10,6 +10,7 @@ from dforce.core.errors import ParameterError
 from dforce.experiments.base import Progress, initial_motion
 from dforce.experiments.dwell import MOST_SAMPLES, Dwell, record_spectrum, record_traces
 from dforce.experiments.table import Table
+from dforce.instrument.noise import detector_readings
 from dforce.results.status import Status
 
 if TYPE_CHECKING:
@@ -23,7 +24,8 @@ def thermal_dwell(dwell: Dwell, problem: Problem, settings: SolverSettings, prog
     """Return traces, spectrum and scalars of a dwell under thermal noise, all of one run; see :class:`Experiment`.
 
     It settles for the periods asked for, or ten decay times of the slowest mode; then scalars are means over
-    `measured_periods`, extremes the farthest in them, and traces and spectrum follow.
+    `measured_periods`, extremes the farthest in them, and traces and spectrum follow. What the detector adds by itself is in
+    amplitude and phase.
     """
     from dforce.observables.averaging import weights
     from dforce.observables.finish import finish
@@ -54,9 +56,13 @@ def thermal_dwell(dwell: Dwell, problem: Problem, settings: SolverSettings, prog
         data.attrs["interrupted"] = 1
         return data
     even = weights([tone.frequency for tone in problem.tones], len(rows))
-    values = finish(problem, integrator.scales, dwell.harmonics, rows, even)
+    added = detector_readings(
+        problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)
+    )
+    values = finish(problem, integrator.scales, dwell.harmonics, rows, even, even @ added)
     values |= {"settling_periods": float(periods), "drift": np.nan}
-    table.put((), Steady(values, motion, True, False), problem)
+    # it never settles: the balances of a steady motion hold on long means only
+    table.put((), Steady(values, motion, settled=False, repeats=False), problem)
     table.status[()] = Status.OK if motion.is_finite else Status.FAILED
     data = table.dataset().assign_coords(zc=dwell.zc)
     data.attrs["samples_per_period"] = integrator.points

@@ -163,6 +163,18 @@ class Experiment(Parameters):
             What the problem was made from, for experiments that vary one of its parameters.
         """
 
+    def range_of_zc(self, problem: Problem) -> tuple[float, float] | None:
+        """Return the nearest and the farthest average distance that it visits (m); None where it does not say."""
+        zc: Any = getattr(self, "zc", None)
+        if zc is None:
+            return None
+        if isinstance(zc, float | tuple):
+            ends = zc if isinstance(zc, tuple) else (zc,)
+        else:
+            unit = problem.tones[0].A0 if isinstance(zc, RelativeGrid) else 1.0
+            ends = (unit * zc.start, unit * zc.stop)
+        return min(ends), max(ends)
+
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at one point of a result of this experiment, whose coordinates say where it is."""
         return problem.at_height(float(point["zc"])) if "zc" in point.coords else problem

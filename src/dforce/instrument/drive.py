@@ -218,7 +218,7 @@ def _tone(
         return ToneNumbers(frequency, given.phase, A0, number - 1, force, given.lag)
     push = base.force(mode, frequency)  # N per meter of the base
     response = abs(seen * push / mode.stiffness(frequency) + readout.sees_base)
-    if response * FARTHEST < 1.0:
+    if push == 0.0 or response * FARTHEST < 1.0:
         raise ParameterError(
             f"{path}: the base cannot drive mode {number} at {frequency:.6g} Hz; it would have to move by more than "
             f"{FARTHEST:g} times A0"

@@ -98,5 +98,13 @@ def _over_wall(beam: Beam, medium: Medium, tones: tuple[ToneNumbers, ...]) -> He
     height = beam.needed("tip_height")
     heights = np.append(height, height * np.geomspace(NEAREST, FARTHEST, HEIGHTS))
     heights = np.unique(heights[heights >= beam.nearest()])
-    modes = [beam.model_copy(update={"tip_height": float(one)}).resolve(medium) for one in heights]
-    return Heights(tuple((heights - height).tolist()), tuple(modes), (tones,) * len(heights))
+    known = []
+    for one in heights.tolist():
+        try:
+            known.append((one - height, beam.model_copy(update={"tip_height": one}).resolve(medium)))
+        except ParameterError:
+            if one >= height:  # nearer than its tip is high a lever is by nanometers, and may stop to oscillate before
+                raise
+            known.clear()
+    zc, modes = zip(*known, strict=True)
+    return Heights(zc, modes, (tones,) * len(known))

@@ -316,7 +316,11 @@ class Cantilever(Parameters):
         for field in ("f0", "k", "Q", "tip_radius"):
             value = getattr(known[self.name], field)
             if getattr(self, field) is None and value is not None:
-                self.quantities()[field].check(value)
+                try:
+                    self.quantities()[field].check(value)
+                except ParameterError as error:  # of a file: those that are shipped are within bounds
+                    where = f"cantilever.library = '{shorten(str(self.library))}', {shorten(self.name)}"
+                    raise ParameterError(f"{where}: {field} {error}") from None
                 self.__dict__[field] = value
                 if self.library is not None:  # a case has to mean the same where the file is not
                     self.model_fields_set.add(field)

@@ -78,6 +78,17 @@ def time_constant(bandwidth: float, poles: int) -> float:
     return math.gamma(poles - 0.5) / (4.0 * math.sqrt(math.pi) * math.gamma(poles) * bandwidth)
 
 
+def detector_readings(noise: NoiseNumbers, seed: int, frequency: float, periods: int, tones: int) -> Any:
+    """Return what the detector adds to the complex amplitude (m) of each period, (periods, tones).
+
+    It is white, so that periods of the first tone, of a frequency (Hz), are independent where each is read by itself.
+    """
+    import numpy as np
+
+    random = np.random.Generator(np.random.Philox(seed)).standard_normal((periods, tones, 2))
+    return noise.detector * math.sqrt(frequency) * random @ np.array([1.0, 1j])
+
+
 def thermal_density(frequency: Any, f0: float, k: float, Q: float, kT: float) -> Any:
     r"""Return the one-sided spectral density (m^2/Hz) of a mode's thermal motion at frequencies (Hz).
 

@@ -1,8 +1,8 @@
 """Cantilevers by name: nominal values of makers, as data, and those of a file of the user's own.
 
 A file is a CSV table with a head: `name`, `f0`, `k`, and, where known, `Q`, `length`, `width`, `thickness`, `tip_radius`,
-`maker` and `source`; numbers in SI or with a unit. Sizes are shipped where they agree with f0 and k of a rectangular silicon
-beam.
+`maker` and `source`; numbers in SI or with a unit, lines that begin with ``#`` left out. Sizes are shipped where they agree
+with f0 and k of a rectangular silicon beam.
 """
 
 from __future__ import annotations
@@ -88,22 +88,37 @@ def own_cantilevers(file: Path) -> Probes:
 
 
 def _read(lines: Iterable[str], what: str) -> Probes:
-    table = csv.DictReader(lines)
+    try:
+        rows = [row for row in csv.reader(lines, skipinitialspace=True) if row and not row[0].startswith("#")]
+    except csv.Error as error:
+        raise ParameterError(f"{what} is no table: {error}") from None
+    columns = [column.strip() for column in rows[0]] if rows else []
     for column in ("name", "f0", "k"):
-        if column not in (table.fieldnames or ()):
+        if column not in columns:
             raise ParameterError(f"{what} has no column '{column}'; its first line has to name the columns")
-    for column in table.fieldnames or ():
+    for column in columns:
         if column not in (*UNITS, *WORDS):
             raise ParameterError(f"{what} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
+        if columns.count(column) > 1:
+            raise ParameterError(f"{what} has two columns '{column}'")
     found = Probes()
-    for number, row in enumerate(table, start=1):
-        given = {key: (row.get(key) or "").strip() for key in (*UNITS, *WORDS)}
-        try:
-            numbers = {key: units.parse(given[key], unit) for key, unit in UNITS.items() if given[key]}
-        except ParameterError as error:
-            raise ParameterError(f"{what}, cantilever {number}: a number {error}") from None
+    for number, row in enumerate(rows[1:], start=1):
+        here = f"{what}, cantilever {number}"
+        if len(row) != len(columns):
+            raise ParameterError(f"{here}: it has {len(row)} cells, and {len(columns)} columns are named")
+        given = dict.fromkeys((*UNITS, *WORDS), "") | {
+            key: cell.strip() for key, cell in zip(columns, row, strict=True)
+        }
+        numbers = {}
+        for key in filter(given.__getitem__, UNITS):
+            try:
+                numbers[key] = units.parse(given[key], UNITS[key])
+            except ParameterError as error:
+                raise ParameterError(f"{here}: {key} {error}") from None
         if not given["name"] or not {"f0", "k"} <= set(numbers) or not all(value > 0.0 for value in numbers.values()):
-            raise ParameterError(f"{what}, cantilever {number}: give a name, f0 and k, and no number below 0")
+            raise ParameterError(f"{here}: give a name, f0 and k, and no number below 0")
+        if given["name"] in found:
+            raise ParameterError(f"{here}: '{shorten(given['name'])}' is there twice")
         words = {key: given[key] for key in WORDS}
         found[given["name"]] = Probe(**words, **numbers)  # type: ignore[arg-type]
     return found

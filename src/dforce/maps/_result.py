@@ -123,13 +123,17 @@ class Layout:
 
     def over_all(self, filled: list[Any], fill: Any) -> Any:
         """Return arrays of the parts, (cases, points, ...), as one over the axes, the inner dimensions, and what is behind."""
-        behind = next((array.shape[2:] for array in filled if array is not None), ())
+        shapes = [array.shape[2:] for array in filled if array is not None]
+        behind = tuple(map(max, zip(*shapes, strict=True)))  # some cases may have more modes, or more to remember
         out = np.full((self.parts, self.cases, *map(len, self.inner.values()), *behind), fill)
         for row, array in zip(out, filled, strict=True):
-            if array is not None and self.inner:
-                row[(slice(None), *self._places)] = array
-            elif array is not None:
-                row[:] = array[:, 0]
+            if array is None:
+                continue
+            own = (..., *map(slice, array.shape[2:]))
+            if self.inner:
+                row[own][(slice(None), *self._places)] = array
+            else:
+                row[own] = array[:, 0]
         return self.over_axes(out)
 
     def by_point(self, array: Any) -> Any:

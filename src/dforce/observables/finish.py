@@ -14,7 +14,9 @@ from dforce.observables.complex_numbers import Complex, angle, modulus, phase_la
 from dforce.problem import Problem
 
 
-def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Any]:
+def finish(
+    problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array, added: Complex | None = None
+) -> dict[str, Any]:
     """Return every scalar observable of a settled motion.
 
     Parameters
@@ -27,6 +29,8 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
         One row a period, as ``measure`` writes them, shape (periods, columns).
     weights
         Weight of each period, shape (periods,).
+    added
+        What the detector adds by itself to the complex amplitude of each tone (m), shape (tones,).
 
     Returns
     -------
@@ -34,7 +38,10 @@ def finish(problem: Problem, scales: Scales, harmonics: int, rows: Array, weight
         SI values by the names of :data:`dforce.core.quantities.OBSERVABLES`: floats, and arrays over tones, modes or
         harmonics.
     """
-    return {name: value[0] for name, value in finish_all(problem, scales, harmonics, rows[None], weights).items()}
+    numbers, tones = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
+    more = None if added is None else added / scales.length
+    found = finish_each(problem, harmonics, rows[None], weights, numbers, tones, more)
+    return {name: value[0] for name, value in found.items()}
 
 
 def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Array]:
@@ -44,11 +51,13 @@ def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, we
 
 
 def finish_each(
-    problem: Problem, harmonics: int, rows: Array, weights: Array, numbers: Array, tables: Array
-) -> dict[str, Array]:
+    problem: Problem, harmonics: int, rows: Array, weights: Array, numbers: Array, tables: Array,
+    added: Complex | None = None,
+) -> dict[str, Array]:  # fmt: skip
     """Return the same for motions of different problems with as many modes and tones as `problem`.
 
-    `numbers` are the kernel's parameters (motions, parameters), `tables` its tone tables (motions, tones, columns).
+    `numbers` are the kernel's parameters (motions, parameters), `tables` its tone tables (motions, tones, columns), `added` is
+    in scaled units.
     """
     modes, tones = len(problem.modes), len(problem.tones)
     length, a0, period = numbers[:, LENGTH], numbers[:, CONTACT], 2.0 * np.pi / numbers[:, OMEGA]
@@ -62,6 +71,8 @@ def finish_each(
     by_tone[:, range(tones), problem.own_modes] -= base
     of_harmonics[:, :1] -= base[:, :1]
     read = detected(problem, by_tone[:, :, :-1], tip, base)
+    if added is not None:
+        read = read + added
     total = product(read, np.exp(-1j * tables[:, :, -1])) if problem.readout.turns else read
     driver = [driving_tone(problem, n) for n in range(modes)]
     of_modes = by_tone[:, driver, range(modes)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 CHUNK = 64  # periods between looks at the watch
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
+MOST_SEED = 2**62
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 
@@ -66,20 +68,22 @@ def noisy_motion(
     from dforce.results.provenance import provenance
 
     asked, problem, place, start = start_of(case, zc)
-    given = range(problem.noise.seed, problem.noise.seed + seeds) if isinstance(seeds, int) else seeds
+    given = _seeds(problem.noise.seed, seeds)
     band = None if bandwidth is None else lock_in_of(problem, bandwidth, poles)
-    if periods < 1 or not len(given):
+    if periods < 1 or not given:
         raise ParameterError("a noisy motion takes at least one period and one seed")
+    if settling is not None and settling < 0:
+        raise ParameterError(f"settling = {settling} is below 0")
     if len(given) * periods * len(problem.tones) > MOST_NUMBERS:
         raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; take fewer of either")
     wait = settling_periods(problem, band) if settling is None else settling
     integrator = langevin(asked, problem, place)
     if band is not None:
         integrator.read_by(*band)
-    lanes = integrator.lanes([start] * len(given), list(given))
+    lanes = integrator.lanes([start] * len(given), given)
     with watched(progress, f"noisy motion: {asked.title}") as tell:
         parts, lanes = march(integrator, lanes, wait + periods, tell)
-        c = read_out(integrator, parts, list(given), band)[:, wait:]
+        c = read_out(integrator, parts, given, band)[:, wait:]
         tell(wait + periods, wait + periods, "")
     turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
     times = (np.arange(c.shape[1]) + 0.5) / problem.tones[0].frequency
@@ -89,12 +93,25 @@ def noisy_motion(
             "phase": (("seed", "time", "tone"), _lag(c * np.exp(-1j * turns))),
             "min_distance": ("seed", lanes.lowest),
         },
-        {"seed": list(given), "time": times, "tone": np.arange(1, len(problem.tones) + 1), "zc": place},
+        {"seed": [*given], "time": times, "tone": np.arange(1, len(problem.tones) + 1), "zc": place},
     )
     if c.shape[1] < periods:
         data.attrs["interrupted"] = 1
     data.attrs |= provenance(asked.to_toml(complete=True), asked.title) | {"samples_per_period": integrator.points}
     return describe(data)
+
+
+def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
+    """Return the seed of each run, that number of them from the first on or as they are given."""
+    if isinstance(given, int | np.integer):
+        return range(first, first + int(given))
+    counts = Counter(int(seed) for seed in given)
+    for seed, count in counts.items():
+        if not 0 <= seed <= MOST_SEED:
+            raise ParameterError(f"seed = {seed} is not between 0 and 2^62")
+        if count > 1:
+            raise ParameterError(f"seeds holds {seed} twice: both runs would be the same")
+    return [*counts]
 
 
 def _lag(c: Complex) -> Any:
@@ -110,7 +127,7 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
         asked, point = case, dwell(case.replace(solver=quiet), zc)
-        problem = case.problem
+        problem = case.problem.at_height(float(point["zc"]))
     else:
         if zc is not None:
             raise ParameterError("a point of a result has its distance; leave zc out")
@@ -167,7 +184,7 @@ def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[
     return np.concatenate(parts, axis=1), lanes
 
 
-def read_out(integrator: Langevin, c: Complex, seeds: list[int], band: tuple[float, int] | None) -> Complex:
+def read_out(integrator: Langevin, c: Complex, seeds: Sequence[int], band: tuple[float, int] | None) -> Complex:
     """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
@@ -178,14 +195,15 @@ def read_out(integrator: Langevin, c: Complex, seeds: list[int], band: tuple[flo
 
 
 def _detector(
-    noise: NoiseNumbers, shape: tuple[int, ...], seeds: list[int], problem: Problem, band: tuple[float, int] | None
+    noise: NoiseNumbers, shape: tuple[int, ...], seeds: Sequence[int], problem: Problem, band: tuple[float, int] | None
 ) -> Any:
-    """Return what the detector adds to the reading of each period (m): white, so independent before the lock-in."""
+    """Return what the detector adds to the reading of each period (m)."""
+    from dforce.instrument.noise import detector_readings
+
     if not noise.detector:
         return 0.0
     frequency = problem.tones[0].frequency
-    rows = [np.random.Generator(np.random.Philox(seed)).standard_normal((*shape[1:], 2)) for seed in seeds]
-    added = noise.detector * math.sqrt(frequency) * np.array(rows) @ np.array([1.0, 1j])
+    added = np.array([detector_readings(noise, seed, frequency, *shape[1:]) for seed in seeds])
     return added if band is None else _low_pass(added, frequency, *band)
 
 

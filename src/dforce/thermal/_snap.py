@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,9 @@ from dforce.core.errors import ParameterError, UnitError, checked
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.instrument import ModeNumbers
+    from dforce.problem import Problem
+
 GRID = 4000  # places between the surface and the rest position where the balance is looked at
 SLOPE = 1e-4  # of the barrier's distance: step of the numerical slope
 LEAST_BARRIER = 3.0  # thermal energies: below, Kramers' rate is no longer one
@@ -25,14 +29,16 @@ HIGHEST_Q = 3.0  # above, energy comes and goes too slowly for it
 def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     r"""Return how often thermal motion takes a still, undriven lever across the barrier to the surface.
 
-    .. math:: \Gamma = \frac{\sqrt{\gamma^2 / 4 + \omega_b^2} - \gamma / 2}{\omega_b}\, \frac{\omega_a}{2 \pi}\,
-              e^{-\Delta U / k_B T}, \qquad U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \quad
-              \gamma = \frac{\omega_0}{Q}
+    .. math:: \Gamma = \frac{\lambda}{2 \pi} \sqrt{\frac{k_a}{k_b}}\, e^{-\Delta U / k_B T}, \qquad
+              U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \qquad
+              \lambda = \sqrt{\frac{\gamma^2}{4} + \omega_b^2} - \frac{\gamma}{2}, \quad \gamma = \frac{\omega_0}{Q}
 
-    with the curvatures of U at its minimum, a, and on its barrier, b. The lever moves in its first mode, the force is that
-    at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for higher Q the true rate is lower.
+    with the curvatures of U at its minimum, :math:`k_a`, and on its barrier, :math:`-k_b = -m \omega_b^2`. At the rate
+    :math:`\lambda` the lever falls off the barrier; with the fluid's memory it is that at which lever and fluid do. The lever
+    moves in its first mode, the force is that at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for
+    higher Q the true rate is lower.
 
-    Source: H. A. Kramers, Physica 7, 284 (1940).
+    Sources: H. A. Kramers, Physica 7, 284 (1940); with memory R. F. Grote, J. T. Hynes, J. Chem. Phys. 73, 2715 (1980).
 
     Parameters
     ----------
@@ -53,8 +59,6 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
         When the lever has no barrier at this distance, or a force has memory or branches.
     """
     import xarray as xr
-    from scipy.integrate import quad
-    from scipy.optimize import brentq
 
     from dforce.results.dataset import describe
     from dforce.results.provenance import provenance
@@ -64,55 +68,92 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     except UnitError as error:
         raise UnitError(f"zc {error}") from None
     problem = case.problem
-    problem.refuse_late_fluid("Kramers' rate")
-    mode, force = problem.modes[0], _at_rest(case, place)
-
-    def net(d: float) -> float:
-        return mode.k * (d - place) - force(d)
-
-    ways = np.linspace(place, problem.a0, GRID)
-    values = np.array([net(d) for d in ways])
-    turns = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
-    if len(turns) < 2 or not values[0] > 0.0:
+    found = barrier_at(problem, place)
+    if found is None:
         raise ParameterError(
             f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is held, or it snaps in by itself"
         )
-    rest, top = (float(brentq(net, ways[i + 1], ways[i], xtol=1e-22, rtol=1e-14)) for i in turns[:2])
-    barrier = -quad(net, top, rest, epsrel=1e-12)[0]
-    step = SLOPE * (rest - top)
-    omega = 2.0 * math.pi * mode.f0
-    well, crest = (math.sqrt(abs(_slope(net, d, step)) / mode.k) * omega for d in (rest, top))
-    gamma, kT = omega / mode.Q, problem.noise.kT
-    if kT <= 0.0:
-        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
-    prefactor = (math.sqrt(0.25 * gamma**2 + crest**2) - 0.5 * gamma) / crest * well / (2.0 * math.pi)
-    notes = [
-        note
-        for low, note in (
-            (barrier < LEAST_BARRIER * kT, "The barrier is below 3 kT, where Kramers' rate is only a scale."),
-            (mode.Q > HIGHEST_Q, "Q is above 3, where energy comes slowly: the true rate is lower."),
-        )
-        if low
-    ]
+    low = "The barrier is below 3 kT, where Kramers' rate is only a scale."
+    notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []
     data = xr.Dataset(
         {
-            "barrier": barrier, "switching_rate": prefactor * math.exp(-barrier / kT), "rest_distance": rest,
-            "barrier_distance": top,
+            "barrier": found.height, "switching_rate": found.rate, "rest_distance": found.rest, "barrier_distance": found.top,
         },
         {"zc": place},
     )  # fmt: skip
-    data.attrs = provenance(case.to_toml(), case.title) | {"note": " ".join(notes)}
+    data.attrs = provenance(case.to_toml(), case.title) | {
+        "note": " ".join([*notes, *of_high_Q(problem.at_height(place))])
+    }
     return describe(data)
 
 
-def _at_rest(case: Case, zc: float) -> Callable[[float], float]:
-    """Return the force (N) on a tip that does not move, at a distance (m)."""
-    forces = case.problem.forces
+@dataclass(frozen=True)
+class Barrier:
+    """The barrier before the surface: distance of the rest position and of its top (m), height (J), rate across it (1/s)."""
+
+    rest: float
+    top: float
+    height: float
+    rate: float
+
+
+def barrier_at(problem: Problem, zc: float) -> Barrier | None:
+    """Return the barrier of a still lever at a distance (m); None where there is none.
+
+    Raises
+    ------
+    ParameterError
+        When there is no thermal motion, or a force has memory or branches.
+    """
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    kT, mode, force = problem.noise.kT, problem.at_height(zc).modes[0], at_rest(problem, zc)
+    if kT <= 0.0:
+        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
+
+    def net(d: float) -> float:
+        return mode.k * (d - zc) - force(d)
+
+    ways = np.linspace(zc, problem.a0, GRID)
+    values = np.array([net(d) for d in ways])
+    turns = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
+    if len(turns) < 2 or not values[0] > 0.0:
+        return None
+    rest, top = (float(brentq(net, ways[i + 1], ways[i], xtol=1e-22, rtol=1e-14)) for i in turns[:2])
+    height = -quad(net, top, rest, epsrel=1e-12)[0]
+    step = SLOPE * (rest - top)
+    well, crest = (abs(_slope(net, d, step)) for d in (rest, top))
+    rate = _falls(mode, crest) * math.sqrt(well / crest) / (2.0 * math.pi) * math.exp(-height / kT)
+    return Barrier(rest, top, height, rate)
+
+
+def of_high_Q(problem: Problem) -> list[str]:
+    """Return the note on a lever whose rate is no more than a bound, where it is one."""
+    return (
+        ["Q is above 3, where energy comes slowly: the true rate is lower."] if problem.modes[0].Q > HIGHEST_Q else []
+    )
+
+
+def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
+    """Return the force (N) on a tip that does not move, at an average distance (m)."""
+    forces = problem.forces
     for force in forces:
         if force.memory or force.switch is not None:
             raise ParameterError(f"{force.name} has memory or two branches, so that no energy belongs to a distance")
     laws = [(force.law_function(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
     return lambda d: sum(float(law(d, 0.0, 0.0, *place, *values)) for law, place, values in laws)
+
+
+def _falls(mode: ModeNumbers, crest: float) -> float:
+    """Return the rate (1/s) at which a mode falls off a barrier of a curvature (N/m): what moves so has no force in all."""
+    from scipy.optimize import brentq
+
+    def left(rate: float) -> float:
+        return float(complex(mode.stiffness(rate / (2j * math.pi))).real) - mode.k - crest
+
+    undamped = 2.0 * math.pi * mode.oscillator[0] * math.sqrt(crest / mode.k)
+    return float(brentq(left, 0.0, undamped, xtol=1e-13 * undamped, rtol=1e-13))
 
 
 def _slope(function: Callable[[float], float], x: float, h: float) -> float:

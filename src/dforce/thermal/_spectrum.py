@@ -12,6 +12,7 @@ from dforce.case import Case
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.instrument import beam
+from dforce.instrument.lever import normal_factor
 from dforce.instrument.noise import thermal_density
 from dforce.runs import watched
 from dforce.thermal._noise_along_curve import Progress
@@ -25,8 +26,10 @@ if TYPE_CHECKING:
 
 OVERSAMPLED = 8  # samples a period of the fastest mode
 MOST_SAMPLES = 30_000_000  # of a record
+CHUNK = 100_000  # of them simulated at once
 LINES = 12.0  # points of the spectrum across a resonance
 WIDTHS = 15.0  # line widths on either side that are fitted
+NEAR = 0.4  # of the frequency, where a fluid with memory makes the resonance of another form farther off
 SHORTEST = 4  # segments that the spectrum is the mean of, at least
 FACTORS = ("static, 0.817", "static, no factor", "each mode", "each mode, 0.817", "Sader")
 
@@ -49,12 +52,14 @@ class Peak:
 def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = None) -> xr.Dataset:
     r"""Return the thermal spectrum that a detector records of a free lever, and the spring constants that users make of it.
 
-    The record is simulated, exactly at its samples. Each mode's resonance is fitted as white noise and
+    The record is simulated, exactly at its samples, with the fluid's memory where the lever has it: its density is then
+    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. Each mode's resonance is fitted as white noise and
 
     .. math:: S(f) = \frac{4 \langle z^2 \rangle}{\omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
 
     as an optical lever reads it that is calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle =
-    s_n^2 k_B T / k_n`, with its sensitivity to the mode.
+    s_n^2 k_B T / k_n`, with its sensitivity to the mode. With the fluid's memory that form holds near the resonance, so that
+    what lies within 40 % of it is fitted.
 
     Parameters
     ----------
@@ -74,7 +79,8 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
         `spring_constant_ratio`. `spring_constant_error` is the standard deviation of the ratio by the length of the record,
         :math:`\sqrt{2 Q / \omega_0 T}`. The calibrations: ``"static, 0.817"``, the right one for a static sensitivity;
         ``"static, no factor"``; ``"each mode"``; ``"each mode, 0.817"``, that factor with a sensitivity to which it does not
-        belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known.
+        belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known: the constant of the lever
+        itself, not that across the sample, where it is tilted.
 
     Raises
     ------
@@ -95,7 +101,6 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
     except UnitError as error:
         raise UnitError(f"duration {error}") from None
     problem = case.problem
-    problem.refuse_late_fluid("the thermal spectrum")
     if problem.noise.kT <= 0.0:
         raise ParameterError("noise.thermal = false, so there is no thermal spectrum")
     with watched(progress, f"thermal spectrum: {case.title}") as tell:
@@ -113,7 +118,9 @@ def thermal_spectrum(case: Case, duration: Any = "1 s", progress: Progress = Non
     squares = np.array([peak.mean_square for peak in peaks])
     found = _constants(case, peaks[0], kT / squares[0], kT / squares[0] * sensitivity[0] ** 2)
     first = problem.modes[0]
-    truth = {name: first.k if name == "each mode" else first.k / beam.static_factor() for name in found}
+    static = first.k / beam.static_factor()
+    truth = {name: first.k if name == "each mode" else static for name in found}
+    truth |= {"Sader": static / _across(case)} if "Sader" in found else {}
     data = xr.Dataset(
         {
             "spectral_density": ("frequency", density[shown]),
@@ -173,28 +180,39 @@ def _record(problem: Problem, sensitivity: tuple[float, ...], length: float, rat
 def _thermal_motion(mode: ModeNumbers, count: int, h: float, kT: float, random: np.random.Generator) -> Array:
     """Return a mode's thermal deflection (m) at so many samples, from equilibrium on.
 
-    Along the left eigenvector of its linear step the motion is a complex number that turns, decays and is kicked.
+    Along each left eigenvector of its free motion, late fluid included, it is a number that turns, decays and is kicked.
     """
     from scipy.signal import lfilter
 
-    from dforce.solvers.langevin import linear_step, noise_root
+    from dforce.solvers.langevin import free_motion, noise_root
 
-    step = linear_step(mode, h)
-    values, right = np.linalg.eig(step)
-    left = np.linalg.inv(right)[0]
-    root = noise_root(mode, h, kT)
-    start = np.sqrt([kT / mode.k, kT / mode.k * (2.0 * math.pi * mode.f0) ** 2]) * random.standard_normal(2)
-    kicks = random.standard_normal((count, 2)) @ (left @ root)
-    kicks[0] = left @ start
-    turned = lfilter([1.0], [1.0, -values[0]], kicks)
-    return np.asarray(2.0 * (right[0, 0] * turned).real)
+    A, _ = free_motion(mode)
+    rates, right = np.linalg.eig(A)
+    size, omega = len(A), 2.0 * math.pi * mode.oscillator[0]
+    # a part of the fluid weighs W / s of the mode
+    squares = np.array([1.0, 1.0, *np.divide(A[2:, 1], A[1, 2:], out=np.zeros(size - 2), where=A[1, 2:] > 0.0)])
+    unit = math.sqrt(kT / mode.k) * np.array([1.0, *[omega] * (size - 1)])
+    own = rates.imag >= 0.0  # of two that are conjugate one tells both
+    left, turns = np.linalg.inv(right)[own], np.exp(omega * h * rates[own])
+    seen = math.sqrt(kT / mode.k) * right[0, own] * np.where(rates[own].imag > 0.0, 2.0, 1.0)
+    start, kicked = np.sqrt(squares) * random.standard_normal(size), (left / unit @ noise_root(mode, h, kT)).T
+    motion, held = np.empty(count), np.zeros((len(turns), 1), dtype=complex)
+    for first in range(0, count, CHUNK):
+        part = slice(first, min(first + CHUNK, count))
+        kicks = random.standard_normal((part.stop - first, size)) @ kicked
+        if not first:
+            kicks[0] = left @ start
+        for j, turn in enumerate(turns):
+            kicks[:, j], held[j] = lfilter([1.0], [1.0, -turn], kicks[:, j], zi=held[j])
+        motion[part] = (kicks @ seen).real
+    return motion
 
 
 def _fit(mode: ModeNumbers, frequency: Array, density: Array) -> Peak:
     """Return the resonance near a mode that makes a spectrum most likely (Whittle's likelihood)."""
     from scipy.optimize import minimize
 
-    width = WIDTHS * mode.f0 / mode.Q
+    width = min(WIDTHS / mode.Q, math.inf if mode.memory is None else NEAR) * mode.f0
     near = (frequency > max(mode.f0 - width, 0.05 * mode.f0)) & (frequency < min(mode.f0 + width, 2.0 * mode.f0))
     x, y = frequency[near], density[near]
     area, floor = float(y.sum() * (x[1] - x[0])), float(np.median(y))
@@ -218,6 +236,12 @@ def _constants(case: Case, peak: Peak, of_reading: float, of_mode: float) -> dic
     if sizes is not None and medium.density and medium.viscosity:
         found["Sader"] = beam.sader_stiffness(peak.f0, peak.Q, *sizes, medium.density, medium.viscosity)
     return found
+
+
+def _across(case: Case) -> float:
+    """Return by how much a tilted lever is stiffer across the sample, where static calibrations are made."""
+    lever = case.cantilever
+    return normal_factor(lever.tilt if lever.beam is None else lever.beam.tilt)
 
 
 def _sizes(case: Case) -> tuple[float, float] | None:

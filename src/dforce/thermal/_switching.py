@@ -137,11 +137,8 @@ def switching_rate(
 
 
 def _temperatures(problem: Problem, given: Any) -> list[float]:
-    items = [problem.noise.temperature] if given is None else given
-    if isinstance(items, str | int | float):
-        items = [items]
     try:
-        found = [units.parse(item, "K") for item in items]
+        found = units.parse_all(problem.noise.temperature if given is None else given, "K")
     except UnitError as error:
         raise UnitError(f"temperature {error}") from None
     if not found or min(found) <= 0.0:

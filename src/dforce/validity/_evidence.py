@@ -63,12 +63,8 @@ class Evidence:
     @functools.cached_property
     def range_of_zc(self) -> tuple[float, float] | None:
         """Nearest and farthest average distance that the experiment visits (m), where it says so."""
-        zc: Any = getattr(self.case.experiment, "zc", None)
-        if isinstance(zc, float):
-            return zc, zc
-        if isinstance(zc, tuple):
-            return min(zc), max(zc)
-        return None if zc is None else (min(zc.start, zc.stop), max(zc.start, zc.stop))
+        experiment = self.case.experiment
+        return None if experiment is None else experiment.range_of_zc(self.problem)
 
     # the result
 

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from dforce.core.errors import ParameterError
 from dforce.forces import Force
 from dforce.forces.dlvo import BOLTZMANN
 from dforce.instrument import Beam, Medium, ModeNumbers, beam
@@ -21,6 +22,7 @@ ATOMIC = 2.5  # diameter of an atom over the intermolecular distance
 NOISY = 0.1  # of the free amplitude
 BLURRED = 0.1  # change of the mean force by the thermal motion
 ALWAYS = 0.999  # share of the period in contact
+UNBENT = 0.01  # of the free amplitude
 
 
 @functools.lru_cache(maxsize=16)
@@ -36,11 +38,17 @@ def _ratio(n: int) -> float:
     return (beam.wavenumber(n + 1) / beam.wavenumber(n)) ** 2
 
 
-def _next_mode(seen: Evidence) -> ModeNumbers:
-    """Return the mode after those that take part, of a rectangular beam; its Q at least the last one's."""
+def _next_mode(seen: Evidence) -> ModeNumbers | None:
+    """Return the mode after those that take part, of a rectangular beam; its Q at least the last one's.
+
+    None where the flow around it is not known.
+    """
     given = seen.case.cantilever.beam
     if given is not None:
-        return _next_of_a_beam(given, seen.case.medium)
+        try:
+            return _next_of_a_beam(given, seen.case.medium)
+        except ParameterError:
+            return None
     last, ratio = seen.problem.modes[-1], _ratio(len(seen.problem.modes))
     return ModeNumbers(last.f0 * ratio, last.k * ratio**2, last.Q)
 
@@ -52,6 +60,8 @@ def mode_left_out(seen: Evidence) -> Advice | None:
     Without one, a strong harmonic of the drive within three line widths of the mode.
     """
     first, mode = seen.problem.tones[0], _next_mode(seen)
+    if mode is None:
+        return None
     order = round(mode.f0 / first.frequency)
     if not 2 <= order <= HIGHEST:
         return None
@@ -77,6 +87,28 @@ def mode_left_out(seen: Evidence) -> Advice | None:
         f"the peak force. {remedy}"
     )
     return Advice("mode_left_out", moved, LEFT_OUT * seen.deepest, text, STARK, about, "m")
+
+
+def static_vs_modal_k(seen: Evidence) -> Advice | None:
+    """Compare with the free amplitude what the modes that are left out would add to the mean deflection."""
+    modes, A0 = seen.problem.modes, seen.problem.tones[0].A0
+    static = modes[0].k / beam.static_factor()
+    missing = 1.0 - static * sum(1.0 / mode.k for mode in modes)
+    bent, mean = seen.values("mean_deflection"), 0.0
+    if bent.size:
+        mean = float(bent[np.abs(bent).argmax()])
+    if missing * abs(mean) <= UNBENT * A0:
+        return None
+    stiffer = missing / (1.0 - missing)
+    given = "its first mode is" if len(modes) == 1 else f"its first {len(modes)} modes are"
+    return Advice(
+        "static_vs_modal_k", missing * abs(mean) / A0, UNBENT,
+        f"The mean force bends the lever by {shown(abs(mean), 'm')}, and a whole beam would bend by "
+        f"{shown(stiffer * abs(mean), 'm')} more: under a steady force {given} {percent(stiffer)} too stiff. Give one mode "
+        "more, or count this to zc.",
+        "H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995): k of mode 1 is 1.0302 times the static one",
+        (seen.of_mode(0, "k"),),
+    )  # fmt: skip
 
 
 STARK = "R. W. Stark, W. M. Heckl, Surf. Sci. 457, 219 (2000); the modes of a uniform beam"
@@ -220,6 +252,7 @@ def _static_snap_in(forces: tuple[Force, ...], a0: float, k: float) -> float | N
 
 PIECES = (
     mode_left_out,
+    static_vs_modal_k,
     drive_off_resonance,
     small_amplitude,
     thermal_amplitude,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
+    from dforce.instrument import ModeNumbers
     from dforce.problem import Problem
 
 LEAST_POINTS = 8
@@ -24,6 +25,7 @@ HEIGHT_TOLERANCE = 3.0  # errors of the height sensor by which a walk may turn b
 # of computed curves at the least, as a share of the free amplitude and in rad; their own virial tells what there is more
 COMPUTED_AMPLITUDE, COMPUTED_PHASE = 1e-6, 1e-5
 SHIFT = 1e-3  # of an error, for derivatives
+LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 
 @dataclass(frozen=True)
@@ -97,18 +99,40 @@ def balance(reading: Reading, problem: Problem) -> Balance:
 
 def _locked(reading: Reading, problem: Problem, shift: Array) -> Balance:
     """Return the balance of a curve whose phase is held; one mode, driven by a force."""
-    problem.refuse_late_fluid("the reconstruction from frequency shifts")
     mode = problem.modes[0]
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
-    reference = mode.f0 * (-cotangent / (2.0 * mode.Q) + np.sqrt(1.0 + (cotangent / (2.0 * mode.Q)) ** 2))
-    frequency = reference + shift
-    r = frequency / mode.f0
-    stiffness = mode.k * (1.0 - r**2 + 1j * r / mode.Q)
-    lossless = mode.k * r / mode.Q * reading.amplitude / np.sin(reading.phase)
+    frequency = _lagging(mode, cotangent) + shift
+    stiffness = np.asarray(mode.stiffness(frequency))
+    lossless = stiffness.imag * reading.amplitude / np.sin(reading.phase)
     drive = np.where(np.isnan(reading.drive), lossless, reading.drive)
     tip = reading.amplitude * np.exp(-1j * reading.phase)
     found = _balance(reading.height, tip, stiffness * tip - drive, frequency, problem)
     return Balance(found.motions, found.virial, np.where(np.isnan(reading.drive), np.nan, found.energy))
+
+
+def _lagging(mode: ModeNumbers, cotangent: Array) -> Array:
+    """Return the frequencies (Hz) at which a free mode lags behind its drive by angles of these cotangents.
+
+    Raises
+    ------
+    ParameterError
+        Where a mode with the fluid's memory does so nowhere near its resonance.
+    """
+    if mode.memory is None:
+        return np.asarray(mode.f0 * (-cotangent / (2.0 * mode.Q) + np.sqrt(1.0 + (cotangent / (2.0 * mode.Q)) ** 2)))
+    from scipy.optimize import brentq
+
+    each, where = np.unique(cotangent, return_inverse=True)
+    low, high = (share * mode.f0 for share in LOCKED_BETWEEN)
+
+    def ahead(frequency: float, one: float) -> float:
+        return float((mode.stiffness(frequency) * (1.0 + 1j * one)).real)
+
+    for one in each:
+        if not ahead(low, one) > 0.0 > ahead(high, one):
+            raise ParameterError("the curve holds a phase that the lever has nowhere near its resonance")
+    found = [brentq(ahead, low, high, args=(one,), xtol=1e-12 * mode.f0, rtol=1e-14) for one in each]
+    return np.array(found)[where]
 
 
 def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, problem: Problem) -> Balance:
