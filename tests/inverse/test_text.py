@@ -205,6 +205,12 @@ def changed(line, cell, value):
     return "\n".join([*lines, ""])
 
 
+def shuffled():
+    """Return the table with its rows in no order."""
+    heading, *rows = measured_curve.text().splitlines()
+    return "\n".join([heading, *np.random.default_rng(1).permutation(rows).tolist(), ""])
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
@@ -216,6 +222,7 @@ def changed(line, cell, value):
         (changed(50, 1, "ten"), "has 'ten' in line 50, which is no number"),
         (changed(50, 1, "-3"), "an amplitude below zero in line 50"),
         (changed(50, 0, "39"), "heights that go back and forth"),
+        (shuffled(), "heights in no order: from point to point they scatter by .* sort the points"),
         (changed(50, 1, "1,5"), "has 4 cells in line 50 and 3 in the others"),
         (measured_curve.text()[:-12], "it was cut short|may have been cut short"),
         ("\n".join(measured_curve.text().splitlines()[:7]), "has 6 points, and a curve needs 8 or more"),
