@@ -80,6 +80,13 @@ def test_a_report_tells_values_errors_and_correlations(air: xr.Dataset) -> None:
         assert words in text, words
 
 
+def test_what_is_doubted_about_the_curve_is_advice_on_the_fit() -> None:
+    data = fc.data_of("air").assign_attrs(history=["read: text", "doubt: the free amplitude is half of the case's"])
+    fit = df.fit(fc.case_of("air"), data, free=[H], search=False)
+    assert [piece.name for piece in advice_in(fit)] == ["doubted_data"]
+    assert "advice: the measured curve is doubted: the free amplitude is half of the case's." in df.fit_report(fit)
+
+
 def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Dataset, tmp_path: Path) -> None:
     with matplotlib.rc_context({"backend": "agg"}):
         axes = df.plot.fit(air, df.plot.Sheet())

@@ -81,6 +81,13 @@ def test_a_morse_force_comes_back_from_frequency_shifts_within_a_percent(found):
     assert (found.force_status == 0).all()
 
 
+def test_what_is_doubted_about_the_curve_is_a_note_of_the_force():
+    curve = tapping().assign_attrs(history=["read: text", "doubt: the amplitudes look like rms"])
+    assert df.reconstruct(curve).attrs["notes"].splitlines()[0] == (
+        "the measured curve is doubted: the amplitudes look like rms"
+    )
+
+
 def test_van_der_waals_comes_back_from_a_measured_tapping_curve():
     curve = tapping()
     found = df.reconstruct(curve)

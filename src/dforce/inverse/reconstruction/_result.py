@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._invert import Inverse
 from dforce.inverse.reconstruction._law import Array, Law, force_of
@@ -104,7 +105,7 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
     data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
     data.attrs |= {
-        "chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(_notes(inverse, reading, span)),
+        "chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join([*_doubts(source), *_notes(inverse, reading, span)]),
     }  # fmt: skip
     return data
 
@@ -151,6 +152,11 @@ def _known(case: Case, distance: Array) -> Array:
 
     curve = force_curve(case, distance=distance[::-1]).sel(direction="approach")
     return np.asarray(curve["force"].values[::-1])
+
+
+def _doubts(source: xr.Dataset) -> list[str]:
+    """Return what may be wrong with the curve itself."""
+    return [f"the measured curve is doubted: {text}" for text in doubts(source.attrs)]
 
 
 def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
