@@ -209,3 +209,12 @@ def test_a_curve_is_read_and_calibrated_as_the_case_says(tmp_path: Path) -> None
         df.fit(fc.case_of("air").replace(data=table | {"read": {"sensivity": 1.0}}), tmp_path / "curve.csv", free=[H])
     with pytest.raises(df.ParameterError, match="there is no measured curve"):
         df.fit(fc.case_of("air"), free=[H])
+
+
+def test_a_side_on_which_chi2_does_not_rise_has_no_end_in_the_report() -> None:
+    made = fc.result()
+    made["error_high"][:] = [6e35, 1e-11]
+    text = df.fit_report(made)
+    assert "-0.090 GPa, no end above (10 %)" in text and "e+" not in text
+    made["error_low"][:] = [np.inf, 1e-11]
+    assert "+- 0.10 GPa (10 %)" in df.fit_report(made)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
 ALIKE = 1.2  # ratio of the errors to both sides from which on both are told
+OPEN = 100.0  # times the standard deviation: a side where chi2 has not risen by then has no end
 LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
 
 
@@ -103,9 +104,10 @@ def _parameters(result: xr.Dataset) -> list[str]:
         if math.isinf(float(one["error"])):
             rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
             continue
-        told = f"{_both_sides(one, error)} {unit}".rstrip()
+        told = _both_sides(one, error, unit)
         if "offset" not in name:
-            told += f" ({100 * abs(float(one['error']) / float(one['value'])):.2g} %)"
+            share = 100.0 * abs(float(one["error"]) / float(one["value"]))
+            told += f" ({share:.2g} %)" if share < 99.5 else f" ({share:.0f} %)"
         prior = (
             f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
         )
@@ -114,13 +116,16 @@ def _parameters(result: xr.Dataset) -> list[str]:
     return ["  " + line for line in aligned(rows).splitlines()]
 
 
-def _both_sides(one: xr.Dataset, error: str) -> str:
-    """Return an error as text, as two where the sides differ."""
+def _both_sides(one: xr.Dataset, error: str, unit: str) -> str:
+    """Return an error with its unit as text, as two where the sides differ."""
     sides = {sign: float(one[name]) for sign, name in (("-", "error_low"), ("+", "error_high"))}
-    if not all(math.isfinite(side) for side in sides.values()) or max(sides.values()) < ALIKE * min(sides.values()):
-        return f"+- {error}"
-    value, unit = float(one["value"]), str(one["unit"].values)
-    return " ".join(f"{sign}{shown(value, side, unit)[1]}" for sign, side in sides.items())
+    ends = {sign: side for sign, side in sides.items() if side < OPEN * float(one["error"])}
+    if not ends or (len(ends) == 2 and max(ends.values()) < ALIKE * min(ends.values())):
+        return f"+- {error} {unit}".rstrip()
+    value, plain = float(one["value"]), str(one["unit"].values)
+    told = " ".join(f"{sign}{shown(value, side, plain)[1]}" for sign, side in ends.items())
+    missing = {"-": ", no end below", "+": ", no end above"}
+    return f"{told} {unit}".rstrip() + "".join(words for sign, words in missing.items() if sign not in ends)
 
 
 def _given(result: xr.Dataset) -> list[str]:
