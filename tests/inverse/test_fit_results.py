@@ -87,6 +87,14 @@ def test_what_is_doubted_about_the_curve_is_advice_on_the_fit() -> None:
     assert "advice: the measured curve is doubted: the free amplitude is half of the case's." in df.fit_report(fit)
 
 
+def test_a_report_says_what_widened_the_errors_and_that_the_fit_was_stopped() -> None:
+    made = fc.result()
+    assert "noise: neighbors" not in df.fit_report(made) and "stopped" not in df.fit_report(made)
+    text = df.fit_report(made.assign_attrs(neighbor_correlation=0.6, interrupted=1))
+    assert "neighbors are correlated by 0.60, so all errors are 2.00 times as large" in text
+    assert "stopped before it was done" in text
+
+
 def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Dataset, tmp_path: Path) -> None:
     with matplotlib.rc_context({"backend": "agg"}):
         axes = df.plot.fit(air, df.plot.Sheet())
@@ -108,7 +116,9 @@ def test_many_fits_start_alike_and_a_bad_curve_does_not_stop_them() -> None:
     # what was fitted before does not count
     np.testing.assert_array_equal(many["value"].sel(curve="first"), many["value"].sel(curve="second"))
     assert np.isnan(many["value"].sel(curve="bad")).all()
-    assert "nowhere.csv" in df.fit_report(many)
+    below = [line for line in df.fit_report(many).splitlines() if line.startswith("not fitted: ")]
+    assert [line.split(": ")[1] for line in below] == ["bad", "none"] and "there is no file" in below[1]
+    assert max(len(line) for line in df.fit_report(many).splitlines() if line not in below) <= 100
 
 
 def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,7 +67,7 @@ def fit(
         check_target(plot, df.plot.FORMATS)
     if identify:
         return _identify(source, output, json, quiet)
-    files = list(data or [])
+    files = list(dict.fromkeys(data or []))
     if len(files) > 1:
         if plot is not None:
             raise df.ParameterError("--plot draws the fit of one curve; give one file")

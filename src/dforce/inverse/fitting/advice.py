@@ -10,6 +10,7 @@ import numpy as np
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.unknowns import limits
+from dforce.inverse.steps import FAR_FORCES
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
@@ -32,7 +33,8 @@ def advice_on(found: Fitted) -> list[Advice]:
 
 
 def _doubts(found: Fitted) -> Advice | None:
-    told = doubts(found.data.attrs)
+    # the model has the forces that reach far, and the offset is fitted
+    told = [text for text in doubts(found.data.attrs) if not text.endswith(FAR_FORCES)]
     if not told:
         return None
     return Advice("doubted_data", float(len(told)), 0.0, f"the measured curve is doubted: {'; '.join(told)}.", SPEC, ())

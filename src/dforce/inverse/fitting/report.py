@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.errors import ParameterError, checked
-from dforce.core.listing import aligned
+from dforce.core.listing import aligned, in_parts
+from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.inverse.fitting.typed import shown
 from dforce.validity import advice_in
 
@@ -36,7 +37,9 @@ def fit_report(result: xr.Dataset) -> str:
         return _table(result)
     check_fit(result)
     lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
-    lines += [_data_line(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
+    if result.attrs.get("interrupted"):
+        lines.append("stopped before it was done; this is the best that was met")
+    lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
     if given := _given(result):
         lines += ["", "errors from what is given, to be added in squares", *given]
     if pairs := _correlations(result):
@@ -46,21 +49,24 @@ def fit_report(result: xr.Dataset) -> str:
 
 
 def _table(result: xr.Dataset) -> str:
-    """Return a row for each of many fits."""
+    """Return a row for each of many fits, and below why others could not be made."""
     names = result["parameter"].values.tolist()
-    rows = [("", *(name.split(".")[-1] for name in names), "chi2", "lost", "")]
+    rows, below = [("", *(name.split(".")[-1] for name in names), "chi2", "lost", "")], []
     for curve in result["curve"].values.tolist():
         one = result.sel(curve=curve)
+        if message := str(one["message"].values):
+            below.append(f"not fitted: {curve}: {message}")
+            continue
         cells = []
         for name in names:
             part = one.sel(parameter=name)
             value, error, unit = shown(float(part["value"]), float(part["error"]), str(part["unit"].values))
-            cells.append(f"{value} +- {error} {unit}".rstrip() if np.isfinite(part["value"]) else "")
-        fitted = np.isfinite(one["chi2"])
-        chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}" if fitted else ""
-        lost = f"{float(one['lost_points']):.0f}" if fitted else ""
-        rows.append((curve, *cells, chi2, lost, str(one["message"].values)))
-    return aligned(rows)
+            cells.append(f"{value} +- {error} {unit}".rstrip())
+        chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}"
+        rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}", "advice" if bool(one["advised"]) else ""))
+    if bool(result["advised"].any()):
+        below.append("advice: a fit of that curve alone tells it")
+    return "\n\n".join([*(aligned(part) for part in in_parts(rows)), *(["\n".join(below)] if below else [])])
 
 
 def check_fit(result: xr.Dataset) -> None:
@@ -69,17 +75,24 @@ def check_fit(result: xr.Dataset) -> None:
         raise ParameterError("this result is no fit; df.fit(case, data, free=[...]) gives one")
 
 
-def _data_line(result: xr.Dataset) -> str:
+def _data_lines(result: xr.Dataset) -> list[str]:
     used = int(result["used"].sum())
     branches = {1: "from free motion", -1: "behind the jump"}
     counts = [
         f"{int((result['used'] & (result['branch'] == number)).sum())} {words}" for number, words in branches.items()
     ]
     sigma = np.atleast_1d(result.attrs["amplitude_error"]), np.atleast_1d(result.attrs["phase_error"])
-    return (
+    lines = [
         f"data: {used} of {result.sizes['point']} points, {', '.join(counts)}; errors {sigma[0][0] * 1e9:.3g} nm, "
         f"{sigma[1][0]:.3g} deg"
-    )
+    ]
+    correlation = float(result.attrs.get("neighbor_correlation", 0.0))
+    if correlation > CORRELATED:
+        wider = math.sqrt((1.0 + correlation) / (1.0 - correlation))
+        lines.append(
+            f"noise: neighbors are correlated by {correlation:.2f}, so all errors are {wider:.2f} times as large"
+        )
+    return lines
 
 
 def _statistics(result: xr.Dataset) -> list[str]:

@@ -104,9 +104,8 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
     }
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
     data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
-    data.attrs |= {
-        "chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join([*_doubts(source), *_notes(inverse, reading, span)]),
-    }  # fmt: skip
+    notes = [*_doubts(source), *_notes(inverse, reading, span)]
+    data.attrs |= {"chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(notes)}
     return data
 
 
