@@ -157,7 +157,7 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     given = (reading.errors or {}).get(name, data.attrs.get(f"{name}_error"))
     if given is None:
         raise ParameterError(
-            f"the data do not say how large the noise of '{name}' is; give errors, such as "
+            f"the data do not say how large the noise of '{name}' is: calibrate them (df.calibrate), or give errors, such as "
             f'{{"{name}": {"0.05e-9" if unit == "m" else "0.3"}}} in {unit}'
         )
     value = float(given)

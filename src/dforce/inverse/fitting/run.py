@@ -17,11 +17,12 @@ from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
+from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
+from dforce.inverse.fitting.points import Measured, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.sides import Sides, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
-from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
+from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
 from dforce.kernel import Array
 from dforce.runs import watched
 
@@ -34,7 +35,6 @@ NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
 FINEST = 4  # times the samples of the case
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
-FREE_POINTS = 5  # used points that are free motion: then they tell A0 and the phase offset themselves
 
 
 @dataclass
@@ -210,51 +210,21 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
         raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
-    nuisance, priors = _usual(case, settings, read), dict(settings.priors)
+    nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
     if len(unknowns) * NUMBERS_EACH > read.count:
         raise ParameterError(
             f"{len(unknowns)} unknowns are too many for {read.count} measured numbers; each needs {NUMBERS_EACH}"
         )
+    names = [one.name for one in unknowns]
+    for one in given_values(case, read.tones, settings.given, names):
+        if one.kind == CASE and one.prior:
+            case = case.replace(one.path, one.prior[0])
     for name in settings.profile:
-        if name not in [one.name for one in unknowns]:
+        if name not in names:
             raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
     return _Search(case, settings, read, unknowns, tell).run()
-
-
-def _usual(case: Case, settings: Fit, read: Measured) -> tuple[str, ...]:
-    """Return the nuisance parameters; the usual ones of each tone, and no amplitude that the case says at each distance."""
-    if settings.nuisance != Fit().nuisance:
-        return settings.nuisance
-    if case.cantilever.drift is not None and case.cantilever.drift.A0:
-        return tuple(name for name in settings.nuisance if name != "A0")
-    if read.tones == 1:
-        return settings.nuisance
-    return (*settings.nuisance, "A0_2", "phase_offset_2")
-
-
-def with_free_part(unknowns: list[Unknown], data: Measured, given: set[str]) -> list[Unknown]:
-    """Return unknowns with what the free part told beforehand, where that part is not itself among the points."""
-    from dataclasses import replace
-
-    free = data.attrs.get("free_amplitude")
-    if free is None:
-        return unknowns
-    points = np.flatnonzero(data.used)
-    is_free = np.abs(data.amplitude[points, 0] - float(free)) < 3.0 * data.amplitude_error[0]
-    if (is_free & (data.branch[points] == FROM_FREE)).sum() >= FREE_POINTS:
-        return unknowns
-    out = []
-    for one in unknowns:
-        known = {
-            "A0": (float(free), data.attrs.get("free_amplitude_error")),
-            "phase_offset": (0.0, data.attrs.get("phase_offset_error")),
-        }.get(one.name)
-        if known is not None and known[1] and one.name not in given:
-            one = replace(one, prior=(known[0], float(known[1])), start=known[0])
-        out.append(one)
-    return out
 
 
 class _Search:
@@ -388,7 +358,7 @@ class _Search:
         """Return the errors that those of fixed parameters leave."""
         if not self.settings.given or best.told is None:
             return np.zeros(len(self.unknowns))
-        fixed = make_unknowns(self.case, self.data.tones, list(self.settings.given), (), self.settings.given, {}, {})
+        fixed = given_values(self.case, self.data.tones, self.settings.given, ())
         both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
