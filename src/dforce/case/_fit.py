@@ -11,6 +11,7 @@ from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Parameters, Part, part
 
 MOST_FREE = 20  # parameters of a fit
+LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
 
 
 class Data(Parameters):
@@ -95,6 +96,19 @@ class Fit(Parameters):
     profile: Part[tuple[str, ...]] = part(
         (), max_length=MOST_FREE, description="parameters whose errors are found by going there: asymmetric, and slower"
     )
+
+    bootstrap: int = pydantic.Field(
+        default=0, ge=0, le=100_000,
+        description="fits to residuals drawn anew in blocks, for errors where the noise is not what the free part says; "
+        "0: none",
+    )  # fmt: skip
+
+    @pydantic.field_validator("bootstrap")
+    @classmethod
+    def _enough(cls, given: int) -> int:
+        if 0 < given < LEAST_DRAWS:
+            raise ParameterError(f"= {given} fits tell no error; give 0 or {LEAST_DRAWS} and more")
+        return given
 
     @pydantic.field_validator("free", "nuisance", "profile", mode="before")
     @classmethod

@@ -156,7 +156,10 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
 def _answer(result: xr.Dataset) -> dict[str, Any]:
     """Return what `--json` prints of one fit."""
     names = result["parameter"].values.tolist()
-    columns = ("value", "error", "error_low", "error_high", "interval_low", "interval_high", "error_given", "start")
+    every = (
+        "value", "error", "error_low", "error_high", "interval_low", "interval_high", "error_given", "bootstrap_error", "start",
+    )  # fmt: skip
+    columns = [name for name in every if name in result]
     return {
         "title": result.attrs["title"],
         **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},

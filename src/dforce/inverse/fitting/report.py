@@ -42,6 +42,8 @@ def fit_report(result: xr.Dataset) -> str:
     lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
     if given := _given(result):
         lines += ["", "errors from what is given, to be added in squares", *given]
+    if drawn := _bootstrap(result):
+        lines += ["", *drawn]
     if pairs := _correlations(result):
         lines += ["", f"correlations above {TELLING:g}", *pairs]
     notes = [piece.text for piece in advice_in(result)]
@@ -151,6 +153,23 @@ def _given(result: xr.Dataset) -> list[str]:
             _, error, unit = shown(float(one["value"]), given, str(one["unit"].values))
             rows.append((name, f"+- {error} {unit}".rstrip()))
     return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _bootstrap(result: xr.Dataset) -> list[str]:
+    """Return the errors by redrawn residuals, beside those of the covariance."""
+    if "bootstrap_error" not in result:
+        return []
+    rows = []
+    for name in result["parameter"].values.tolist():
+        one = result.sel(parameter=name)
+        if bool(one["seen"]):
+            _, error, unit = shown(float(one["value"]), float(one["bootstrap_error"]), str(one["unit"].values))
+            ratio = float(one["bootstrap_error"]) / float(one["error"])
+            rows.append((name, f"+- {error} {unit}".rstrip(), f"{ratio:.2f} times that of the covariance"))
+    block = int(result.attrs["bootstrap_block"])
+    words = "one by one" if block == 1 else f"in blocks of {block} points"
+    heading = f"errors by bootstrap: {result.sizes['draw']} fits to residuals drawn anew {words}"
+    return [heading, *("  " + line for line in aligned(rows).splitlines())]
 
 
 def _correlations(result: xr.Dataset) -> list[str]:

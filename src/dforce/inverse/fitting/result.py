@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 KIND = "fit"  # of a result, in its attributes
 AT_BOUND = 1e-3  # of what is varied: nearer to a bound a value lies at it
 LARGEST = 700.0  # logarithm of a number
+MIDDLE = (0.1587, 0.8413)  # shares of normal numbers below one standard deviation to each side
 POINTS = 201  # of the curve that the best case computes
 DATA = "data_"  # before attributes of the measured curve
 
@@ -40,7 +41,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     values = found.model.values(best.varied)
     import xarray as xr
 
-    variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found)
+    variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found) | _of_bootstrap(found)
     variables["search_chi2"] = ("search", np.array([start.chi2 for start in found.starts]))
     variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
     names = [one.name for one in unknowns]
@@ -136,6 +137,15 @@ def _of_profiles(found: Fitted) -> dict[str, Any]:
     return {"profile_varied": (("profiled", "step"), along), "profile_chi2": (("profiled", "step"), chi2)}
 
 
+def _of_bootstrap(found: Fitted) -> dict[str, Any]:
+    if found.bootstrap is None:
+        return {}
+    values = np.array([found.model.values(row) for row in found.bootstrap.varied])
+    low, high = np.quantile(values, MIDDLE, axis=0)
+    error = np.where(found.certain.seen, 0.5 * (high - low), np.nan)
+    return {"bootstrap_value": (("draw", "parameter"), values), "bootstrap_error": ("parameter", error)}
+
+
 def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
     data, best = found.data, found.best
     priors = sum(one.prior is not None for one in found.unknowns)
@@ -156,7 +166,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
         "forces": " + ".join(force.name for force in found.case.forces),
         "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
         "start_case": asked.to_toml(complete=True),
-    }  # fmt: skip
+    } | ({} if found.bootstrap is None else {"bootstrap_block": found.bootstrap.block})  # fmt: skip
 
 
 def best_case(found: Fitted, values: Array) -> Case:

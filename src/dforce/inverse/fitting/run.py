@@ -13,6 +13,7 @@ import numpy as np
 from dforce.case import Case, Fit
 from dforce.core.errors import DForceError, ParameterError, checked, shorten
 from dforce.core.stopping import late_stop_waits
+from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
@@ -53,6 +54,8 @@ class Fitted:
         Errors passed on from fixed parameters, (unknowns,).
     profiles
         By the name of the unknown.
+    bootstrap
+        Fits to redrawn residuals, where they were asked for.
     model
         With which it was found.
     interrupted
@@ -69,6 +72,7 @@ class Fitted:
     sides: Sides
     passed: Array
     profiles: dict[str, Profile]
+    bootstrap: Bootstrap | None
     model: Model
     coarse: float
     runs: int
@@ -109,7 +113,7 @@ def fit(
         See :func:`dforce.run`.
     settings
         Other keys of the table `[fit]`: `nuisance`, `priors`, `bounds`, `start`, `given`, `errors`, `branch`, `margin`,
-        `search`, `profile`.
+        `search`, `profile`, `bootstrap`.
 
     Returns
     -------
@@ -237,6 +241,7 @@ class _Search:
         self.minima: list[Minimum] = []
         self.model = Model(case, unknowns, data, watch=self.watch)
         self.met: Minimum | None = None
+        self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
 
     def watch(self) -> None:
@@ -260,6 +265,7 @@ class _Search:
             coarse = self._enough_samples()
             sides = self._sides()
             profiles = self._profiles()
+            self._bootstrap()
         except KeyboardInterrupt:
             interrupted = True
             if not self.minima:
@@ -268,7 +274,7 @@ class _Search:
         names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
             self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain,
-            sides or plain_sides(certain), passed, profiles, self.model, coarse, self.runs, interrupted, names,
+            sides or plain_sides(certain), passed, profiles, self.redrawn, self.model, coarse, self.runs, interrupted, names,
         )  # fmt: skip
 
     def _lowest(self) -> Minimum:
@@ -329,6 +335,18 @@ class _Search:
             for index, name in enumerate(one.name for one in self.unknowns)
             if name in self.settings.profile and certain.seen[index]
         }
+
+    def _bootstrap(self) -> None:
+        count = self.settings.bootstrap
+        if not count:
+            return
+
+        def done(so_far: Bootstrap) -> None:
+            self.redrawn = so_far
+            self.tell(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
+
+        seen = np.flatnonzero(self._certainty()[0].seen).tolist()
+        bootstrap(self.model, self.minima[0], seen, count, done)
 
     def _sides(self) -> Sides | None:
         best = self.minima[0]
