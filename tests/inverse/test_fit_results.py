@@ -180,6 +180,17 @@ def test_an_error_that_nobody_expected_stops_no_other_curve(monkeypatch: pytest.
     assert "interrupted" not in many.attrs
 
 
+def test_stretches_are_cut_out_by_ranges_of_heights() -> None:
+    data, kept = fc.data_of("air"), {"height": [["12.3 nm", "10.05 nm"], ["2.05 nm", "9.05 nm"]]}
+    case = fc.case_of("air").replace(data={"use": kept})
+    fit = df.fit(df.Case.from_toml(case.to_toml()), data, free=[H], search=False)
+    height = data["height"].values
+    np.testing.assert_array_equal(fit["used"], (height > 10.05e-9) | ((height > 2.05e-9) & (height < 9.05e-9)))
+    for wrong in ("5 nm", 5e-9, ["5 nm"], [["1 nm", "5 nm"], "7 nm"], []):
+        with pytest.raises(df.ParameterError, match="is no range, such as"):
+            df.fit(case.replace(data={"use": {"height": wrong}}), data, free=[H])
+
+
 def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:
     other = df.fit(fc.case_of("air"), fc.data_of("air").isel(point=slice(0, 90)), free=[H], search=False)
     with pytest.raises(df.ParameterError, match="different points"):

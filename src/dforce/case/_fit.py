@@ -33,7 +33,9 @@ class Data(Parameters):
         default="", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
     )
     use: Part[dict[str, Any]] = part(
-        {}, description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }; left out: all'
+        {},
+        description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }, or several ranges, '
+        '[["-40 nm", "-10 nm"], ["0 nm", "5 nm"]]; left out: all',
     )
 
     read: Part[dict[str, Any]] = part(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -99,7 +99,7 @@ class Reading:
     errors
         Standard deviations that replace the data's own: m and degrees, by the names of the variables.
     height
-        Range of heights (m) that counts.
+        Ranges of heights (m) that count.
     direction
         ``approach`` or ``retract``: one direction alone counts.
     """
@@ -107,7 +107,7 @@ class Reading:
     branch: str = "measured"
     margin: int = 2
     errors: Mapping[str, float] | None = None
-    height: tuple[float, float] | None = None
+    height: Sequence[tuple[float, float]] = ()
     direction: str = ""
 
 
@@ -180,9 +180,8 @@ def _noise_points(data: xr.Dataset, reading: Reading) -> float:
 def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
     """Return which points lie in the range and the direction asked for."""
     chosen = np.ones(len(height), bool)
-    if reading.height is not None:
-        low, high = sorted(reading.height)
-        chosen &= (height >= low) & (height <= high)
+    if reading.height:
+        chosen &= np.any([(height >= low) & (height <= high) for low, high in map(sorted, reading.height)], axis=0)
     if reading.direction:
         if "direction" not in data.variables:
             raise ParameterError("the data do not say which points are approach and which are retract")
@@ -278,8 +277,24 @@ def checked_reading(branch: str, margin: int, errors: Any, height: Any, directio
         if value == "from free part":
             continue
         given[name] = number_of(f"errors.{name}", value, "m" if name.startswith("amplitude") else "degree")
-    limits = None
-    if height is not None:
-        low, high = (number_of("height", value, "m") for value in height)
-        limits = (low, high)
-    return Reading(branch, margin, given, limits, direction)
+    return Reading(branch, margin, given, _ranges(height), direction)
+
+
+def _ranges(given: Any) -> list[tuple[float, float]]:
+    """Return ranges of heights (m) from a pair of heights, or several pairs."""
+    if given is None:
+        return []
+    several = _is_list(given) and any(_is_list(one) for one in given)
+    out = []
+    for pair in given if several else [given]:
+        if not _is_list(pair) or len(pair) != 2:
+            raise ParameterError(
+                f"use.height = {shorten(given)} is no range, such as ['5 nm', '40 nm'], and no list of ranges"
+            )
+        low, high = (number_of("use.height", value, "m") for value in pair)
+        out.append((low, high))
+    return out
+
+
+def _is_list(given: Any) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, str)
