@@ -31,6 +31,17 @@ def test_a_fit_is_read_back_as_it_was_written_and_repeats_itself(air: xr.Dataset
     assert again.attrs["chi2"] == air.attrs["chi2"]
 
 
+def test_a_fit_says_where_its_searches_began_and_which_minima_they_met(air: xr.Dataset) -> None:
+    np.testing.assert_array_equal(air["minimum_value"].isel(minimum=0), air["value"])
+    assert air["search_value"].sel(parameter=H).values.tolist() == pytest.approx([2e-20], rel=1e-9)  # of the case
+
+
+def test_a_fit_is_no_measured_curve(air: xr.Dataset, tmp_path: Path) -> None:
+    path = df.write(air, tmp_path / "fit.nc")
+    with pytest.raises(df.ResultError, match="is a fit, and no measured curve; dforce fit does it again"):
+        df.read_measured(path)
+
+
 def test_a_fit_done_again_gives_the_same_advice() -> None:
     # noise found in few points is as uncertain the second time: no advice on a chi2 that it explains
     case = fc.case_of("stiff")

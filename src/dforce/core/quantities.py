@@ -337,4 +337,8 @@ FITS = _table(
                "some of the points", ("search",)),
     Observable("minimum_chi2", r"\chi^2", "1", "1", "chi-square of the minima", "of each different minimum that was found",
                ("minimum",)),
+    Observable("search_value", "", "SI", "", "value of the starts", "value of a parameter where each search began",
+               ("search", "parameter")),
+    Observable("minimum_value", "", "SI", "", "value of the minima", "value of a parameter at each minimum, the lowest first",
+               ("minimum", "parameter")),
 )  # fmt: skip
