@@ -34,12 +34,32 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
         if not asked.file:
             raise ParameterError('there is no measured curve: name its file, or write [data] file = "curve.csv"')
         given = (case.folder or Path()) / asked.file
+    data = read_measured(given, **reading_of(asked))
+    return data if CALIBRATED in data.attrs else calibrate(data, case, **calibration_of(asked))
+
+
+def reading_of(asked: Data) -> dict[str, Any]:
+    """Return what :func:`dforce.read_measured` is called with.
+
+    Raises
+    ------
+    ParameterError
+        For a setting that it does not have.
+    """
     named: dict[str, Any] = {"columns": dict(asked.columns) or None, "units": dict(asked.units) or None}
     named["phase_convention"] = asked.phase_convention or None
-    data = read_measured(given, **known_settings(read_measured, named, asked.read, "read"))
-    if CALIBRATED in data.attrs:
-        return data
-    return calibrate(data, case, **known_settings(calibrate, {}, asked.calibrate, "calibrate"))
+    return known_settings(read_measured, named, asked.read, "read")
+
+
+def calibration_of(asked: Data) -> dict[str, Any]:
+    """Return what :func:`dforce.calibrate` is called with.
+
+    Raises
+    ------
+    ParameterError
+        For a setting that it does not have.
+    """
+    return known_settings(calibrate, {}, asked.calibrate, "calibrate")
 
 
 def known_settings(
