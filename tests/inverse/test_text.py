@@ -260,7 +260,14 @@ def test_the_noise_of_a_sensor_is_no_step_back(tmp_path):
     content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
         f"{1e9 * h:.4f},{1e9 * a:.5f},{phi:.4f}\n" for h, a, phi in zip(noisy, AMPLITUDE, LAG, strict=True)
     )
-    assert set(read(tmp_path, content).direction.values) == {"approach"}
+    data = read(tmp_path, content)
+    assert set(data.direction.values) == {"approach"}
+    assert data.attrs["height_error"] == pytest.approx(0.2e-9, rel=0.3)  # by the median of 118 numbers
+    assert any(line.startswith("height: turns back within the noise of the sensor") for line in data.attrs["history"])
+    assert "height_error" not in read(tmp_path, measured_curve.text()).attrs
+    # a force is found all the same
+    tune = {"f0": "70 kHz", "k": "2 N/m", "Q": 100}
+    assert df.reconstruct(df.calibrate(data, phase_convention="lag", thermal=tune)).sizes["point"] == len(HEIGHT)
 
 
 def test_a_phase_that_never_changes_was_not_measured(tmp_path):

@@ -33,6 +33,18 @@ def sensor_noise(height: Floats) -> float:
     return float(MAD * np.median(second) / np.sqrt(6.0))
 
 
+def height_error(height: Floats, directions: Words) -> float:
+    """Return the noise (m) of heights that stand still or turn back within a direction; 0 where none do."""
+    found = 0.0
+    for word, way in WAYS.items():
+        own = height[directions == word]
+        step = way * np.diff(own)
+        if (step <= 0.0).any() and (step != 0.0).any():
+            quantum = float(np.abs(step[step != 0.0]).min()) / np.sqrt(12.0)
+            found = max(found, sensor_noise(own), quantum)
+    return found
+
+
 def walk_of(table: Table, height: Floats, segments: Words | None, direction: str | None, name: str) -> Walk:
     """Return the order and the directions of the rows of a curve.
 
