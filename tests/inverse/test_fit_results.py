@@ -11,6 +11,7 @@ from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.inverse.fitting.minimize import Objective
+from dforce.inverse.fitting.points import checked_reading, measured
 from dforce.validity import advice_in
 
 FILES = Path(df.__file__).parent / "library" / "measured"
@@ -200,6 +201,27 @@ def test_stretches_are_cut_out_by_ranges_of_heights() -> None:
     for wrong in ("5 nm", 5e-9, ["5 nm"], [["1 nm", "5 nm"], "7 nm"], []):
         with pytest.raises(df.ParameterError, match="is no range, such as"):
             df.fit(case.replace(data={"use": {"height": wrong}}), data, free=[H])
+
+
+def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
+    data, error = fc.data_of("stiff"), 0.1e-9
+    flat = measured(data, checked_reading("measured", 2, {"height": 0.0}, None, ""))
+    steep = measured(data, checked_reading("measured", 2, {"height": "0.1 nm"}, None, ""))
+    behind, free = data["height"].values < 20e-9, data["height"].values > 33e-9
+    np.testing.assert_array_equal(flat.spread, np.broadcast_to(flat.sigma, (126, 2)))
+    # behind the jump the amplitude of a stiff sample falls as the height
+    np.testing.assert_allclose(steep.spread[behind, 0], np.hypot(0.06e-9, error), rtol=0.1)
+    np.testing.assert_allclose(steep.spread[free, 0], 0.06e-9, rtol=0.05)
+    noisy = data.assign(height=data["height"] + error * np.random.default_rng(2).normal(size=126))
+    fits = [
+        df.fit(fc.case_of("stiff"), noisy.assign_attrs(height_error=unsure), free=[E, H, ETA], search=False)
+        for unsure in (0.0, error)
+    ]
+    assert fits[0].attrs["chi2"] > 1.8 * fits[0].attrs["degrees_of_freedom"]
+    assert not {"reduced_chi2"} & {piece.name for piece in advice_in(fits[1])}
+    assert "noise: heights are known to 0.1 nm" in df.fit_report(fits[1])
+    with pytest.raises(df.ParameterError, match="error of 'height' is -1 m"):
+        df.fit(fc.case_of("stiff"), data, free=[E], errors={"height": -1.0})
 
 
 def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:

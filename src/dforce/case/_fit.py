@@ -86,7 +86,8 @@ class Fit(Parameters):
         description='values that stay fixed and their errors, which are passed on, such as { "cantilever.k" = "2.7(2) N/m" }',
     )
     errors: Part[dict[str, Any]] = part(
-        {}, description='standard deviations of amplitude and phase; left out, or "from free part": as the data say'
+        {},
+        description='standard deviations of amplitude, phase and height; left out, or "from free part": as the data say',
     )
     branch: Literal["measured", "attractive", "repulsive"] = pydantic.Field(
         default="measured", description="measured: each point on its own branch; else one branch alone"

@@ -59,7 +59,7 @@ def _chi2(found: Fitted) -> Advice | None:
         return None
     why = (
         "the model does not describe the data within their noise, so the errors are lower bounds. Look at the residuals: "
-        "another force, base excitation, a drift, noise of the heights or a wrong phase offset"
+        "another force, base excitation, a drift or a wrong phase offset"
         if reduced > 1.0
         else "the noise is smaller than the data say. The errors are too large by its root"
     )

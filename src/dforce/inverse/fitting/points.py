@@ -6,6 +6,7 @@ behind a jump from its nearest point outward. Where a jump happens is no data: i
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
+STRETCH = 5.0  # errors of a height to each side: over that the noise of the heights does not flatten a slope
 NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FEWEST = 8  # points
 RIGHT_ANGLE = 90.0
@@ -52,6 +54,8 @@ class Measured:
         What else the data say of themselves.
     noise_points
         From how many points the standard deviations were found, so that they are as uncertain; infinite where they are known.
+    height_error
+        Standard deviation of a height (m).
     """
 
     height: Array
@@ -64,6 +68,7 @@ class Measured:
     correlation: float
     attrs: Mapping[str, Any]
     noise_points: float = math.inf
+    height_error: float = 0.0
 
     @property
     def tones(self) -> int:
@@ -79,6 +84,30 @@ class Measured:
     def sigma(self) -> Array:
         """Standard deviations of amplitudes, then phases, (2 tones,)."""
         return np.concatenate([self.amplitude_error, self.phase_error])
+
+    @functools.cached_property
+    def spread(self) -> Array:
+        """Standard deviations of amplitudes, then phases, at each point, (points, 2 tones).
+
+        Where a curve is steep, the noise of its heights adds to that of the values (the effective variance; J. Orear,
+        Am. J. Phys. 50, 912 (1982)).
+        """
+        plain = np.broadcast_to(self.sigma, self.values.shape)
+        return np.hypot(plain, self._steepness() * self.height_error) if self.height_error else plain
+
+    def _steepness(self) -> Array:
+        """Return the slope of each value over the height, by a line through its neighbors, (points, 2 tones)."""
+        out = np.zeros(self.values.shape)
+        for kind in (FROM_FREE, BEHIND_JUMP):
+            places = np.flatnonzero(self.branch == kind)
+            order = places[np.argsort(self.height[places], kind="stable")]
+            for number, place in enumerate(order):
+                near = np.abs(self.height[order] - self.height[place]) <= STRETCH * self.height_error
+                near[max(number - NEIGHBORS, 0) : number + NEIGHBORS + 1] = True
+                x = self.height[order[near]] - self.height[order[near]].mean()
+                if x.any():
+                    out[place] = x @ self.values[order[near]] / (x @ x)
+        return out
 
     @property
     def values(self) -> Array:
@@ -130,7 +159,7 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
         height, np.stack(amplitude, axis=1), np.stack(phase, axis=1), np.ones(len(height), np.int64),
         np.ones(len(height), bool), np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
         np.array([_error(data, reading, f"phase{name}", "deg") for name in names]),
-        float(data.attrs.get("neighbor_correlation", 0.0)), attrs, points,
+        float(data.attrs.get("neighbor_correlation", 0.0)), attrs, points, _height_error(data, reading),
     )  # fmt: skip
     branch, beside = _branches(data, found, reading.margin)
     used = ~beside & _chosen(data, height, reading)
@@ -163,6 +192,13 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     value = float(given)
     if not (math.isfinite(value) and value > 0.0):
         raise ParameterError(f"the error of '{name}' is {value:g} {unit}; it must be above 0")
+    return value
+
+
+def _height_error(data: xr.Dataset, reading: Reading) -> float:
+    value = float((reading.errors or {}).get("height", data.attrs.get("height_error", 0.0)))
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ParameterError(f"the error of 'height' is {value:g} m; it must not be below 0")
     return value
 
 
@@ -269,14 +305,14 @@ def checked_reading(branch: str, margin: int, errors: Any, height: Any, directio
         raise ParameterError(f"direction = '{shorten(direction)}' is not approach or retract")
     if not 0 <= margin <= 1000:
         raise ParameterError(f"margin = {margin} is not between 0 and 1000 points")
-    known = ("amplitude", "phase", "amplitude_2", "phase_2")
+    known = ("amplitude", "phase", "amplitude_2", "phase_2", "height")
     given: dict[str, float] = {}
     for name, value in (errors or {}).items():
         if name not in known:
             raise ParameterError(f"errors has '{shorten(name)}'; known: {', '.join(known)}")
         if value == "from free part":
             continue
-        given[name] = number_of(f"errors.{name}", value, "m" if name.startswith("amplitude") else "degree")
+        given[name] = number_of(f"errors.{name}", value, "degree" if name.startswith("phase") else "m")
     return Reading(branch, margin, given, _ranges(height), direction)
 
 

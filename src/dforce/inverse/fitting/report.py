@@ -88,6 +88,9 @@ def _data_lines(result: xr.Dataset) -> list[str]:
         f"data: {used} of {result.sizes['point']} points, {', '.join(counts)}; errors {sigma[0][0] * 1e9:.3g} nm, "
         f"{sigma[1][0]:.3g} deg"
     ]
+    unsure = float(result.attrs.get("height_error", 0.0))
+    if unsure:
+        lines.append(f"noise: heights are known to {unsure * 1e9:.2g} nm, which counts where the curve is steep")
     correlation = float(result.attrs.get("neighbor_correlation", 0.0))
     if correlation > CORRELATED:
         wider = math.sqrt((1.0 + correlation) / (1.0 - correlation))

@@ -118,7 +118,7 @@ def _of_points(found: Fitted) -> dict[str, Any]:
         lost[model.points] = found.best.told.lost
     apart = fitted - data.values
     apart[:, tones:] = wrapped(apart[:, tones:])
-    apart /= data.sigma
+    apart /= data.spread
     both = ("point", "tone")
     return {
         "height": ("point", data.height), "zc": ("point", data.height + offset), "amplitude": (both, data.amplitude),
@@ -164,6 +164,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
         "parameters": count, "degrees_of_freedom": data.count + priors - count, "aic": best.chi2 + 2 * count,
         "bic": best.chi2 + count * math.log(data.count), "lost_points": best.lost,
         "amplitude_error": data.amplitude_error.tolist(), "phase_error": data.phase_error.tolist(),
+        "height_error": data.height_error,
         "neighbor_correlation": data.correlation, "samples_per_period": found.model.curves.samples,
         "sampling_change": found.coarse, "evaluations": found.runs,
         "forces": " + ".join(force.name for force in found.case.forces),

@@ -106,7 +106,8 @@ def fit(
         `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
         of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
         -1 behind a jump),
-        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and `neighbor_correlation`.
+        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
+        `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
     progress
@@ -380,7 +381,7 @@ class _Search:
         both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
-        slopes = both.slopes(here, best.told) / both.sigma[:, None]
+        slopes = both.slopes(here, best.told) / both.sigma[..., None]
         slopes = slopes.reshape(-1, len(here))[:, : len(fixed)]
         beside = np.zeros((len(by), len(fixed)))
         beside[: len(slopes)] = slopes
