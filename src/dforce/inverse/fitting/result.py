@@ -43,9 +43,9 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
 
     variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found) | _of_bootstrap(found)
     variables["search_chi2"] = ("search", np.array([start.chi2 for start in found.starts]))
-    for name, places in (("search", found.starts), ("minimum", found.minima)):
+    for kind, places in (("search", found.starts), ("minimum", found.minima)):
         rows = [found.model.values(place.varied) for place in places]
-        variables[f"{name}_value"] = ((name, "parameter"), np.array(rows).reshape(-1, len(unknowns)))
+        variables[f"{kind}_value"] = ((kind, "parameter"), np.array(rows).reshape(-1, len(unknowns)))
     variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
     names = [one.name for one in unknowns]
     coords = {
