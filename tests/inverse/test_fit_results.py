@@ -133,6 +133,25 @@ def test_many_fits_start_alike_and_a_bad_curve_does_not_stop_them() -> None:
     assert max(len(line) for line in df.fit_report(many).splitlines() if line not in below) <= 100
 
 
+def test_all_curves_of_a_map_are_fitted_with_their_places(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in (FILES / "air.csv").read_text().splitlines() if not line.startswith("#")]
+    lines = ["height_nm,amplitude_nm,phase_deg,x_um,y_um"]
+    for x in range(3):
+        lines += [
+            ",".join([row[0], "nan" if (x, i) == (1, 5) else row[1], row[2], str(x), "7"]) for i, row in enumerate(rows)
+        ]
+    (tmp_path / "map.csv").write_text("\n".join([*lines, ""]))
+    case = fc.case_of("air").replace(data={"phase_convention": "lag"})
+    many = df.fit_many(case, {"map": tmp_path / "map.csv"}, free=[H], search=False)
+    assert many["curve"].values.tolist() == ["map, curve 1", "map, curve 2", "map, curve 3"]
+    assert [bool(text) for text in many["message"].values] == [False, True, False]
+    np.testing.assert_allclose(many["x"], [0.0, np.nan, 2e-6])
+    chosen = case.replace(data={"phase_convention": "lag", "read": {"curve": 3}})
+    assert df.fit_many(chosen, {"map": tmp_path / "map.csv"}, free=[H], search=False)["curve"].values.tolist() == [
+        "map"
+    ]
+
+
 def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     plain, calls = Objective.residuals, 0
     met: list[float] = []

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case, Data
-from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.errors import DForceError, ParameterError, nearest, shorten
 from dforce.inverse.calibration import calibrate
-from dforce.inverse.measured import read_measured
+from dforce.inverse.measured import each_curve, read_measured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +36,28 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
         given = (case.folder or Path()) / asked.file
     data = read_measured(given, **reading_of(asked))
     return data if CALIBRATED in data.attrs else calibrate(data, case, **calibration_of(asked))
+
+
+def measured_curves(case: Case, path: str | os.PathLike[str]) -> list[xr.Dataset | DForceError]:
+    """Return all curves of a file, read and calibrated, and in the place of one that cannot be why.
+
+    Raises
+    ------
+    DForceError
+        When the file itself cannot be read, and for settings that reader or calibration do not know.
+    """
+    asked = case.data or Data()
+    how = calibration_of(asked)
+    out: list[xr.Dataset | DForceError] = []
+    for one in each_curve(path, reading_of(asked)):
+        if isinstance(one, DForceError) or CALIBRATED in one.attrs:
+            out.append(one)
+            continue
+        try:
+            out.append(calibrate(one, case, **how))
+        except DForceError as error:
+            out.append(error)
+    return out
 
 
 def reading_of(asked: Data) -> dict[str, Any]:

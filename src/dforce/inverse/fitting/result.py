@@ -213,12 +213,17 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
             seen[row], advised[row] = one["seen"].values, bool(advice_in(one))
             for name, column in facts.items():
                 column[row] = one.attrs[name]
+    places = {
+        name: ("curve", [float(fits[key].attrs[f"{DATA}{name}"]) if key in fits else math.nan for key in done])
+        for name in ("x", "y") if all(f"{DATA}{name}" in one.attrs for one in fits.values())
+    }  # fmt: skip
     message = [one if isinstance(one, str) else "" for one in done.values()]
     return xr.Dataset(
         {name: (("curve", "parameter"), column) for name, column in columns.items()}
         | {"seen": (("curve", "parameter"), seen), "message": ("curve", message), "advised": ("curve", advised)}
         | {name: ("curve", column) for name, column in facts.items()},
-        {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)},
+        {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)}
+        | places,
         provenance(some.attrs["start_case"], case.title) | {"kind": "fits"},
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, Fit
-from dforce.core.errors import DForceError, ParameterError, checked, shorten
+from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import late_stop_waits
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
@@ -147,63 +146,6 @@ def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, A
     if free is not None:
         given["free"] = tuple(free)
     return Fit(**given) if case.fit is None else case.fit.replace(**given)
-
-
-@checked
-def fit_many(
-    case: Case, curves: Mapping[str, Any], free: Sequence[str] | None = None,
-    progress: Progress | bool | None = None, **settings: Any,
-) -> xr.Dataset:  # fmt: skip
-    """Return the fits of many curves, each from the same start; one that cannot be fitted does not stop the others.
-
-    Parameters
-    ----------
-    case, free, settings
-        As of :func:`fit`.
-    curves
-        Measured curves, or their files, by their names.
-    progress
-        Called with the number of curves that are done.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
-        and `message`, a sentence where a curve could not be fitted. Curves that were not done when it was stopped are left
-        out, and ``attrs["interrupted"]`` is 1.
-
-    Raises
-    ------
-    ParameterError
-        When none was fitted.
-    KeyboardInterrupt
-        When it was stopped before the first was done.
-    """
-    from dforce.inverse.fitting.result import together
-
-    asked = settings_of(case, free, settings)
-    done: dict[str, xr.Dataset | str] = {}
-    stopped = True
-    with late_stop_waits(), watched(progress, case.title) as tell, contextlib.suppress(KeyboardInterrupt):
-        for number, (name, curve) in enumerate(curves.items()):
-            tell(number, len(curves), name)
-            try:
-                one = fit(case, curve, **asked.model_dump())
-            except DForceError as error:
-                done[name] = str(error)
-                continue
-            except Exception as error:  # whatever is wrong with one curve, the others are fitted  # noqa: BLE001
-                done[name] = f"{type(error).__name__}: {error}"
-                continue
-            if one.attrs.get("interrupted"):  # by a stop that is meant for all
-                break
-            done[name] = one
-        else:
-            stopped = False
-            tell(len(curves), len(curves), "")
-    if stopped and not done:
-        raise KeyboardInterrupt
-    return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})
 
 
 def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitted:
