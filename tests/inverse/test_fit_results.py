@@ -128,6 +128,9 @@ def test_many_fits_start_alike_and_a_bad_curve_does_not_stop_them() -> None:
     # what was fitted before does not count
     np.testing.assert_array_equal(many["value"].sel(curve="first"), many["value"].sel(curve="second"))
     assert np.isnan(many["value"].sel(curve="bad")).all()
+    assert "with advice" not in df.fit_report(many)
+    advised = df.fit_report(many.assign(advised=("curve", [False, False, False, True])))
+    assert advised.splitlines()[-1] == "with advice, which a fit of it alone tells: second"
     below = [line for line in df.fit_report(many).splitlines() if line.startswith("not fitted: ")]
     assert [line.split(": ")[1] for line in below] == ["bad", "none"] and "there is no file" in below[1]
     assert max(len(line) for line in df.fit_report(many).splitlines() if line not in below) <= 100

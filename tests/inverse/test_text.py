@@ -225,6 +225,7 @@ def shuffled():
         (shuffled(), "heights in no order: from point to point they scatter by .* sort the points"),
         (changed(50, 1, "1,5"), "has 4 cells in line 50 and 3 in the others"),
         (measured_curve.text()[:-12], "it was cut short|may have been cut short"),
+        (measured_curve.text().rpartition(",")[0] + ",", "ends in the middle of line 121: it was cut short"),
         ("\n".join(measured_curve.text().splitlines()[:7]), "has 6 points, and a curve needs 8 or more"),
         (measured_curve.text(heading="height,amplitude_nm,phase_deg"), "does not tell the unit of the height"),
         (measured_curve.text(heading="height_nm,amplitude_nm,phase"), "does not tell the unit of the phase"),

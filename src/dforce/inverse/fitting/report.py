@@ -53,7 +53,7 @@ def fit_report(result: xr.Dataset) -> str:
 def _table(result: xr.Dataset) -> str:
     """Return a row for each of many fits, and below why others could not be made."""
     names = result["parameter"].values.tolist()
-    rows, below = [("", *(name.split(".")[-1] for name in names), "chi2", "lost", "")], []
+    rows, below = [("", *(name.split(".")[-1] for name in names), "chi2", "lost")], []
     for curve in result["curve"].values.tolist():
         one = result.sel(curve=curve)
         if message := str(one["message"].values):
@@ -65,9 +65,9 @@ def _table(result: xr.Dataset) -> str:
             value, error, unit = shown(float(part["value"]), float(part["error"]), str(part["unit"].values))
             cells.append(f"{value} +- {error} {unit}".rstrip())
         chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}"
-        rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}", "advice" if bool(one["advised"]) else ""))
-    if bool(result["advised"].any()):
-        below.append("advice: a fit of that curve alone tells it")
+        rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}"))
+        if bool(one["advised"]):
+            below.append(f"with advice, which a fit of it alone tells: {curve}")
     return "\n\n".join([*(aligned(part) for part in in_parts(rows)), *(["\n".join(below)] if below else [])])
 
 
