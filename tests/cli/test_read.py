@@ -65,6 +65,12 @@ def test_columns_units_and_the_rest_are_taken():
     np.testing.assert_allclose(data.amplitude, expected, rtol=1e-4)
 
 
+def test_what_a_sentence_asks_for_is_an_option_of_that_name():
+    asked = dforce("curve.csv").stderr
+    assert "give phase_convention = 'lag'" in " ".join(asked.split())
+    assert dforce("curve.csv", "--phase-convention", "lag").exit_code == 0
+
+
 def test_a_case_gives_k_and_the_free_lag():
     done = dforce("curve.csv", "--phase", "lag", "--case", "figure-3-air")
     assert done.exit_code == 0, done.stderr

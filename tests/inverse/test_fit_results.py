@@ -41,6 +41,9 @@ def test_a_fit_is_no_measured_curve(air: xr.Dataset, tmp_path: Path) -> None:
     path = df.write(air, tmp_path / "fit.nc")
     with pytest.raises(df.ResultError, match="is a fit, and no measured curve; dforce fit does it again"):
         df.read_measured(path)
+    for call in (lambda: df.fit(fc.case_of("air"), air, free=[H]), lambda: df.reconstruct(air)):
+        with pytest.raises(df.ParameterError, match="a fit; give the measured curve that it was made of"):
+            call()
 
 
 def test_a_fit_done_again_gives_the_same_advice() -> None:

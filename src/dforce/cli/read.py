@@ -76,10 +76,12 @@ def read(
     units: Units,
     phase: Annotated[
         str | None,
-        _text(
+        typer.Option(
             "--phase",
-            "CONVENTION",
-            "What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
+            "--phase-convention",
+            metavar="CONVENTION",
+            show_default=False,
+            help="What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
         ),
     ] = None,
     sensitivity: Annotated[

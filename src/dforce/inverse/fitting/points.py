@@ -148,6 +148,10 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
     ParameterError
         When a variable, an error or the noise is missing, for numbers that are none, and where nothing is left to fit.
     """
+    if data.attrs.get("kind") == "fit":
+        raise ParameterError(
+            "the data are a fit; give the measured curve that it was made of, or do it again (fit_again)"
+        )
     height, amplitude, phase = _column(data, "height"), [_column(data, "amplitude")], [_column(data, "phase")]
     if "amplitude_2" in data or "phase_2" in data:
         amplitude.append(_column(data, "amplitude_2"))

@@ -140,6 +140,8 @@ def read_points(
             "this is no curve over the distance: it has neither zc and status, as results of approach and branches, "
             "nor height, as a measured curve"
         )
+    if data.attrs.get("kind") == "fit":
+        raise ParameterError("this is a fit; give the measured curve that it was made of")
     reading, case = _computed(data, case) if computed else _measured(data, case)
     given = {"amplitude": amplitude_error, "phase": None if phase_error is None else float(np.deg2rad(phase_error))}
     errors = dict(reading.errors)
