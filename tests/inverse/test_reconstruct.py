@@ -176,6 +176,10 @@ def test_noise_of_the_distances_counts_in_the_error_of_a_steep_force():
     off = np.abs(found.force.values - law) / found.force_error.values
     assert np.sqrt(np.mean(off**2)) < 1.3
     assert np.mean(off < 2.0) > 0.9
+    steepest = int(np.argmax(np.gradient(found.force, found.distance)))
+    unsure = df.reconstruct(data.assign_attrs(height_error=0.2e-9), case)
+    wider = np.interp(found.distance[steepest], unsure.distance, unsure.force_error)
+    assert wider > found.force_error[steepest]
 
 
 def test_the_result_goes_to_a_file_and_back(found, tmp_path):

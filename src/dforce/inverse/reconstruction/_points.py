@@ -55,6 +55,12 @@ class Reading:
     errors: dict[str, Array]
     virial: Array | None = None
 
+    @property
+    def distance_error(self) -> float:
+        """Standard deviation (m) of the distance at which the tip turns, of most points: of height and amplitude."""
+        height = self.errors.get("height", np.zeros(1))
+        return float(np.hypot(np.median(self.errors["amplitude"]), np.median(height)))
+
     def shifted(self, name: str) -> tuple[Reading, float]:
         """Return the reading with one quantity changed by a small part of its error, and that part."""
         values = getattr(self, name) + SHIFT * self.errors[name]

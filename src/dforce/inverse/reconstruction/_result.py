@@ -57,7 +57,7 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
     for gap in inverse.gaps:
         blind |= (distance > gap.low) & (distance < gap.high)
     span = float(np.ptp(law.force[~blind]))
-    shifted = _by_distance(law, inverse.gaps, float(np.median(reading.errors["amplitude"])))
+    shifted = _by_distance(law, inverse.gaps, reading.distance_error)
     total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + shifted**2 + (BY_NODES * span) ** 2)
     status = np.where(blind, BLIND, np.where(total > UNSURE * span, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
@@ -115,8 +115,8 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
 def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
     """Return half the range of the force (N) within one error of the distances (m) of each node, no gap crossed.
 
-    An error of the amplitude is one of the distance at which the tip turns: least squares, which take the distances as they
-    are, give a steep force too flat.
+    Errors of amplitude and height are errors of the distance at which the tip turns: least squares, which take the distances
+    as they are, give a steep force too flat.
     """
     edges = [law.nodes[0], *(edge for gap in gaps for edge in gap), law.nodes[-1]]
     place = np.searchsorted(edges[1:-1], law.nodes)
