@@ -253,6 +253,9 @@ def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:
     other = df.fit(fc.case_of("air"), fc.data_of("air").isel(point=slice(0, 90)), free=[H], search=False)
     with pytest.raises(df.ParameterError, match="different points"):
         df.compare_fits({"a": air, "b": other})
+    for noise in ({"phase_error": [0.6]}, {"height_error": 1e-10}):
+        with pytest.raises(df.ParameterError, match="different points or errors"):
+            df.compare_fits({"a": air, "b": air.assign_attrs(noise)})
     with pytest.raises(df.ParameterError, match="at least two"):
         df.compare_fits({"a": air})
 

@@ -21,6 +21,7 @@ TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
 ALIKE = 1.2  # ratio of the errors to both sides from which on both are told
 OPEN = 100.0  # times the standard deviation: a side where chi2 has not risen by then has no end
+NOISE = ("amplitude_error", "phase_error", "height_error")  # attributes
 LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
 
 
@@ -217,7 +218,8 @@ def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     columns = ("height", "amplitude", "phase", "used")
     for one in every[1:]:
         same = all(one[name].shape == every[0][name].shape and (one[name] == every[0][name]).all() for name in columns)
-        if not same or one.attrs["amplitude_error"] != every[0].attrs["amplitude_error"]:
+        alike = all(one.attrs.get(name) == every[0].attrs.get(name) for name in NOISE)
+        if not same or not alike:
             raise ParameterError("these fits are of different points or errors, so their chi2 cannot be compared")
     order = np.argsort([one.attrs["aic"] for one in every], kind="stable")
     names = [list(fits)[i] for i in order]
