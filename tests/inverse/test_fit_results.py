@@ -249,7 +249,9 @@ def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
         df.fit(fc.case_of("stiff"), data, free=[E], errors={"height": -1.0})
 
 
-def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:
+def test_a_comparison_needs_the_same_data(air: xr.Dataset, tmp_path: Path) -> None:
+    back = df.read(df.write(air, tmp_path / "fit.nc"))
+    assert df.compare_fits({"a": air, "b": back})["delta_aic"].values.tolist() == [0.0, 0.0]
     other = df.fit(fc.case_of("air"), fc.data_of("air").isel(point=slice(0, 90)), free=[H], search=False)
     with pytest.raises(df.ParameterError, match="different points"):
         df.compare_fits({"a": air, "b": other})

@@ -218,7 +218,10 @@ def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     columns = ("height", "amplitude", "phase", "used")
     for one in every[1:]:
         same = all(one[name].shape == every[0][name].shape and (one[name] == every[0][name]).all() for name in columns)
-        alike = all(one.attrs.get(name) == every[0].attrs.get(name) for name in NOISE)
+        # a file gives back a list of one number as that number
+        alike = all(
+            np.array_equal(*(np.atleast_1d(fit.attrs.get(name, 0.0)) for fit in (one, every[0]))) for name in NOISE
+        )
         if not same or not alike:
             raise ParameterError("these fits are of different points or errors, so their chi2 cannot be compared")
     order = np.argsort([one.attrs["aic"] for one in every], kind="stable")
