@@ -185,6 +185,11 @@ def _correlations(result: xr.Dataset) -> list[str]:
     return [text for _, text in sorted(pairs, reverse=True)]
 
 
+def _noise(fit: xr.Dataset, name: str) -> Any:
+    """Return a standard deviation of each tone; a file gives back a list of one number as that number."""
+    return np.atleast_1d(fit.attrs.get(name, 0.0))
+
+
 @checked
 def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     r"""Return how well several models describe the same data.
@@ -218,10 +223,7 @@ def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     columns = ("height", "amplitude", "phase", "used")
     for one in every[1:]:
         same = all(one[name].shape == every[0][name].shape and (one[name] == every[0][name]).all() for name in columns)
-        # a file gives back a list of one number as that number
-        alike = all(
-            np.array_equal(*(np.atleast_1d(fit.attrs.get(name, 0.0)) for fit in (one, every[0]))) for name in NOISE
-        )
+        alike = all(np.array_equal(_noise(one, name), _noise(every[0], name)) for name in NOISE)
         if not same or not alike:
             raise ParameterError("these fits are of different points or errors, so their chi2 cannot be compared")
     order = np.argsort([one.attrs["aic"] for one in every], kind="stable")
