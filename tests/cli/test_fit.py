@@ -54,12 +54,22 @@ def test_json_tells_values_errors_and_advice(case_file: Path) -> None:
 
 def test_several_files_give_a_table_and_a_bad_one_does_not_stop_it(case_file: Path) -> None:
     good = case_file.parent / "air.csv"
-    done = ran(case_file, good, case_file.parent / "nowhere.csv", "-o", case_file.parent / "all.nc")
+    done = ran(case_file, good, good, case_file.parent / "nowhere.csv", "-o", case_file.parent / "all.nc")
     assert done.exit_code == 1, done.output
-    assert "there is no file" in done.stdout
+    assert "there is no file" in " ".join(done.stdout.split())  # as the terminal wraps it
     many = df.read(case_file.parent / "all.nc")
     assert many.sizes["curve"] == 2
+    assert "stopped" not in done.output
     assert float(many["value"].sel(curve=str(good), parameter=H)) == pytest.approx(1.996e-20, rel=0.02)
+
+
+def test_all_curves_of_one_file_are_fitted(case_file: Path) -> None:
+    heading, *rows = [line for line in (CURVES / "air.csv").read_text().splitlines() if not line.startswith("# spec")]
+    lines = [f"{heading.removeprefix('# ')},curve", *(f"{row},{number}" for number in (1, 2) for row in rows)]
+    table = case_file.parent / "map.csv"
+    table.write_text("\n".join([*lines, ""]))
+    done = ran(case_file, table, "--json")
+    assert json.loads(done.stdout)["curve"] == [f"{table}, curve 1", f"{table}, curve 2"]
 
 
 @pytest.mark.slow

@@ -65,10 +65,32 @@ def test_columns_units_and_the_rest_are_taken():
     np.testing.assert_allclose(data.amplitude, expected, rtol=1e-4)
 
 
+def test_what_a_sentence_asks_for_is_an_option_of_that_name():
+    asked = dforce("curve.csv").stderr
+    assert "give phase_convention = 'lag'" in " ".join(asked.split())
+    assert dforce("curve.csv", "--phase-convention", "lag").exit_code == 0
+
+
 def test_a_case_gives_k_and_the_free_lag():
     done = dforce("curve.csv", "--phase", "lag", "--case", "figure-3-air")
     assert done.exit_code == 0, done.stderr
     assert "spring constant k" in done.stdout and "the free lag of the case" in " ".join(done.stdout.split())
+
+
+def test_a_case_says_how_its_curve_is_read_and_what_is_typed_goes_before():
+    Path("odd.csv").write_text(measured_curve.text(heading="U,amplitude_V,phase_deg"))
+    table = {
+        "columns": {"height": "U"}, "units": {"height": "nm"}, "phase_convention": "lag", "read": {"sensitivity": "2 nm/V"},
+        "calibrate": {"free_amplitude": "40 nm"},
+    }  # fmt: skip
+    df.save_case(df.example("figure-3-air").replace(data=table), "case.toml")
+    done = dforce("odd.csv", "--case", "case.toml", "-o", "o.nc")
+    assert done.exit_code == 0, done.stderr
+    data = df.read_measured("o.nc")
+    np.testing.assert_allclose(data.amplitude, 2.0 * measured_curve.numbers()[1], rtol=1e-4)
+    assert data.attrs["free_amplitude"] == 40e-9
+    dforce("odd.csv", "--case", "case.toml", "--sensitivity", "4 nm/V", "-o", "o.nc")
+    np.testing.assert_allclose(df.read_measured("o.nc").amplitude, 4.0 * measured_curve.numbers()[1], rtol=1e-4)
 
 
 @pytest.mark.parametrize(

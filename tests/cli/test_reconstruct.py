@@ -2,12 +2,14 @@
 
 from importlib.resources import files
 
+import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli._app import app
-from dforce.cli.reconstruct import _read
+from dforce.cli.reconstruct import _found, _read
 
 
 @pytest.fixture
@@ -47,3 +49,17 @@ def test_a_measured_text_is_read_as_the_case_says_and_refused_without_one(tmp_pa
     assert "is no result: give the instrument by --case" in answer.output
     read = _read(table, df.load_case(case))
     assert read.attrs["amplitude_error"] > 0.0
+
+
+def test_the_lowest_force_that_is_told_is_one_that_the_curve_determines():
+    distance, point = np.linspace(0.0, 3e-10, 4), np.zeros(9)
+    columns = {"force": [-9e-9, np.nan, -2e-9, -1e-9], "force_error": [5e-9, np.nan, 1e-10, 1e-10]}
+    found = xr.Dataset(
+        {name: ("distance", np.array(column)) for name, column in columns.items()}
+        | {"force_status": ("distance", np.array([2, 1, 0, 0], np.int8)), "sample_energy": ("point", point)},
+        {"distance": distance, "gap_low": ("gap", [0.0]), "gap_high": ("gap", [2e-10])},
+        {"chi2": 9.0},
+    )
+    assert _found(found)["lowest_force"] == -2e-9
+    found["force_status"][:] = 2
+    assert _found(found)["lowest_force"] == -9e-9

@@ -393,6 +393,15 @@ def test_what_cannot_be_known_is_said_beside_its_row():
     assert (fitting.found(endless, name), "±" in fitting.found(fit, name)) == ("", True)
 
 
+def test_a_fit_with_a_given_value_is_of_the_case_that_asked_for_it():
+    asked = fitted_curves.case_of("air").replace(
+        fit={"free": [fitted_curves.H], "search": False, "given": {"cantilever.k": "1.0(1) N/m"}}
+    )
+    fit = df.fit(asked, fitted_curves.data_of("air"))
+    assert fitting.is_of(fit, Document.of(asked))
+    assert not fitting.is_of(fit, Document.of(asked.replace("cantilever.Q", 100)))
+
+
 def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
 

@@ -179,6 +179,13 @@ def test_errors_of_given_values_are_passed_on_as_the_forces_scale() -> None:
     assert float(relative.sel(parameter="A0")) < 1e-6
 
 
+def test_a_given_value_takes_the_place_of_the_one_in_the_case() -> None:
+    fit = df.fit(fc.case_of("air"), fc.data_of("air"), free=[H], given={"tip.radius": "4.0(4) nm"}, search=False)
+    assert df.Case.from_toml(fit.attrs["case"]).tip.radius == 4e-9
+    # of H R alone the data tell: 1.996e-20 J at 2 nm
+    assert float(fit["value"].sel(parameter=H)) == pytest.approx(0.998e-20, rel=0.005)
+
+
 def test_lost_points_go_on_along_a_straight_line() -> None:
     rows = np.array([[1.0, 100.0], [2.0, 90.0], [0.0, 0.0], [0.0, 0.0]])
     leaning = np.array([[0, 0], [0, 0], [1, 0], [1, 0]])

@@ -34,9 +34,24 @@ REFUSED = {
     "the same by two names": ({"free": [H, "forces.1.hamaker"]}, "the same parameter"),
     "not used by the forces": ({"free": ["sample.thickness"]}, "not given in the case"),
     "prior without error": ({"free": [E], "priors": {"cantilever.Q": "180"}}, "has no error"),
-    "bound outside the domain": ({"free": [E], "bounds": {E: ["-1 GPa", "1 GPa"]}}, "not a range within"),
-    "start outside its bounds": ({"free": [E], "bounds": {E: ["3 GPa", "9 GPa"]}}, "outside of its bounds"),
-    "start below zero": ({"free": [E], "start": {E: -1.0}}, "is not above 0"),
+    "bound outside the domain": (
+        {"free": [E], "bounds": {E: ["-1 GPa", "1 GPa"]}},
+        "-1 GPa to 1 GPa is not a range within 0 Pa to",
+    ),
+    "start outside its bounds": (
+        {"free": [E], "bounds": {E: ["3 GPa", "9 GPa"]}},
+        "starts at 2 GPa, outside of its bounds 3 GPa to 9 GPa",
+    ),
+    "start below zero": ({"free": [E], "start": {E: -1.0}}, "start.* = -1 Pa is not above 0"),
+    "prior below zero": (
+        {"free": [E], "priors": {"cantilever.Q": (-180, 1)}},
+        "priors.cantilever.Q = -180 is not above 0",
+    ),
+    "given and fitted": ({"free": [E], "given": {E: "5(1) GPa"}}, "given has .* which is fitted.*belongs in priors"),
+    "given without an error": (
+        {"free": [E], "given": {"tip.radius": "8 nm"}},
+        "given.tip.radius = '8 nm' has no error",
+    ),
     "bounds of what is fixed": ({"free": [H], "bounds": {E: ["1 GPa", "2 GPa"]}}, "which is not fitted"),
     "sigma of zero": ({"free": [E], "errors": {"amplitude": 0.0}}, "must be above 0"),
     "unknown branch": ({"free": [E], "branch": "upper"}, "branch"),
@@ -79,7 +94,7 @@ def test_a_fit_refuses_a_repulsive_branch_where_all_phases_are_above_90_degrees(
     [
         (lambda data: data.drop_vars("phase"), "have no 'phase'"),
         (lambda data: data.assign_attrs(amplitude_error=0.0), "must be above 0"),
-        (lambda data: xr.Dataset(data.variables, attrs={}), "how large the noise of 'amplitude'"),
+        (lambda data: xr.Dataset(data.variables, attrs={}), "how large the noise of 'amplitude' is: calibrate"),
         (lambda data: data.assign(phase=data["phase"].where(np.arange(126) != 7)), "no number at point 8"),
         (lambda data: data.isel(point=slice(0, 5)), "at least 8"),
     ],
@@ -97,6 +112,11 @@ def test_a_fit_refuses_a_tone_that_the_case_lacks() -> None:
 def test_a_fit_refuses_tones_without_a_common_period() -> None:
     with pytest.raises(df.ParameterError, match="no common period"):
         df.fit(bimodal("438.9531 kHz"), with_tone_2(), free=[E])
+
+
+def test_identify_refuses_to_tell_nothing() -> None:
+    with pytest.raises(df.ParameterError, match="free must name the parameters to tell"):
+        df.identify(fc.case_of("air"))
 
 
 def test_identify_refuses_one_distance() -> None:

@@ -11,6 +11,7 @@ from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.inverse.fitting.minimize import Objective
+from dforce.inverse.fitting.points import checked_reading, measured
 from dforce.validity import advice_in
 
 FILES = Path(df.__file__).parent / "library" / "measured"
@@ -29,6 +30,20 @@ def test_a_fit_is_read_back_as_it_was_written_and_repeats_itself(air: xr.Dataset
     for name in ("value", "error", "correlation", "amplitude_residual", "profile_chi2"):
         np.testing.assert_array_equal(again[name].values, air[name].values, err_msg=name)
     assert again.attrs["chi2"] == air.attrs["chi2"]
+
+
+def test_a_fit_says_where_its_searches_began_and_which_minima_they_met(air: xr.Dataset) -> None:
+    np.testing.assert_array_equal(air["minimum_value"].isel(minimum=0), air["value"])
+    assert air["search_value"].sel(parameter=H).values.tolist() == pytest.approx([2e-20], rel=1e-9)  # of the case
+
+
+def test_a_fit_is_no_measured_curve(air: xr.Dataset, tmp_path: Path) -> None:
+    path = df.write(air, tmp_path / "fit.nc")
+    with pytest.raises(df.ResultError, match="is a fit, and no measured curve; dforce fit does it again"):
+        df.read_measured(path)
+    for call in (lambda: df.fit(fc.case_of("air"), air, free=[H]), lambda: df.reconstruct(air)):
+        with pytest.raises(df.ParameterError, match="a fit; give the measured curve that it was made of"):
+            call()
 
 
 def test_a_fit_done_again_gives_the_same_advice() -> None:
@@ -80,6 +95,21 @@ def test_a_report_tells_values_errors_and_correlations(air: xr.Dataset) -> None:
         assert words in text, words
 
 
+def test_what_is_doubted_about_the_curve_is_advice_on_the_fit() -> None:
+    data = fc.data_of("air").assign_attrs(history=["read: text", "doubt: the free amplitude is half of the case's"])
+    fit = df.fit(fc.case_of("air"), data, free=[H], search=False)
+    assert [piece.name for piece in advice_in(fit)] == ["doubted_data"]
+    assert "advice: the measured curve is doubted: the free amplitude is half of the case's." in df.fit_report(fit)
+
+
+def test_a_report_says_what_widened_the_errors_and_that_the_fit_was_stopped() -> None:
+    made = fc.result()
+    assert "noise: neighbors" not in df.fit_report(made) and "stopped" not in df.fit_report(made)
+    text = df.fit_report(made.assign_attrs(neighbor_correlation=0.6, interrupted=1))
+    assert "neighbors are correlated by 0.60, so all errors are 2.00 times as large" in text
+    assert "stopped before it was done" in text
+
+
 def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Dataset, tmp_path: Path) -> None:
     with matplotlib.rc_context({"backend": "agg"}):
         axes = df.plot.fit(air, df.plot.Sheet())
@@ -101,7 +131,31 @@ def test_many_fits_start_alike_and_a_bad_curve_does_not_stop_them() -> None:
     # what was fitted before does not count
     np.testing.assert_array_equal(many["value"].sel(curve="first"), many["value"].sel(curve="second"))
     assert np.isnan(many["value"].sel(curve="bad")).all()
-    assert "nowhere.csv" in df.fit_report(many)
+    assert "with advice" not in df.fit_report(many)
+    advised = df.fit_report(many.assign(advised=("curve", [False, False, False, True])))
+    assert advised.splitlines()[-1] == "with advice, which a fit of it alone tells: second"
+    below = [line for line in df.fit_report(many).splitlines() if line.startswith("not fitted: ")]
+    assert [line.split(": ")[1] for line in below] == ["bad", "none"] and "there is no file" in below[1]
+    assert max(len(line) for line in df.fit_report(many).splitlines() if line not in below) <= 100
+
+
+def test_all_curves_of_a_map_are_fitted_with_their_places(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in (FILES / "air.csv").read_text().splitlines() if not line.startswith("#")]
+    lines = ["height_nm,amplitude_nm,phase_deg,x_um,y_um"]
+    for x in range(3):
+        lines += [
+            ",".join([row[0], "nan" if (x, i) == (1, 5) else row[1], row[2], str(x), "7"]) for i, row in enumerate(rows)
+        ]
+    (tmp_path / "map.csv").write_text("\n".join([*lines, ""]))
+    case = fc.case_of("air").replace(data={"phase_convention": "lag"})
+    many = df.fit_many(case, {"map": tmp_path / "map.csv"}, free=[H], search=False)
+    assert many["curve"].values.tolist() == ["map, curve 1", "map, curve 2", "map, curve 3"]
+    assert [bool(text) for text in many["message"].values] == [False, True, False]
+    np.testing.assert_allclose(many["x"], [0.0, np.nan, 2e-6])
+    chosen = case.replace(data={"phase_convention": "lag", "read": {"curve": 3}})
+    assert df.fit_many(chosen, {"map": tmp_path / "map.csv"}, free=[H], search=False)["curve"].values.tolist() == [
+        "map"
+    ]
 
 
 def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,10 +217,47 @@ def test_an_error_that_nobody_expected_stops_no_other_curve(monkeypatch: pytest.
     assert "interrupted" not in many.attrs
 
 
-def test_a_comparison_needs_the_same_data(air: xr.Dataset) -> None:
+def test_stretches_are_cut_out_by_ranges_of_heights() -> None:
+    data, kept = fc.data_of("air"), {"height": [["12.3 nm", "10.05 nm"], ["2.05 nm", "9.05 nm"]]}
+    case = fc.case_of("air").replace(data={"use": kept})
+    fit = df.fit(df.Case.from_toml(case.to_toml()), data, free=[H], search=False)
+    height = data["height"].values
+    np.testing.assert_array_equal(fit["used"], (height > 10.05e-9) | ((height > 2.05e-9) & (height < 9.05e-9)))
+    for wrong in ("5 nm", 5e-9, ["5 nm"], [["1 nm", "5 nm"], "7 nm"], []):
+        with pytest.raises(df.ParameterError, match="is no range, such as"):
+            df.fit(case.replace(data={"use": {"height": wrong}}), data, free=[H])
+
+
+def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
+    data, error = fc.data_of("stiff"), 0.1e-9
+    flat = measured(data, checked_reading("measured", 2, {"height": 0.0}, None, ""))
+    steep = measured(data, checked_reading("measured", 2, {"height": "0.1 nm"}, None, ""))
+    behind, free = data["height"].values < 20e-9, data["height"].values > 33e-9
+    np.testing.assert_array_equal(flat.spread, np.broadcast_to(flat.sigma, (126, 2)))
+    # behind the jump the amplitude of a stiff sample falls as the height
+    np.testing.assert_allclose(steep.spread[behind, 0], np.hypot(0.06e-9, error), rtol=0.1)
+    np.testing.assert_allclose(steep.spread[free, 0], 0.06e-9, rtol=0.05)
+    noisy = data.assign(height=data["height"] + error * np.random.default_rng(2).normal(size=126))
+    fits = [
+        df.fit(fc.case_of("stiff"), noisy.assign_attrs(height_error=unsure), free=[E, H, ETA], search=False)
+        for unsure in (0.0, error)
+    ]
+    assert fits[0].attrs["chi2"] > 1.8 * fits[0].attrs["degrees_of_freedom"]
+    assert not {"reduced_chi2"} & {piece.name for piece in advice_in(fits[1])}
+    assert "noise: heights are known to 0.1 nm" in df.fit_report(fits[1])
+    with pytest.raises(df.ParameterError, match="error of 'height' is -1 m"):
+        df.fit(fc.case_of("stiff"), data, free=[E], errors={"height": -1.0})
+
+
+def test_a_comparison_needs_the_same_data(air: xr.Dataset, tmp_path: Path) -> None:
+    back = df.read(df.write(air, tmp_path / "fit.nc"))
+    assert df.compare_fits({"a": air, "b": back})["delta_aic"].values.tolist() == [0.0, 0.0]
     other = df.fit(fc.case_of("air"), fc.data_of("air").isel(point=slice(0, 90)), free=[H], search=False)
     with pytest.raises(df.ParameterError, match="different points"):
         df.compare_fits({"a": air, "b": other})
+    for noise in ({"phase_error": [0.6]}, {"height_error": 1e-10}):
+        with pytest.raises(df.ParameterError, match="different points or errors"):
+            df.compare_fits({"a": air, "b": air.assign_attrs(noise)})
     with pytest.raises(df.ParameterError, match="at least two"):
         df.compare_fits({"a": air})
 
@@ -202,3 +293,12 @@ def test_a_curve_is_read_and_calibrated_as_the_case_says(tmp_path: Path) -> None
         df.fit(fc.case_of("air").replace(data=table | {"read": {"sensivity": 1.0}}), tmp_path / "curve.csv", free=[H])
     with pytest.raises(df.ParameterError, match="there is no measured curve"):
         df.fit(fc.case_of("air"), free=[H])
+
+
+def test_a_side_on_which_chi2_does_not_rise_has_no_end_in_the_report() -> None:
+    made = fc.result()
+    made["error_high"][:] = [6e35, 1e-11]
+    text = df.fit_report(made)
+    assert "-0.090 GPa, no end above (10 %)" in text and "e+" not in text
+    made["error_low"][:] = [np.inf, 1e-11]
+    assert "+- 0.10 GPa (10 %)" in df.fit_report(made)

@@ -86,3 +86,14 @@ def test_what_is_expected_is_what_a_fit_finds(stiff: xr.Dataset) -> None:
     fit = df.fit(fc.case_of("stiff"), data, free=[E, H, ETA], search=False)
     relative = float(fit["error"].sel(parameter=E)) / 2e9
     assert errors(stiff, "prior", E, "approach") == pytest.approx(relative, rel=0.5)
+
+
+def test_a_report_tells_modes_apart_and_what_brackets_mean() -> None:
+    row = df.identify(fc.case_of("air"), np.linspace(12e-9, 9e-9, 30), [H], helps=False).sel(known=["sample"])
+    assert "in brackets" not in df.identify_report(row, "sample")
+    pair = np.full((1, 1), "cantilever.modes.1.Q, cantilever.modes.2.Q")
+    text = df.identify_report(
+        row.assign(worst_pair=(("curve", "known"), pair), error=0.0 * row["error"] + 0.8), "sample"
+    )
+    assert "modes.1.Q, modes.2.Q" in text
+    assert "(80 %)" in text and "in brackets: so large that the parameter is not told" in text

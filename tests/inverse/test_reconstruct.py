@@ -1,5 +1,6 @@
 """Law to curve to law: forces from curves that quadrature or the solver made, their errors, gaps, and what is refused."""
 
+import fitted_curves as fc
 import numpy as np
 import pytest
 import xarray as xr
@@ -116,6 +117,13 @@ def test_a_force_comes_back_from_frequency_shifts_in_a_fluid_with_memory(phase):
     assert float(np.abs(found.force - law)[inner].max()) < 0.01 * np.ptp(law)
 
 
+def test_what_is_doubted_about_the_curve_is_a_note_of_the_force():
+    curve = tapping().assign_attrs(history=["read: text", "doubt: the amplitudes look like rms"])
+    assert df.reconstruct(curve).attrs["notes"].splitlines()[0] == (
+        "the measured curve is doubted: the amplitudes look like rms"
+    )
+
+
 def test_van_der_waals_comes_back_from_a_measured_tapping_curve():
     curve = tapping()
     found = df.reconstruct(curve)
@@ -190,6 +198,23 @@ def test_the_predicted_noise_is_the_spread_of_noisy_repeats():
     spread, predicted = np.std(forces, axis=0, ddof=1), np.sqrt(np.mean(np.square(noises), axis=0))
     # 16 repeats of some ten independent stretches of distance: 6 %, and the smoothing differs from repeat to repeat
     assert np.sqrt(np.mean(spread**2) / np.mean(predicted**2)) == pytest.approx(1.0, abs=0.25)
+
+
+def test_noise_of_the_distances_counts_in_the_error_of_a_steep_force():
+    # the curve that is shipped: 60 pm of noise, over a force that is 0.3 nm long
+    data = fc.data_of("stiff").assign_attrs(free_amplitude=30e-9)
+    data["height"], data["phase"] = data["height"] + 0.35e-9, data["phase"] - 1.2
+    case = fc.case_of("stiff")
+    found = df.reconstruct(data, case)
+    found = found.isel(distance=(found.distance > found.gap_high.max()).values)
+    law = df.force_curve(case, distance=found.distance.values[::-1]).force.sel(direction="approach").values[::-1]
+    off = np.abs(found.force.values - law) / found.force_error.values
+    assert np.sqrt(np.mean(off**2)) < 1.3
+    assert np.mean(off < 2.0) > 0.9
+    steepest = int(np.argmax(np.gradient(found.force, found.distance)))
+    unsure = df.reconstruct(data.assign_attrs(height_error=0.2e-9), case)
+    wider = np.interp(found.distance[steepest], unsure.distance, unsure.force_error)
+    assert wider > found.force_error[steepest]
 
 
 def test_the_result_goes_to_a_file_and_back(found, tmp_path):

@@ -205,6 +205,12 @@ def changed(line, cell, value):
     return "\n".join([*lines, ""])
 
 
+def shuffled():
+    """Return the table with its rows in no order."""
+    heading, *rows = measured_curve.text().splitlines()
+    return "\n".join([heading, *np.random.default_rng(1).permutation(rows).tolist(), ""])
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
@@ -216,8 +222,10 @@ def changed(line, cell, value):
         (changed(50, 1, "ten"), "has 'ten' in line 50, which is no number"),
         (changed(50, 1, "-3"), "an amplitude below zero in line 50"),
         (changed(50, 0, "39"), "heights that go back and forth"),
+        (shuffled(), "heights in no order: from point to point they scatter by .* sort the points"),
         (changed(50, 1, "1,5"), "has 4 cells in line 50 and 3 in the others"),
         (measured_curve.text()[:-12], "it was cut short|may have been cut short"),
+        (measured_curve.text().rpartition(",")[0] + ",", "ends in the middle of line 121: it was cut short"),
         ("\n".join(measured_curve.text().splitlines()[:7]), "has 6 points, and a curve needs 8 or more"),
         (measured_curve.text(heading="height,amplitude_nm,phase_deg"), "does not tell the unit of the height"),
         (measured_curve.text(heading="height_nm,amplitude_nm,phase"), "does not tell the unit of the phase"),
@@ -253,7 +261,14 @@ def test_the_noise_of_a_sensor_is_no_step_back(tmp_path):
     content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
         f"{1e9 * h:.4f},{1e9 * a:.5f},{phi:.4f}\n" for h, a, phi in zip(noisy, AMPLITUDE, LAG, strict=True)
     )
-    assert set(read(tmp_path, content).direction.values) == {"approach"}
+    data = read(tmp_path, content)
+    assert set(data.direction.values) == {"approach"}
+    assert data.attrs["height_error"] == pytest.approx(0.2e-9, rel=0.3)  # by the median of 118 numbers
+    assert any(line.startswith("height: turns back within the noise of the sensor") for line in data.attrs["history"])
+    assert "height_error" not in read(tmp_path, measured_curve.text()).attrs
+    # a force is found all the same
+    tune = {"f0": "70 kHz", "k": "2 N/m", "Q": 100}
+    assert df.reconstruct(df.calibrate(data, phase_convention="lag", thermal=tune)).sizes["point"] == len(HEIGHT)
 
 
 def test_a_phase_that_never_changes_was_not_measured(tmp_path):

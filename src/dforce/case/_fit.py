@@ -11,6 +11,7 @@ from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Parameters, Part, part
 
 MOST_FREE = 20  # parameters of a fit
+LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
 
 
 class Data(Parameters):
@@ -32,7 +33,9 @@ class Data(Parameters):
         default="", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
     )
     use: Part[dict[str, Any]] = part(
-        {}, description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }; left out: all'
+        {},
+        description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }, or several ranges, '
+        '[["-40 nm", "-10 nm"], ["0 nm", "5 nm"]]; left out: all',
     )
 
     read: Part[dict[str, Any]] = part(
@@ -83,7 +86,8 @@ class Fit(Parameters):
         description='values that stay fixed and their errors, which are passed on, such as { "cantilever.k" = "2.7(2) N/m" }',
     )
     errors: Part[dict[str, Any]] = part(
-        {}, description='standard deviations of amplitude and phase; left out, or "from free part": as the data say'
+        {},
+        description='standard deviations of amplitude, phase and height; left out, or "from free part": as the data say',
     )
     branch: Literal["measured", "attractive", "repulsive"] = pydantic.Field(
         default="measured", description="measured: each point on its own branch; else one branch alone"
@@ -95,6 +99,19 @@ class Fit(Parameters):
     profile: Part[tuple[str, ...]] = part(
         (), max_length=MOST_FREE, description="parameters whose errors are found by going there: asymmetric, and slower"
     )
+
+    bootstrap: int = pydantic.Field(
+        default=0, ge=0, le=100_000,
+        description="fits to residuals drawn anew in blocks, for errors where the noise is not what the free part says; "
+        "0: none",
+    )  # fmt: skip
+
+    @pydantic.field_validator("bootstrap")
+    @classmethod
+    def _enough(cls, given: int) -> int:
+        if 0 < given < LEAST_DRAWS:
+            raise ParameterError(f"= {given} fits tell no error; give 0 or {LEAST_DRAWS} and more")
+        return given
 
     @pydantic.field_validator("free", "nuisance", "profile", mode="before")
     @classmethod

@@ -53,7 +53,7 @@ def fit(
     """Tell parameters of a case, with errors, from measured curves of amplitude and phase.
 
     The table [fit] of the case says which; CASE may be a fit, which is done again. Ctrl-C keeps the best so far.
-    Exit code 1: fitted, with advice. Several files: one fit each; a bad one does not stop the others.
+    Exit code 1: fitted, with advice. Several files or curves in one: one fit each; a bad one does not stop the others.
     """  # fmt: skip
     source = open_source(case, settings)
     again = source.result is not None and source.result.attrs.get("kind") == "fit"
@@ -67,8 +67,8 @@ def fit(
         check_target(plot, df.plot.FORMATS)
     if identify:
         return _identify(source, output, json, quiet)
-    files = list(data or [])
-    if len(files) > 1:
+    files = list(dict.fromkeys(data or []))
+    if len(files) > 1 or (files and _holds_several(source.case, files[0])):
         if plot is not None:
             raise df.ParameterError("--plot draws the fit of one curve; give one file")
         return _many(source, files, output, json, quiet)
@@ -94,6 +94,14 @@ def fit(
     if stopped:
         say("dforce: stopped; this is the best that was met")
     return code
+
+
+def _holds_several(case: df.Case, file: str) -> bool:
+    """Say whether a file holds several curves, none of which the case chooses."""
+    from dforce.inverse.fitting.load import reading_of
+    from dforce.inverse.measured import each_curve
+
+    return len(each_curve(file, {} if case.data is None else reading_of(case.data))) > 1
 
 
 def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> int:
@@ -135,7 +143,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
     if output is not None:
         df.write(result, output)
     messages = [text for text in result["message"].values.tolist() if text]
-    whole = result.sizes["curve"] == len(files)
+    whole = not result.attrs.get("interrupted")
     code = STOPPED if not whole else SOME_POINTS_FAILED if messages or bool(result["advised"].any()) else DONE
     if json:
         table = {
@@ -149,14 +157,17 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
         if output is not None:
             typer.echo(f"written: {output}")
     if not whole:
-        say(f"dforce: stopped; {result.sizes['curve']} of {len(files)} curves are fitted")
+        say(f"dforce: stopped; the first {result.sizes['curve']} curves are fitted")
     return code
 
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:
     """Return what `--json` prints of one fit."""
     names = result["parameter"].values.tolist()
-    columns = ("value", "error", "error_low", "error_high", "interval_low", "interval_high", "error_given", "start")
+    every = (
+        "value", "error", "error_low", "error_high", "interval_low", "interval_high", "error_given", "bootstrap_error", "start",
+    )  # fmt: skip
+    columns = [name for name in every if name in result]
     return {
         "title": result.attrs["title"],
         **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},

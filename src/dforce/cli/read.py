@@ -76,10 +76,12 @@ def read(
     units: Units,
     phase: Annotated[
         str | None,
-        _text(
+        typer.Option(
             "--phase",
-            "CONVENTION",
-            "What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
+            "--phase-convention",
+            metavar="CONVENTION",
+            show_default=False,
+            help="What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
         ),
     ] = None,
     sensitivity: Annotated[
@@ -102,7 +104,10 @@ def read(
         str | None, _text("--curve", "NUMBER", "Which curve of a file that holds several, from 1.")
     ] = None,
     case: Annotated[
-        str | None, _text("--case", "CASE", "The instrument: its free lag, k, f0 and Q (a case, a result, an example).")
+        str | None,
+        _text(
+            "--case", "CASE", "The instrument: its free lag, k, f0 and Q, and its table [data], which says how to read."
+        ),
     ] = None,
     thermal: Annotated[
         Path | None, _text("--thermal", "SPECTRUM", "A file of the thermal spectrum, which tells f0, Q and k.")
@@ -131,24 +136,33 @@ def read(
     """Read a measured curve, calibrate it, and say what was done.
 
     Text, HDF5, results of dForce, Nanosurf's .nid and, with the extra dforce[readers], Igor's .ibw. What a file does not
-    tell is asked for, never guessed. Exit code 1: the curve was read, but not calibrated.
+    tell is asked for, never guessed; what is typed here goes before what the case says. Exit code 1: the curve was
+    read, but not calibrated.
     """
+    from dforce.case import Data
+    from dforce.inverse.fitting.load import calibration_of, reading_of
+
     if output is not None:
         check_target(output)
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     number = None if curve is None else whole_number("--curve", curve, 1, MOST_CURVES)
     source = open_source(case, []).case if case is not None else None
-    data = df.read_measured(
-        file, columns=_pairs("--columns", columns), units=_pairs("--units", units), sensitivity=sensitivity,
-        amplitude_is=amplitude_is, phase_convention=phase, height=height, height_grows=height_grows, direction=direction,
-        curve=number,
-    )  # fmt: skip
+    table = Data() if source is None or source.data is None else source.data
+    asked: dict[str, Any] = {
+        "sensitivity": sensitivity, "amplitude_is": amplitude_is, "phase_convention": phase, "height": height,
+        "height_grows": height_grows, "direction": direction, "curve": number,
+    }  # fmt: skip
+    settings = reading_of(table) | {name: value for name, value in asked.items() if value is not None}
+    for name, typed in (("columns", _pairs("--columns", columns)), ("units", _pairs("--units", units))):
+        settings[name] = {**settings.get(name, {}), **typed}
     tune = _tune(Thermal(thermal, temperature, sensitivity, calibrated))
+    calibration = calibration_of(table) | ({} if tune is None else {"thermal": tune})
+    data = df.read_measured(file, **settings)
     missing = ""
     if "neighbor_correlation" not in data.attrs:
         try:
-            data = df.calibrate(data, source, thermal=tune)
+            data = df.calibrate(data, source, **calibration)
         except df.ParameterError as error:
             missing = str(error)
     if output is not None:

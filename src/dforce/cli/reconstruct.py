@@ -130,7 +130,9 @@ def _walk(data: xr.Dataset, direction: str) -> xr.Dataset:
 def _found(found: xr.Dataset) -> dict[str, Any]:
     """Return what a reader asks first, for a program: SI numbers."""
     status = found["force_status"].values
-    lowest = int(abs(found["force"] - found["force"].min()).fillna(float("inf")).argmin("distance"))
+    told = found["force"].where(found["force_status"] == 0)  # behind a gap, and by noise, a force may be anything
+    force = told if bool(told.notnull().any()) else found["force"]
+    lowest = int(force.fillna(float("inf")).argmin("distance"))
     return {
         "points": found.sizes["point"],
         "from": float(found["distance"].min()),

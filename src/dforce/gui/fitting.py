@@ -156,9 +156,10 @@ def is_of(fit: xr.Dataset, document: Document) -> bool:
 
 
 def _rest(table: dict[str, Any], fit: xr.Dataset) -> dict[str, Any]:
-    """Return the tables of a case that a fit depends on, without what was fitted."""
+    """Return the tables of a case that a fit depends on, without what was fitted, or took its given value."""
     document = Document({name: part for name, part in table.items() if name not in BESIDE})
-    for name in map(str, fit["parameter"].values):
+    given = table.get("fit", {}).get("given", {})
+    for name in map(str, [*fit["parameter"].values, *given]):
         if path := _path(document, name):
             document = document.put(path, "fitted")
     return dict(document.table)

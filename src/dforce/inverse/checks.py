@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +21,14 @@ BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
 REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
 FEWEST = 5  # points of a slope
 CLEAR = 4.0  # errors of a loss that is seen
+DOUBT = "doubt: "  # begins a sentence of the history of a curve that says what may be wrong with it
+
+
+def doubts(attrs: Mapping[Any, Any]) -> list[str]:
+    """Return what reading and calibration found that may be wrong with a measured curve, a sentence each."""
+    history = attrs.get("history", [])
+    lines = [history] if isinstance(history, str) else history
+    return [str(line).removeprefix(DOUBT) for line in lines if str(line).startswith(DOUBT)]
 
 
 def check_passive(work: Work, case: Case | None) -> None:

@@ -12,7 +12,7 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
 from dforce.inverse import placing
-from dforce.inverse.heights import sensor_noise, walk_of
+from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.table import RETRACT, Column, Floats, Table, Words, segment_of
 from dforce.inverse.words import MEANINGS
 from dforce.results.provenance import provenance
@@ -102,6 +102,9 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
         raise ResultError(f"{name} has {len(walk.rows)} points, and a curve needs {placing.FEWEST} or more")
     history += walk.history
     _check_orientation(values, asked, name)
+    unsure = height_error(values["height"], walk.directions)
+    if unsure:
+        history.append(f"height: turns back within the noise of the sensor, about {units.show(unsure, 'm', 2)}")
     convention = asked.phase_convention or _noted(table.notes, "phase_convention")
     if "phase" in values:
         convention = _turn_phases(values, convention, walk.directions, name, history)
@@ -117,6 +120,7 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
     data.attrs["height_kind"] = placing.HEIGHT_WORDS[found["taken"].name]
     if table.position is not None:
         data.attrs |= {"x": table.position[0], "y": table.position[1]}
+    data.attrs |= {"height_error": unsure} if unsure else {}
     data.attrs["history"] = history
     return described(data, excitation=_unit_kept(found))
 

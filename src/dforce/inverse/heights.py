@@ -12,6 +12,7 @@ from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Floats, Table, Words
 
 Rows = np.ndarray[Any, np.dtype[np.int64]]
 TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
+MOST_NOISE = 0.25  # of the range of heights: what scatters by more than that within the tolerance is no walk
 MAD = 1.4826  # from the median of absolute values to the standard deviation, for normal noise
 WAYS = {APPROACH: -1.0, RETRACT: 1.0}  # how the height changes along each
 
@@ -32,6 +33,18 @@ def sensor_noise(height: Floats) -> float:
     return float(MAD * np.median(second) / np.sqrt(6.0))
 
 
+def height_error(height: Floats, directions: Words) -> float:
+    """Return the noise (m) of heights that stand still or turn back within a direction; 0 where none do."""
+    found = 0.0
+    for word, way in WAYS.items():
+        own = height[directions == word]
+        step = way * np.diff(own)
+        if (step <= 0.0).any() and (step != 0.0).any():
+            quantum = float(np.abs(step[step != 0.0]).min()) / np.sqrt(12.0)
+            found = max(found, sensor_noise(own), quantum)
+    return found
+
+
 def walk_of(table: Table, height: Floats, segments: Words | None, direction: str | None, name: str) -> Walk:
     """Return the order and the directions of the rows of a curve.
 
@@ -41,6 +54,7 @@ def walk_of(table: Table, height: Floats, segments: Words | None, direction: str
         Where heights go back and forth within a direction by more than the noise of the sensor.
     """
     every = np.arange(len(height))
+    _refuse_disorder(height, name)
     if direction is not None:
         runs = [(every, direction)]
         history = [f"direction: {direction}, as given"]
@@ -61,6 +75,16 @@ def walk_of(table: Table, height: Floats, segments: Words | None, direction: str
         rows.append(places)
         words += [word] * len(places)
     return Walk(np.concatenate(rows), np.array(words), history)
+
+
+def _refuse_disorder(height: Floats, name: str) -> None:
+    """Raise ResultError for heights in no order at all, which pass for a sensor whose noise is as large as the walk."""
+    noise = sensor_noise(height)
+    if TOLERANCE * noise > MOST_NOISE * np.ptp(height):
+        raise ResultError(
+            f"{name} has heights in no order: from point to point they scatter by {units.show(noise, 'm', 2)} within a range "
+            f"of {units.show(float(np.ptp(height)), 'm', 3)}; sort the points"
+        )
 
 
 def _turns(height: Floats) -> list[int]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from dforce.core.errors import ParameterError, ResultError, checked, shorten
+from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
 from dforce.inverse.curve import Asked, curve_of
 from dforce.inverse.placing import split_curves
 from dforce.inverse.readers import HDF5, content_of, results, tables_in
@@ -120,12 +121,46 @@ def read_curves(
     return _curves(path, asked, None)
 
 
+def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.Dataset | DForceError]:
+    """Return all curves of a file, and in the place of one that cannot be read why.
+
+    Parameters
+    ----------
+    path
+        The file.
+    how
+        What :func:`read_measured` is called with beside it; where it chooses a `curve`, that one alone is returned.
+
+    Raises
+    ------
+    DForceError
+        When the file itself cannot be read.
+    """
+    names = (
+        "columns", "units", "sensitivity", "amplitude_is", "phase_convention", "height", "height_grows", "direction",
+    )  # fmt: skip
+    asked = Asked.of(*(how.get(name) for name in names))
+    out: list[xr.Dataset | DForceError] = []
+    for make in _each(path, asked, how.get("curve")):
+        try:
+            out.append(make())
+        except DForceError as error:
+            out.append(error)
+    return out
+
+
 def _curves(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[xr.Dataset]:
+    return [make() for make in _each(path, asked, number)]
+
+
+def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[Callable[[], xr.Dataset]]:
+    """Return what makes each curve of a file."""
     content, name = content_of(path)
     if content.startswith(HDF5) and results.is_own(content, name):
         own = results.read(path, name)
         if not isinstance(own, Table):
-            return [_chosen([own], number, name)] if number is not None else [own]
+            whole = _chosen([own], number, name) if number is not None else own
+            return [lambda: whole]
         tables = [own]
     else:
         tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
@@ -133,12 +168,13 @@ def _curves(path: str | os.PathLike[str], asked: Asked, number: int | None) -> l
         tables = [_chosen(tables, number, name)]
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
     several = len(tables) > 1
-    return [
-        curve_of(table, asked, f"curve {place} of {name}" if several else name).assign_attrs(
-            source | ({"curve": place} if several else {"curve": number} if number is not None else {})
-        )
-        for place, table in enumerate(tables, start=1)
-    ]
+
+    def made(place: int, table: Table) -> xr.Dataset:
+        curve = curve_of(table, asked, f"curve {place} of {name}" if several else name)
+        own = place if several else number
+        return curve.assign_attrs(source | ({} if own is None else {"curve": own}))
+
+    return [functools.partial(made, place, table) for place, table in enumerate(tables, start=1)]
 
 
 def _chosen(tables: list[T], number: int, name: str) -> T:

@@ -26,6 +26,7 @@ TONES = (("amplitude", "phase", "", 0), ("amplitude_2", "phase_2", "_2", 1))
 RATIOS = ((math.sqrt(2.0), "rms where it should be zero to peak"), (0.5, "peak to peak where it should be zero to peak"),
           (1.0 / math.sqrt(2.0), "zero to peak, and was multiplied as if it were rms"))  # fmt: skip
 NEAR = 0.03  # of a ratio
+FAR_FORCES = "it cannot be told from forces that reach so far"  # a drift of a short free part
 DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: what changes by more along a stretch is no drift
 LONG = 0.25  # of a direction: along a shorter stretch a straight line may as well be the tail of a force
 AT_RESONANCE = 90.0  # degrees
@@ -174,11 +175,7 @@ def level(work: Work) -> None:
             if work.given.baseline == "none" and work.tilted[word]:
                 raise ParameterError(f"{text}; baseline = 'line' subtracts the drift where it is one")
             if not work.tilted[word] or len(work.free[word]) < LONG * len(rows):
-                why = (
-                    "it cannot be told from forces that reach so far"
-                    if work.tilted[word]
-                    else "the free part was given"
-                )
+                why = FAR_FORCES if work.tilted[word] else "the free part was given"
                 work.history.append(f"doubt: {text}; nothing is subtracted, because {why}")
                 continue
             values = work.values(name)

@@ -74,7 +74,7 @@ def _draw(part: xr.Dataset, name: str, upper: Axes, lower: Axes) -> None:
     lower.axhspan(-SIGMAS, SIGMAS, color="0.93", zorder=0)
     lower.axhline(0.0, color=GRAY, linewidth=0.6)
     upper.set_ylabel(axis_text(part[name], unit))
-    lower.set_ylabel("residual")
+    lower.set_ylabel(r"residual ($\sigma$)")
     tidy(upper)
     tidy(lower)
 

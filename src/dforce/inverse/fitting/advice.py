@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.unknowns import limits
+from dforce.inverse.steps import FAR_FORCES
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
@@ -26,8 +28,16 @@ SPEC = "this fit's own numbers"
 
 def advice_on(found: Fitted) -> list[Advice]:
     """Return the advice on a fit."""
-    pieces = [_lost, _chi2, _minima, _bounds, _unseen, _products, _untold, _together, _sampling]
+    pieces = [_doubts, _lost, _chi2, _minima, _bounds, _unseen, _products, _untold, _together, _sampling]
     return [one for piece in pieces if (one := piece(found)) is not None]
+
+
+def _doubts(found: Fitted) -> Advice | None:
+    # the model has the forces that reach far, and the offset is fitted
+    told = [text for text in doubts(found.data.attrs) if not text.endswith(FAR_FORCES)]
+    if not told:
+        return None
+    return Advice("doubted_data", float(len(told)), 0.0, f"the measured curve is doubted: {'; '.join(told)}.", SPEC, ())
 
 
 def _lost(found: Fitted) -> Advice | None:

@@ -87,6 +87,8 @@ def identify(
         As :func:`dforce.fit` for the parameters, and for distances at which nothing is found.
     """
     names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
+    if not names:
+        raise ParameterError('free must name the parameters to tell, such as ["sample.youngs_modulus"]')
     curves = dict(_rows(_branches(case, zc, names, errors or {}), ""))
     if helps:
         for words, factor in OTHERS.items():
@@ -352,12 +354,22 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     for curve in part["curve"].values.tolist():
         row = part.sel(curve=curve)
         cells = [_cell(row.sel(parameter=name)) for name in names]
-        pair = ", ".join(name.split(".")[-1] for name in str(row["worst_pair"].values).split(", "))
         rows.append((curve, *cells))
+        pair = ", ".join(_short(str(row["worst_pair"].values).split(", ")))
         pairs.append((curve, pair, f"{float(row['worst_correlation']):+.4f}"))
     lines = ["\n\n".join(aligned(part) for part in [*in_parts(rows), pairs])]
     mine = [line for line in result.attrs["products"].splitlines() if f", {known}: " in line]
+    if any(cell.startswith("(") for row in rows for cell in row):
+        lines.append("in brackets: so large that the parameter is not told")
     return "\n".join([*lines, *(f"only products are known: {line}" for line in mine)])
+
+
+def _short(names: Sequence[str]) -> list[str]:
+    """Return the last parts of names, with the number of the mode where they are alike otherwise."""
+    last = [name.split(".")[-1] for name in names]
+    if len(set(last)) == len(last):
+        return last
+    return [name.removeprefix("cantilever.") for name in names]
 
 
 def _cell(one: xr.Dataset) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case, Data
-from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.errors import DForceError, ParameterError, nearest, shorten
 from dforce.inverse.calibration import calibrate
-from dforce.inverse.measured import read_measured
+from dforce.inverse.measured import each_curve, read_measured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,12 +34,54 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
         if not asked.file:
             raise ParameterError('there is no measured curve: name its file, or write [data] file = "curve.csv"')
         given = (case.folder or Path()) / asked.file
+    data = read_measured(given, **reading_of(asked))
+    return data if CALIBRATED in data.attrs else calibrate(data, case, **calibration_of(asked))
+
+
+def measured_curves(case: Case, path: str | os.PathLike[str]) -> list[xr.Dataset | DForceError]:
+    """Return all curves of a file, read and calibrated, and in the place of one that cannot be why.
+
+    Raises
+    ------
+    DForceError
+        When the file itself cannot be read, and for settings that reader or calibration do not know.
+    """
+    asked = case.data or Data()
+    how = calibration_of(asked)
+    out: list[xr.Dataset | DForceError] = []
+    for one in each_curve(path, reading_of(asked)):
+        if isinstance(one, DForceError) or CALIBRATED in one.attrs:
+            out.append(one)
+            continue
+        try:
+            out.append(calibrate(one, case, **how))
+        except DForceError as error:
+            out.append(error)
+    return out
+
+
+def reading_of(asked: Data) -> dict[str, Any]:
+    """Return what :func:`dforce.read_measured` is called with.
+
+    Raises
+    ------
+    ParameterError
+        For a setting that it does not have.
+    """
     named: dict[str, Any] = {"columns": dict(asked.columns) or None, "units": dict(asked.units) or None}
     named["phase_convention"] = asked.phase_convention or None
-    data = read_measured(given, **known_settings(read_measured, named, asked.read, "read"))
-    if CALIBRATED in data.attrs:
-        return data
-    return calibrate(data, case, **known_settings(calibrate, {}, asked.calibrate, "calibrate"))
+    return known_settings(read_measured, named, asked.read, "read")
+
+
+def calibration_of(asked: Data) -> dict[str, Any]:
+    """Return what :func:`dforce.calibrate` is called with.
+
+    Raises
+    ------
+    ParameterError
+        For a setting that it does not have.
+    """
+    return known_settings(calibrate, {}, asked.calibrate, "calibrate")
 
 
 def known_settings(

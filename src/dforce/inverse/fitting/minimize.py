@@ -129,7 +129,7 @@ class Objective:
 
 def jacobian(model: Model, varied: Array, told: Told, both_sides: bool = True) -> Array:
     """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`Model.slopes`."""
-    slopes = model.slopes(varied, told, both_sides) / model.sigma[:, None]
+    slopes = model.slopes(varied, told, both_sides) / model.sigma[..., None]
     out: list[Any] = [slopes.reshape(-1, len(varied))]
     values = model.values(varied)
     for i, (one, value) in enumerate(zip(model.unknowns, values, strict=True)):

@@ -61,7 +61,7 @@ class Model:
         self.case, self.unknowns, self.data, self.finer, self.watch = case, list(unknowns), data, finer, watch
         used = np.flatnonzero(data.used)
         self.points = used if which is None else used[which]
-        self.measured, self.sigma = data.values[self.points], data.sigma
+        self.measured, self.sigma = data.values[self.points], data.spread[self.points]
         self.tones = data.tones
         stretches = [_stretch(data, self.points, kind) for kind in (FROM_FREE, BEHIND_JUMP)]
         self.stretches = [stretch for stretch in stretches if len(stretch.places)]

@@ -6,9 +6,10 @@ behind a jump from its nearest point outward. Where a jump happens is no data: i
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
+STRETCH = 5.0  # errors of a height to each side: over that the noise of the heights does not flatten a slope
 NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FEWEST = 8  # points
 RIGHT_ANGLE = 90.0
@@ -52,6 +54,8 @@ class Measured:
         What else the data say of themselves.
     noise_points
         From how many points the standard deviations were found, so that they are as uncertain; infinite where they are known.
+    height_error
+        Standard deviation of a height (m).
     """
 
     height: Array
@@ -64,6 +68,7 @@ class Measured:
     correlation: float
     attrs: Mapping[str, Any]
     noise_points: float = math.inf
+    height_error: float = 0.0
 
     @property
     def tones(self) -> int:
@@ -79,6 +84,30 @@ class Measured:
     def sigma(self) -> Array:
         """Standard deviations of amplitudes, then phases, (2 tones,)."""
         return np.concatenate([self.amplitude_error, self.phase_error])
+
+    @functools.cached_property
+    def spread(self) -> Array:
+        """Standard deviations of amplitudes, then phases, at each point, (points, 2 tones).
+
+        Where a curve is steep, the noise of its heights adds to that of the values (the effective variance; J. Orear,
+        Am. J. Phys. 50, 912 (1982)).
+        """
+        plain = np.broadcast_to(self.sigma, self.values.shape)
+        return np.hypot(plain, self._steepness() * self.height_error) if self.height_error else plain
+
+    def _steepness(self) -> Array:
+        """Return the slope of each value over the height, by a line through its neighbors, (points, 2 tones)."""
+        out = np.zeros(self.values.shape)
+        for kind in (FROM_FREE, BEHIND_JUMP):
+            places = np.flatnonzero(self.branch == kind)
+            order = places[np.argsort(self.height[places], kind="stable")]
+            for number, place in enumerate(order):
+                near = np.abs(self.height[order] - self.height[place]) <= STRETCH * self.height_error
+                near[max(number - NEIGHBORS, 0) : number + NEIGHBORS + 1] = True
+                x = self.height[order[near]] - self.height[order[near]].mean()
+                if x.any():
+                    out[place] = x @ self.values[order[near]] / (x @ x)
+        return out
 
     @property
     def values(self) -> Array:
@@ -99,7 +128,7 @@ class Reading:
     errors
         Standard deviations that replace the data's own: m and degrees, by the names of the variables.
     height
-        Range of heights (m) that counts.
+        Ranges of heights (m) that count.
     direction
         ``approach`` or ``retract``: one direction alone counts.
     """
@@ -107,7 +136,7 @@ class Reading:
     branch: str = "measured"
     margin: int = 2
     errors: Mapping[str, float] | None = None
-    height: tuple[float, float] | None = None
+    height: Sequence[tuple[float, float]] = ()
     direction: str = ""
 
 
@@ -119,6 +148,10 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
     ParameterError
         When a variable, an error or the noise is missing, for numbers that are none, and where nothing is left to fit.
     """
+    if data.attrs.get("kind") == "fit":
+        raise ParameterError(
+            "the data are a fit; give the measured curve that it was made of, or do it again (fit_again)"
+        )
     height, amplitude, phase = _column(data, "height"), [_column(data, "amplitude")], [_column(data, "phase")]
     if "amplitude_2" in data or "phase_2" in data:
         amplitude.append(_column(data, "amplitude_2"))
@@ -130,7 +163,7 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
         height, np.stack(amplitude, axis=1), np.stack(phase, axis=1), np.ones(len(height), np.int64),
         np.ones(len(height), bool), np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
         np.array([_error(data, reading, f"phase{name}", "deg") for name in names]),
-        float(data.attrs.get("neighbor_correlation", 0.0)), attrs, points,
+        float(data.attrs.get("neighbor_correlation", 0.0)), attrs, points, _height_error(data, reading),
     )  # fmt: skip
     branch, beside = _branches(data, found, reading.margin)
     used = ~beside & _chosen(data, height, reading)
@@ -157,12 +190,19 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     given = (reading.errors or {}).get(name, data.attrs.get(f"{name}_error"))
     if given is None:
         raise ParameterError(
-            f"the data do not say how large the noise of '{name}' is; give errors, such as "
+            f"the data do not say how large the noise of '{name}' is: calibrate them (df.calibrate), or give errors, such as "
             f'{{"{name}": {"0.05e-9" if unit == "m" else "0.3"}}} in {unit}'
         )
     value = float(given)
     if not (math.isfinite(value) and value > 0.0):
         raise ParameterError(f"the error of '{name}' is {value:g} {unit}; it must be above 0")
+    return value
+
+
+def _height_error(data: xr.Dataset, reading: Reading) -> float:
+    value = float((reading.errors or {}).get("height", data.attrs.get("height_error", 0.0)))
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ParameterError(f"the error of 'height' is {value:g} m; it must not be below 0")
     return value
 
 
@@ -180,9 +220,8 @@ def _noise_points(data: xr.Dataset, reading: Reading) -> float:
 def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
     """Return which points lie in the range and the direction asked for."""
     chosen = np.ones(len(height), bool)
-    if reading.height is not None:
-        low, high = sorted(reading.height)
-        chosen &= (height >= low) & (height <= high)
+    if reading.height:
+        chosen &= np.any([(height >= low) & (height <= high) for low, high in map(sorted, reading.height)], axis=0)
     if reading.direction:
         if "direction" not in data.variables:
             raise ParameterError("the data do not say which points are approach and which are retract")
@@ -270,16 +309,32 @@ def checked_reading(branch: str, margin: int, errors: Any, height: Any, directio
         raise ParameterError(f"direction = '{shorten(direction)}' is not approach or retract")
     if not 0 <= margin <= 1000:
         raise ParameterError(f"margin = {margin} is not between 0 and 1000 points")
-    known = ("amplitude", "phase", "amplitude_2", "phase_2")
+    known = ("amplitude", "phase", "amplitude_2", "phase_2", "height")
     given: dict[str, float] = {}
     for name, value in (errors or {}).items():
         if name not in known:
             raise ParameterError(f"errors has '{shorten(name)}'; known: {', '.join(known)}")
         if value == "from free part":
             continue
-        given[name] = number_of(f"errors.{name}", value, "m" if name.startswith("amplitude") else "degree")
-    limits = None
-    if height is not None:
-        low, high = (number_of("height", value, "m") for value in height)
-        limits = (low, high)
-    return Reading(branch, margin, given, limits, direction)
+        given[name] = number_of(f"errors.{name}", value, "degree" if name.startswith("phase") else "m")
+    return Reading(branch, margin, given, _ranges(height), direction)
+
+
+def _ranges(given: Any) -> list[tuple[float, float]]:
+    """Return ranges of heights (m) from a pair of heights, or several pairs."""
+    if given is None:
+        return []
+    several = _is_list(given) and any(_is_list(one) for one in given)
+    out = []
+    for pair in given if several else [given]:
+        if not _is_list(pair) or len(pair) != 2:
+            raise ParameterError(
+                f"use.height = {shorten(given)} is no range, such as ['5 nm', '40 nm'], and no list of ranges"
+            )
+        low, high = (number_of("use.height", value, "m") for value in pair)
+        out.append((low, high))
+    return out
+
+
+def _is_list(given: Any) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, str)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.errors import ParameterError, checked
-from dforce.core.listing import aligned
+from dforce.core.listing import aligned, in_parts
+from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.inverse.fitting.typed import shown
 from dforce.validity import advice_in
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
 ALIKE = 1.2  # ratio of the errors to both sides from which on both are told
+OPEN = 100.0  # times the standard deviation: a side where chi2 has not risen by then has no end
+NOISE = ("amplitude_error", "phase_error", "height_error")  # attributes
 LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
 
 
@@ -35,9 +38,13 @@ def fit_report(result: xr.Dataset) -> str:
         return _table(result)
     check_fit(result)
     lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
-    lines += [_data_line(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
+    if result.attrs.get("interrupted"):
+        lines.append("stopped before it was done; this is the best that was met")
+    lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
     if given := _given(result):
         lines += ["", "errors from what is given, to be added in squares", *given]
+    if drawn := _bootstrap(result):
+        lines += ["", *drawn]
     if pairs := _correlations(result):
         lines += ["", f"correlations above {TELLING:g}", *pairs]
     notes = [piece.text for piece in advice_in(result)]
@@ -45,21 +52,24 @@ def fit_report(result: xr.Dataset) -> str:
 
 
 def _table(result: xr.Dataset) -> str:
-    """Return a row for each of many fits."""
+    """Return a row for each of many fits, and below why others could not be made."""
     names = result["parameter"].values.tolist()
-    rows = [("", *(name.split(".")[-1] for name in names), "chi2", "lost", "")]
+    rows, below = [("", *(name.split(".")[-1] for name in names), "chi2", "lost")], []
     for curve in result["curve"].values.tolist():
         one = result.sel(curve=curve)
+        if message := str(one["message"].values):
+            below.append(f"not fitted: {curve}: {message}")
+            continue
         cells = []
         for name in names:
             part = one.sel(parameter=name)
             value, error, unit = shown(float(part["value"]), float(part["error"]), str(part["unit"].values))
-            cells.append(f"{value} +- {error} {unit}".rstrip() if np.isfinite(part["value"]) else "")
-        fitted = np.isfinite(one["chi2"])
-        chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}" if fitted else ""
-        lost = f"{float(one['lost_points']):.0f}" if fitted else ""
-        rows.append((curve, *cells, chi2, lost, str(one["message"].values)))
-    return aligned(rows)
+            cells.append(f"{value} +- {error} {unit}".rstrip())
+        chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}"
+        rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}"))
+        if bool(one["advised"]):
+            below.append(f"with advice, which a fit of it alone tells: {curve}")
+    return "\n\n".join([*(aligned(part) for part in in_parts(rows)), *(["\n".join(below)] if below else [])])
 
 
 def check_fit(result: xr.Dataset) -> None:
@@ -68,17 +78,27 @@ def check_fit(result: xr.Dataset) -> None:
         raise ParameterError("this result is no fit; df.fit(case, data, free=[...]) gives one")
 
 
-def _data_line(result: xr.Dataset) -> str:
+def _data_lines(result: xr.Dataset) -> list[str]:
     used = int(result["used"].sum())
     branches = {1: "from free motion", -1: "behind the jump"}
     counts = [
         f"{int((result['used'] & (result['branch'] == number)).sum())} {words}" for number, words in branches.items()
     ]
     sigma = np.atleast_1d(result.attrs["amplitude_error"]), np.atleast_1d(result.attrs["phase_error"])
-    return (
+    lines = [
         f"data: {used} of {result.sizes['point']} points, {', '.join(counts)}; errors {sigma[0][0] * 1e9:.3g} nm, "
         f"{sigma[1][0]:.3g} deg"
-    )
+    ]
+    unsure = float(result.attrs.get("height_error", 0.0))
+    if unsure:
+        lines.append(f"noise: heights are known to {unsure * 1e9:.2g} nm, which counts where the curve is steep")
+    correlation = float(result.attrs.get("neighbor_correlation", 0.0))
+    if correlation > CORRELATED:
+        wider = math.sqrt((1.0 + correlation) / (1.0 - correlation))
+        lines.append(
+            f"noise: neighbors are correlated by {correlation:.2f}, so all errors are {wider:.2f} times as large"
+        )
+    return lines
 
 
 def _statistics(result: xr.Dataset) -> list[str]:
@@ -103,9 +123,10 @@ def _parameters(result: xr.Dataset) -> list[str]:
         if math.isinf(float(one["error"])):
             rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
             continue
-        told = f"{_both_sides(one, error)} {unit}".rstrip()
+        told = _both_sides(one, error, unit)
         if "offset" not in name:
-            told += f" ({100 * abs(float(one['error']) / float(one['value'])):.2g} %)"
+            share = 100.0 * abs(float(one["error"]) / float(one["value"]))
+            told += f" ({share:.2g} %)" if share < 99.5 else f" ({share:.0f} %)"
         prior = (
             f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
         )
@@ -114,13 +135,16 @@ def _parameters(result: xr.Dataset) -> list[str]:
     return ["  " + line for line in aligned(rows).splitlines()]
 
 
-def _both_sides(one: xr.Dataset, error: str) -> str:
-    """Return an error as text, as two where the sides differ."""
+def _both_sides(one: xr.Dataset, error: str, unit: str) -> str:
+    """Return an error with its unit as text, as two where the sides differ."""
     sides = {sign: float(one[name]) for sign, name in (("-", "error_low"), ("+", "error_high"))}
-    if not all(math.isfinite(side) for side in sides.values()) or max(sides.values()) < ALIKE * min(sides.values()):
-        return f"+- {error}"
-    value, unit = float(one["value"]), str(one["unit"].values)
-    return " ".join(f"{sign}{shown(value, side, unit)[1]}" for sign, side in sides.items())
+    ends = {sign: side for sign, side in sides.items() if side < OPEN * float(one["error"])}
+    if not ends or (len(ends) == 2 and max(ends.values()) < ALIKE * min(ends.values())):
+        return f"+- {error} {unit}".rstrip()
+    value, plain = float(one["value"]), str(one["unit"].values)
+    told = " ".join(f"{sign}{shown(value, side, plain)[1]}" for sign, side in ends.items())
+    missing = {"-": ", no end below", "+": ", no end above"}
+    return f"{told} {unit}".rstrip() + "".join(words for sign, words in missing.items() if sign not in ends)
 
 
 def _given(result: xr.Dataset) -> list[str]:
@@ -135,6 +159,23 @@ def _given(result: xr.Dataset) -> list[str]:
     return ["  " + line for line in aligned(rows).splitlines()]
 
 
+def _bootstrap(result: xr.Dataset) -> list[str]:
+    """Return the errors by redrawn residuals, beside those of the covariance."""
+    if "bootstrap_error" not in result:
+        return []
+    rows = []
+    for name in result["parameter"].values.tolist():
+        one = result.sel(parameter=name)
+        if bool(one["seen"]):
+            _, error, unit = shown(float(one["value"]), float(one["bootstrap_error"]), str(one["unit"].values))
+            ratio = float(one["bootstrap_error"]) / float(one["error"])
+            rows.append((name, f"+- {error} {unit}".rstrip(), f"{ratio:.2f} times that of the covariance"))
+    block = int(result.attrs["bootstrap_block"])
+    words = "one by one" if block == 1 else f"in blocks of {block} points"
+    heading = f"errors by bootstrap: {result.sizes['draw']} fits to residuals drawn anew {words}"
+    return [heading, *("  " + line for line in aligned(rows).splitlines())]
+
+
 def _correlations(result: xr.Dataset) -> list[str]:
     names, values = result["parameter"].values.tolist(), result["correlation"].values
     pairs = [
@@ -142,6 +183,11 @@ def _correlations(result: xr.Dataset) -> list[str]:
         for i in range(len(names)) for j in range(i) if abs(values[i, j]) >= TELLING
     ]  # fmt: skip
     return [text for _, text in sorted(pairs, reverse=True)]
+
+
+def _noise(fit: xr.Dataset, name: str) -> Any:
+    """Return a standard deviation of each tone; a file gives back a list of one number as that number."""
+    return np.atleast_1d(fit.attrs.get(name, 0.0))
 
 
 @checked
@@ -177,7 +223,8 @@ def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     columns = ("height", "amplitude", "phase", "used")
     for one in every[1:]:
         same = all(one[name].shape == every[0][name].shape and (one[name] == every[0][name]).all() for name in columns)
-        if not same or one.attrs["amplitude_error"] != every[0].attrs["amplitude_error"]:
+        alike = all(np.array_equal(_noise(one, name), _noise(every[0], name)) for name in NOISE)
+        if not same or not alike:
             raise ParameterError("these fits are of different points or errors, so their chi2 cannot be compared")
     order = np.argsort([one.attrs["aic"] for one in every], kind="stable")
     names = [list(fits)[i] for i in order]

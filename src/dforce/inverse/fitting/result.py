@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 KIND = "fit"  # of a result, in its attributes
 AT_BOUND = 1e-3  # of what is varied: nearer to a bound a value lies at it
 LARGEST = 700.0  # logarithm of a number
+MIDDLE = (0.1587, 0.8413)  # shares of normal numbers below one standard deviation to each side
 POINTS = 201  # of the curve that the best case computes
 DATA = "data_"  # before attributes of the measured curve
 
@@ -40,8 +41,11 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     values = found.model.values(best.varied)
     import xarray as xr
 
-    variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found)
+    variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found) | _of_bootstrap(found)
     variables["search_chi2"] = ("search", np.array([start.chi2 for start in found.starts]))
+    for kind, places in (("search", found.starts), ("minimum", found.minima)):
+        rows = [found.model.values(place.varied) for place in places]
+        variables[f"{kind}_value"] = ((kind, "parameter"), np.array(rows).reshape(-1, len(unknowns)))
     variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
     names = [one.name for one in unknowns]
     coords = {
@@ -114,7 +118,7 @@ def _of_points(found: Fitted) -> dict[str, Any]:
         lost[model.points] = found.best.told.lost
     apart = fitted - data.values
     apart[:, tones:] = wrapped(apart[:, tones:])
-    apart /= data.sigma
+    apart /= data.spread
     both = ("point", "tone")
     return {
         "height": ("point", data.height), "zc": ("point", data.height + offset), "amplitude": (both, data.amplitude),
@@ -136,6 +140,15 @@ def _of_profiles(found: Fitted) -> dict[str, Any]:
     return {"profile_varied": (("profiled", "step"), along), "profile_chi2": (("profiled", "step"), chi2)}
 
 
+def _of_bootstrap(found: Fitted) -> dict[str, Any]:
+    if found.bootstrap is None:
+        return {}
+    values = np.array([found.model.values(row) for row in found.bootstrap.varied])
+    low, high = np.quantile(values, MIDDLE, axis=0)
+    error = np.where(found.certain.seen, 0.5 * (high - low), np.nan)
+    return {"bootstrap_value": (("draw", "parameter"), values), "bootstrap_error": ("parameter", error)}
+
+
 def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
     data, best = found.data, found.best
     priors = sum(one.prior is not None for one in found.unknowns)
@@ -151,12 +164,13 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
         "parameters": count, "degrees_of_freedom": data.count + priors - count, "aic": best.chi2 + 2 * count,
         "bic": best.chi2 + count * math.log(data.count), "lost_points": best.lost,
         "amplitude_error": data.amplitude_error.tolist(), "phase_error": data.phase_error.tolist(),
+        "height_error": data.height_error,
         "neighbor_correlation": data.correlation, "samples_per_period": found.model.curves.samples,
         "sampling_change": found.coarse, "evaluations": found.runs,
         "forces": " + ".join(force.name for force in found.case.forces),
         "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
         "start_case": asked.to_toml(complete=True),
-    }  # fmt: skip
+    } | ({} if found.bootstrap is None else {"bootstrap_block": found.bootstrap.block})  # fmt: skip
 
 
 def best_case(found: Fitted, values: Array) -> Case:
@@ -199,12 +213,17 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
             seen[row], advised[row] = one["seen"].values, bool(advice_in(one))
             for name, column in facts.items():
                 column[row] = one.attrs[name]
+    places = {
+        name: ("curve", [float(fits[key].attrs[f"{DATA}{name}"]) if key in fits else math.nan for key in done])
+        for name in ("x", "y") if all(f"{DATA}{name}" in one.attrs for one in fits.values())
+    }  # fmt: skip
     message = [one if isinstance(one, str) else "" for one in done.values()]
     return xr.Dataset(
         {name: (("curve", "parameter"), column) for name, column in columns.items()}
         | {"seen": (("curve", "parameter"), seen), "message": ("curve", message), "advised": ("curve", advised)}
         | {name: ("curve", column) for name, column in facts.items()},
-        {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)},
+        {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)}
+        | places,
         provenance(some.attrs["start_case"], case.title) | {"kind": "fits"},
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,17 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, Fit
-from dforce.core.errors import DForceError, ParameterError, checked, shorten
+from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import late_stop_waits
+from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import FROM_FREE, Measured, checked_reading, measured
+from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
+from dforce.inverse.fitting.points import Measured, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.sides import Sides, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
-from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
+from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
 from dforce.kernel import Array
 from dforce.runs import watched
 
@@ -34,7 +35,6 @@ NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
 FINEST = 4  # times the samples of the case
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
-FREE_POINTS = 5  # used points that are free motion: then they tell A0 and the phase offset themselves
 
 
 @dataclass
@@ -53,6 +53,8 @@ class Fitted:
         Errors passed on from fixed parameters, (unknowns,).
     profiles
         By the name of the unknown.
+    bootstrap
+        Fits to redrawn residuals, where they were asked for.
     model
         With which it was found.
     interrupted
@@ -69,6 +71,7 @@ class Fitted:
     sides: Sides
     passed: Array
     profiles: dict[str, Profile]
+    bootstrap: Bootstrap | None
     model: Model
     coarse: float
     runs: int
@@ -102,14 +105,15 @@ def fit(
         `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
         of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
         -1 behind a jump),
-        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and `neighbor_correlation`.
+        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
+        `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
     progress
         See :func:`dforce.run`.
     settings
         Other keys of the table `[fit]`: `nuisance`, `priors`, `bounds`, `start`, `given`, `errors`, `branch`, `margin`,
-        `search`, `profile`.
+        `search`, `profile`, `bootstrap`.
 
     Returns
     -------
@@ -144,63 +148,6 @@ def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, A
     return Fit(**given) if case.fit is None else case.fit.replace(**given)
 
 
-@checked
-def fit_many(
-    case: Case, curves: Mapping[str, Any], free: Sequence[str] | None = None,
-    progress: Progress | bool | None = None, **settings: Any,
-) -> xr.Dataset:  # fmt: skip
-    """Return the fits of many curves, each from the same start; one that cannot be fitted does not stop the others.
-
-    Parameters
-    ----------
-    case, free, settings
-        As of :func:`fit`.
-    curves
-        Measured curves, or their files, by their names.
-    progress
-        Called with the number of curves that are done.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
-        and `message`, a sentence where a curve could not be fitted. Curves that were not done when it was stopped are left
-        out, and ``attrs["interrupted"]`` is 1.
-
-    Raises
-    ------
-    ParameterError
-        When none was fitted.
-    KeyboardInterrupt
-        When it was stopped before the first was done.
-    """
-    from dforce.inverse.fitting.result import together
-
-    asked = settings_of(case, free, settings)
-    done: dict[str, xr.Dataset | str] = {}
-    stopped = True
-    with late_stop_waits(), watched(progress, case.title) as tell, contextlib.suppress(KeyboardInterrupt):
-        for number, (name, curve) in enumerate(curves.items()):
-            tell(number, len(curves), name)
-            try:
-                one = fit(case, curve, **asked.model_dump())
-            except DForceError as error:
-                done[name] = str(error)
-                continue
-            except Exception as error:  # whatever is wrong with one curve, the others are fitted  # noqa: BLE001
-                done[name] = f"{type(error).__name__}: {error}"
-                continue
-            if one.attrs.get("interrupted"):  # by a stop that is meant for all
-                break
-            done[name] = one
-        else:
-            stopped = False
-            tell(len(curves), len(curves), "")
-    if stopped and not done:
-        raise KeyboardInterrupt
-    return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})
-
-
 def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitted:
     """Return what a fit finds."""
     use = case.data.use if case.data is not None else {}
@@ -210,51 +157,21 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
         raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
-    nuisance, priors = _usual(case, settings, read), dict(settings.priors)
+    nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
     if len(unknowns) * NUMBERS_EACH > read.count:
         raise ParameterError(
             f"{len(unknowns)} unknowns are too many for {read.count} measured numbers; each needs {NUMBERS_EACH}"
         )
+    names = [one.name for one in unknowns]
+    for one in given_values(case, read.tones, settings.given, names):
+        if one.kind == CASE and one.prior:
+            case = case.replace(one.path, one.prior[0])
     for name in settings.profile:
-        if name not in [one.name for one in unknowns]:
+        if name not in names:
             raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
     return _Search(case, settings, read, unknowns, tell).run()
-
-
-def _usual(case: Case, settings: Fit, read: Measured) -> tuple[str, ...]:
-    """Return the nuisance parameters; the usual ones of each tone, and no amplitude that the case says at each distance."""
-    if settings.nuisance != Fit().nuisance:
-        return settings.nuisance
-    if case.cantilever.drift is not None and case.cantilever.drift.A0:
-        return tuple(name for name in settings.nuisance if name != "A0")
-    if read.tones == 1:
-        return settings.nuisance
-    return (*settings.nuisance, "A0_2", "phase_offset_2")
-
-
-def with_free_part(unknowns: list[Unknown], data: Measured, given: set[str]) -> list[Unknown]:
-    """Return unknowns with what the free part told beforehand, where that part is not itself among the points."""
-    from dataclasses import replace
-
-    free = data.attrs.get("free_amplitude")
-    if free is None:
-        return unknowns
-    points = np.flatnonzero(data.used)
-    is_free = np.abs(data.amplitude[points, 0] - float(free)) < 3.0 * data.amplitude_error[0]
-    if (is_free & (data.branch[points] == FROM_FREE)).sum() >= FREE_POINTS:
-        return unknowns
-    out = []
-    for one in unknowns:
-        known = {
-            "A0": (float(free), data.attrs.get("free_amplitude_error")),
-            "phase_offset": (0.0, data.attrs.get("phase_offset_error")),
-        }.get(one.name)
-        if known is not None and known[1] and one.name not in given:
-            one = replace(one, prior=(known[0], float(known[1])), start=known[0])
-        out.append(one)
-    return out
 
 
 class _Search:
@@ -267,6 +184,7 @@ class _Search:
         self.minima: list[Minimum] = []
         self.model = Model(case, unknowns, data, watch=self.watch)
         self.met: Minimum | None = None
+        self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
 
     def watch(self) -> None:
@@ -290,6 +208,7 @@ class _Search:
             coarse = self._enough_samples()
             sides = self._sides()
             profiles = self._profiles()
+            self._bootstrap()
         except KeyboardInterrupt:
             interrupted = True
             if not self.minima:
@@ -298,7 +217,7 @@ class _Search:
         names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
             self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain,
-            sides or plain_sides(certain), passed, profiles, self.model, coarse, self.runs, interrupted, names,
+            sides or plain_sides(certain), passed, profiles, self.redrawn, self.model, coarse, self.runs, interrupted, names,
         )  # fmt: skip
 
     def _lowest(self) -> Minimum:
@@ -360,6 +279,18 @@ class _Search:
             if name in self.settings.profile and certain.seen[index]
         }
 
+    def _bootstrap(self) -> None:
+        count = self.settings.bootstrap
+        if not count:
+            return
+
+        def done(so_far: Bootstrap) -> None:
+            self.redrawn = so_far
+            self.tell(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
+
+        seen = np.flatnonzero(self._certainty()[0].seen).tolist()
+        bootstrap(self.model, self.minima[0], seen, count, done)
+
     def _sides(self) -> Sides | None:
         best = self.minima[0]
         if best.told is None:
@@ -388,11 +319,11 @@ class _Search:
         """Return the errors that those of fixed parameters leave."""
         if not self.settings.given or best.told is None:
             return np.zeros(len(self.unknowns))
-        fixed = make_unknowns(self.case, self.data.tones, list(self.settings.given), (), self.settings.given, {}, {})
+        fixed = given_values(self.case, self.data.tones, self.settings.given, ())
         both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
-        slopes = both.slopes(here, best.told) / both.sigma[:, None]
+        slopes = both.slopes(here, best.told) / both.sigma[..., None]
         slopes = slopes.reshape(-1, len(here))[:, : len(fixed)]
         beside = np.zeros((len(by), len(fixed)))
         beside[: len(slopes)] = slopes

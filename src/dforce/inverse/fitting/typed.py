@@ -57,6 +57,13 @@ def value_and_error(name: str, given: Any, unit: str) -> tuple[float, float]:
     return value, error
 
 
+def with_unit(value: float, unit: str) -> str:
+    """Return a value with its unit, as sentences print it."""
+    if not math.isfinite(value):
+        return f"{value:g}"
+    return f"{value:g} deg" if unit == DEGREE else units.show(value, unit, 5)
+
+
 def shown(value: float, error: float, unit: str) -> tuple[str, str, str]:
     """Return value, error and unit as a report prints them, with two digits of the error."""
     if unit == DEGREE or not math.isfinite(value):

@@ -16,7 +16,7 @@ from dforce.case import Case
 from dforce.case.paths import place_of, value_at
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameters import Quantity
-from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error
+from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error, with_unit
 from dforce.kernel import Array
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
@@ -132,6 +132,23 @@ def make_unknowns(
     return unknowns
 
 
+def given_values(case: Case, tones: int, given: Mapping[str, Any], fitted: Sequence[str]) -> list[Unknown]:
+    """Return the parameters that stay fixed, with their known values and errors as priors.
+
+    Raises
+    ------
+    ParameterError
+        For one that the case does not have or use, or that is fitted, and for a value without an error.
+    """
+    out = []
+    for name, value in given.items():
+        if name in fitted:
+            raise ParameterError(f"given has '{shorten(name)}', which is fitted; what is known of it belongs in priors")
+        one = _made(case, tones, name)
+        out.append(replace(one, prior=value_and_error(f"given.{name}", value, one.unit)))
+    return out
+
+
 def _made(case: Case, tones: int, name: str) -> Unknown:
     """Return an unknown that starts where the case is."""
     base, _, number = name.partition("_2")
@@ -201,11 +218,12 @@ def _refuse_unused(case: Case, path: str) -> None:
 def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any], starts: Mapping[str, Any]) -> Unknown:
     """Return an unknown with its prior, bounds and start."""
     name = one.name
+    asked = "start"
     if name in priors:
         prior = value_and_error(f"priors.{name}", priors[name], one.unit)
-        one = replace(one, prior=prior, start=prior[0] if one.kind == CASE else one.start)
+        one, asked = replace(one, prior=prior, start=prior[0] if one.kind == CASE else one.start), "priors"
     if name in starts:
-        one = replace(one, start=number_of(f"start.{name}", starts[name], one.unit))
+        one, asked = replace(one, start=number_of(f"start.{name}", starts[name], one.unit)), "start"
     if name in bounds:
         given = bounds[name]
         if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
@@ -213,13 +231,15 @@ def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any],
         low, high = (number_of(f"bounds.{name}", value, one.unit) for value in given)
         if not (one.low <= low < high <= one.high):
             raise ParameterError(
-                f"bounds.{name} = {low:g} to {high:g} is not a range within {one.low:g} to {one.high:g}"
+                f"bounds.{name} = {with_unit(low, one.unit)} to {with_unit(high, one.unit)} is not a range within "
+                f"{with_unit(one.low, one.unit)} to {with_unit(one.high, one.unit)}"
             )
         one = replace(one, low=low, high=high)
+    start, edges = with_unit(one.start, one.unit), [with_unit(edge, one.unit) for edge in (one.low, one.high)]
     if one.is_log and not one.start > 0.0:
-        raise ParameterError(f"start.{name} = {one.start:g} is not above 0")
+        raise ParameterError(f"{asked}.{name} = {start} is not above 0")
     if not one.low <= one.start <= one.high:
-        raise ParameterError(f"{name} starts at {one.start:g}, outside of its bounds {one.low:g} to {one.high:g}")
+        raise ParameterError(f"{name} starts at {start}, outside of its bounds {' to '.join(edges)}")
     return one
 
 

@@ -42,6 +42,8 @@ def read(path: str | os.PathLike[str], name: str) -> xr.Dataset | Table:
         When the result is of another kind, or one of many cases.
     """
     result = read_result(path)
+    if result.attrs.get("kind") == "fit":
+        raise ResultError(f"{name} is a fit, and no measured curve; dforce fit does it again, with its curve")
     if "point" in result.dims and "height" in result:
         return _again(result)
     if "zc" not in result.dims or "tone" not in result.dims or not {"amplitude", "phase"} <= set(result.data_vars):

@@ -141,10 +141,7 @@ def _width(lines: Sequence[Line], rows: Sequence[int], style: Style) -> int:
 def _refuse_broken(lines: Sequence[Line], place: int, last: int, width: int, style: Style, name: str) -> None:
     line, cells = lines[place], style.cells(lines[place].text)
     if place == last and len(cells) <= width:
-        raise ResultError(
-            f"{name} ends in the middle of line {line.number}: it was cut short; "
-            "copy it again, or remove that line to read what is left"
-        )
+        raise _cut(line, name)
     words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
     if len(cells) != width:
         raise ResultError(f"{name} has {len(cells)} cells in line {line.number} and {width} in the others")
@@ -153,11 +150,20 @@ def _refuse_broken(lines: Sequence[Line], place: int, last: int, width: int, sty
     )
 
 
+def _cut(line: Line, name: str) -> ResultError:
+    return ResultError(
+        f"{name} ends in the middle of line {line.number}: it was cut short; "
+        "copy it again, or remove that line to read what is left"
+    )
+
+
 def _refuse_cut(text: str, lines: Sequence[Line], rows: Sequence[int], style: Style, name: str) -> None:
     """Refuse a last number that may have lost its last digits: the file ends with it, and it is the shortest of all."""
     if text.endswith("\n") or len(rows) < 2 or lines[-1] is not lines[rows[-1]]:
         return
     ends = [style.cells(lines[place].text)[-1] for place in rows]
+    if not ends[-1]:
+        raise _cut(lines[-1], name)
     if len(ends[-1]) < min(map(len, ends[:-1])):
         raise ResultError(
             f"{name} ends without a line end at '{shorten(ends[-1], 30)}', which is shorter than every other number of its "

@@ -98,7 +98,6 @@ def invert(
     sinusoid = _plain(law, balance, shifted)
     size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
     rounding = _rounding(reading, balance)
-    resolution = float(np.median(reading.errors["amplitude"]))
     paths, off, rounds = impulse(motions, balance.virial), size, 0
     for doubt in DOUBTS:
         started, before, done = (paths, off), np.inf, False
@@ -132,7 +131,7 @@ def invert(
     if lossy and np.isfinite(sample).all() and _is_seen(sample, energy_error, balance):
         damping = solve(rows.loss, sample, energy_error)
         law = law._replace(damping=damping.values)
-    gaps = gaps_in(rows.closest, resolution)
+    gaps = gaps_in(rows.closest, reading.distance_error)
     hidden = gap_covariance(gaps, law, fit.gain, rows)
     return Inverse(
         law, fit, damping, hidden, rows, balance, virial_error, energy_error, sample, gaps, sinusoid, rounds, off

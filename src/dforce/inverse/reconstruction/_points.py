@@ -57,6 +57,12 @@ class Reading:
     errors: dict[str, Array]
     virial: Array | None = None
 
+    @property
+    def distance_error(self) -> float:
+        """Standard deviation (m) of the distance at which the tip turns, of most points: of height and amplitude."""
+        height = self.errors.get("height", np.zeros(1))
+        return float(np.hypot(np.median(self.errors["amplitude"]), np.median(height)))
+
     def shifted(self, name: str) -> tuple[Reading, float]:
         """Return the reading with one quantity changed by a small part of its error, and that part."""
         values = getattr(self, name) + SHIFT * self.errors[name]
@@ -164,6 +170,8 @@ def read_points(
             "this is no curve over the distance: it has neither zc and status, as results of approach and branches, "
             "nor height, as a measured curve"
         )
+    if data.attrs.get("kind") == "fit":
+        raise ParameterError("this is a fit; give the measured curve that it was made of")
     reading, case = _computed(data, case) if computed else _measured(data, case)
     given = {"amplitude": amplitude_error, "phase": None if phase_error is None else float(np.deg2rad(phase_error))}
     errors = dict(reading.errors)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
+from dforce.inverse.reconstruction._gaps import Gap
 from dforce.inverse.reconstruction._invert import Inverse
 from dforce.inverse.reconstruction._law import Array, Law, force_of
 from dforce.inverse.reconstruction._points import Reading
@@ -27,6 +29,7 @@ SENTENCES = (
     "the error of the force is above a tenth of its range: behind a gap, or by noise",
 )
 BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
+AROUND = 9  # distances within an error of one
 UNSURE = 0.1  # of the range of the force
 UNSETTLED = 0.01  # of the largest virial
 FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
@@ -54,7 +57,8 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
     for gap in inverse.gaps:
         blind |= (distance > gap.low) & (distance < gap.high)
     span = float(np.ptp(law.force[~blind]))
-    total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + (BY_NODES * span) ** 2)
+    shifted = _by_distance(law, inverse.gaps, reading.distance_error)
+    total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + shifted**2 + (BY_NODES * span) ** 2)
     status = np.where(blind, BLIND, np.where(total > UNSURE * span, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
     classic = classic_forces(inverse, reading, case, distance)
@@ -103,10 +107,22 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
     }
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
     data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
-    data.attrs |= {
-        "chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(_notes(inverse, reading, span)),
-    }  # fmt: skip
+    notes = [*_doubts(source), *_notes(inverse, reading, span)]
+    data.attrs |= {"chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(notes)}
     return data
+
+
+def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
+    """Return half the range of the force (N) within one error of the distances (m) of each node, no gap crossed.
+
+    Errors of amplitude and height are errors of the distance at which the tip turns: least squares, which take the distances
+    as they are, give a steep force too flat.
+    """
+    edges = [law.nodes[0], *(edge for gap in gaps for edge in gap), law.nodes[-1]]
+    place = np.searchsorted(edges[1:-1], law.nodes)
+    low, high = np.take(edges, place), np.take(edges, place + 1)
+    around = law.nodes + error * np.linspace(-1.0, 1.0, AROUND)[:, None]
+    return np.asarray(0.5 * np.ptp(force_of(law, law.force, np.clip(around, low, high)), axis=0))
 
 
 def classic_forces(inverse: Inverse, reading: Reading, case: Case, distance: Array) -> Array:
@@ -151,6 +167,11 @@ def _known(case: Case, distance: Array) -> Array:
 
     curve = force_curve(case, distance=distance[::-1]).sel(direction="approach")
     return np.asarray(curve["force"].values[::-1])
+
+
+def _doubts(source: xr.Dataset) -> list[str]:
+    """Return what may be wrong with the curve itself."""
+    return [f"the measured curve is doubted: {text}" for text in doubts(source.attrs)]
 
 
 def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:

@@ -1,0 +1,96 @@
+"""`df.fit_many`: many curves, each fitted from the same start."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from dforce.case import Case
+from dforce.core.errors import DForceError, checked
+from dforce.core.stopping import late_stop_waits
+from dforce.inverse.fitting.load import measured_curves
+from dforce.inverse.fitting.result import together
+from dforce.inverse.fitting.run import fit, settings_of
+from dforce.runs import watched
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.experiments.base import Progress
+
+
+@checked
+def fit_many(
+    case: Case, curves: Mapping[str, Any], free: Sequence[str] | None = None,
+    progress: Progress | bool | None = None, **settings: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Return the fits of many curves, each from the same start; one that cannot be fitted does not stop the others.
+
+    Parameters
+    ----------
+    case, free, settings
+        As of :func:`fit`.
+    curves
+        Measured curves, or their files, by their names; a file of several curves gives each of them a number.
+    progress
+        Called with the number of curves that are done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
+        and `message`, a sentence where a curve could not be fitted; the places `x` and `y` (m) of a map. Curves that were
+        not done when it was stopped are left out, and ``attrs["interrupted"]`` is 1.
+
+    Raises
+    ------
+    ParameterError
+        When none was fitted.
+    KeyboardInterrupt
+        When it was stopped before the first was done.
+    """
+    asked = settings_of(case, free, settings)
+    done: dict[str, xr.Dataset | str] = {}
+    stopped = True
+    with late_stop_waits(), watched(progress, case.title) as tell, contextlib.suppress(KeyboardInterrupt):
+        every = _every(case, curves)
+        for number, (name, curve) in enumerate(every.items()):
+            tell(number, len(every), name)
+            try:
+                if isinstance(curve, Exception):
+                    raise curve
+                one = fit(case, curve, **asked.model_dump())
+            except DForceError as error:
+                done[name] = str(error)
+                continue
+            except Exception as error:  # whatever is wrong with one curve, the others are fitted  # noqa: BLE001
+                done[name] = f"{type(error).__name__}: {error}"
+                continue
+            if one.attrs.get("interrupted"):  # by a stop that is meant for all
+                break
+            done[name] = one
+        else:
+            stopped = False
+            tell(len(every), len(every), "")
+    if stopped and not done:
+        raise KeyboardInterrupt
+    return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})
+
+
+def _every(case: Case, curves: Mapping[str, Any]) -> dict[str, Any]:
+    """Return curves by their names, those of files read, and errors in the place of those that cannot be."""
+    out: dict[str, Any] = {}
+    for name, curve in curves.items():
+        if not isinstance(curve, str | os.PathLike):
+            out[name] = curve
+            continue
+        try:
+            found = measured_curves(case, curve)
+        except Exception as error:  # whatever is wrong with one file, the others are fitted  # noqa: BLE001
+            out[name] = error
+            continue
+        several = len(found) > 1
+        out |= {f"{name}, curve {n}" if several else name: one for n, one in enumerate(found, 1)}
+    return out
