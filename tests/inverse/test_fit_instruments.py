@@ -74,14 +74,14 @@ def test_forces_with_two_branches_are_followed_anew_on_both_sides() -> None:
     unknowns = make_unknowns(case, 1, [E], ("zc_offset",), {}, {}, {})
     model = Model(case, unknowns, measured(data, Reading(margin=0)))
     varied = np.array([one.varied(one.start) for one in unknowns])
-    told = model.tell(varied)
+    told = model.predict(varied)
     assert not model.curves.is_smooth and not told.lost.any()
     slopes = model.slopes(varied, told)
     for i, one in enumerate(unknowns):
         above, below = varied.copy(), varied.copy()
         above[i] += 300.0 * one.step
         below[i] -= 300.0 * one.step
-        plain = (model.tell(above).values - model.tell(below).values) / (600.0 * one.step)
+        plain = (model.predict(above).values - model.predict(below).values) / (600.0 * one.step)
         apart = np.abs(slopes[:, :, i] - plain).max(axis=0)
         assert (apart < 0.01 * np.abs(plain).max(axis=0) + 1e-15).all(), one.name
 

@@ -10,7 +10,7 @@ from dforce.inverse.fitting import starts
 from dforce.inverse.fitting.certainty import certainty
 from dforce.inverse.fitting.curves import Curves, lean
 from dforce.inverse.fitting.minimize import jacobian
-from dforce.inverse.fitting.model import Model, Told
+from dforce.inverse.fitting.model import Model, Prediction
 from dforce.inverse.fitting.points import Reading, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
@@ -28,19 +28,19 @@ def model_of(name: str, free: list[str], priors: dict[str, object] | None = None
 
 
 @pytest.fixture(scope="module")
-def stiff() -> tuple[Model, np.ndarray, Told]:
+def stiff() -> tuple[Model, np.ndarray, Prediction]:
     model, varied = model_of("stiff", [E, H, ETA], {Q: (180.0, 3.6)})
-    return model, varied, model.tell(varied)
+    return model, varied, model.predict(varied)
 
 
-def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Model, np.ndarray, Told]) -> None:
+def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Model, np.ndarray, Prediction]) -> None:
     model, varied, told = stiff
     slopes = model.slopes(varied, told)
     for i, one in enumerate(model.unknowns):
         above, below = varied.copy(), varied.copy()
         above[i] += 10.0 * one.step
         below[i] -= 10.0 * one.step
-        plain = (model.tell(above).values - model.tell(below).values) / (20.0 * one.step)
+        plain = (model.predict(above).values - model.predict(below).values) / (20.0 * one.step)
         apart = np.abs(slopes[:, :, i] - plain)
         # a sample that enters the contact within the longer step bends single points; all others agree to 1e-4
         assert np.quantile(apart, 0.95, axis=0) == pytest.approx([0.0, 0.0], abs=1e-3 * np.abs(plain).max()), one.name
@@ -48,7 +48,7 @@ def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Mod
 
 
 def test_differences_to_one_side_are_as_good_and_half_the_work(
-    stiff: tuple[Model, np.ndarray, Told], monkeypatch: pytest.MonkeyPatch
+    stiff: tuple[Model, np.ndarray, Prediction], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, varied, told = stiff
     counts, read = [], model.curves.read
@@ -78,13 +78,13 @@ def test_curves_that_fit_one_branch_badly_are_not_followed_along_the_other(monke
         assert (one.varied == other.varied).all() and one.chi2 == pytest.approx(other.chi2, rel=1e-12)
 
 
-def test_a_phase_offset_has_the_derivative_one(stiff: tuple[Model, np.ndarray, Told]) -> None:
+def test_a_phase_offset_has_the_derivative_one(stiff: tuple[Model, np.ndarray, Prediction]) -> None:
     model, varied, told = stiff
     column = model.slopes(varied, told)[:, :, [one.name for one in model.unknowns].index("phase_offset")]
     assert (column[:, 1] == 1.0).all() and (column[:, 0] == 0.0).all()
 
 
-def test_errors_at_the_truth_are_those_of_the_reference(stiff: tuple[Model, np.ndarray, Told]) -> None:
+def test_errors_at_the_truth_are_those_of_the_reference(stiff: tuple[Model, np.ndarray, Prediction]) -> None:
     model, varied, told = stiff
     found = certainty(jacobian(model, varied, told), model.unknowns)
     slope = np.array([1.0 if one.is_log else one.scale for one in model.unknowns])
@@ -123,7 +123,7 @@ def same(case: df.Case, changes: dict[str, float]) -> None:
     told = []
     for one in (case, other):
         model = Model(one, make_unknowns(one, 1, [E], ["zc_offset"], {}, {}, {}), data)
-        told.append(model.tell(np.array([model.unknowns[0].varied(model.unknowns[0].start), 0.35 / 30.0])).values)
+        told.append(model.predict(np.array([model.unknowns[0].varied(model.unknowns[0].start), 0.35 / 30.0])).values)
     assert told[1][:, 0] == pytest.approx(told[0][:, 0], rel=1e-9)
     assert told[1][:, 1] == pytest.approx(told[0][:, 1], abs=np.degrees(1e-9))
 
@@ -131,7 +131,7 @@ def same(case: df.Case, changes: dict[str, float]) -> None:
 def test_a_fit_without_noise_returns_the_truth() -> None:
     # the model's own curve, so that the sampling is the same
     model, varied = model_of("stiff", [E, H, ETA])
-    values = model.tell(varied).values
+    values = model.predict(varied).values
     data = fc.data_of("stiff")
     data["amplitude"], data["phase"] = ("point", values[:, 0]), ("point", values[:, 1])
     case = fc.case_of("stiff").replace("solver.points_per_period", 256)  # no more samples than the data have
@@ -198,7 +198,7 @@ def test_a_model_whose_branch_ends_early_counts_lost_points() -> None:
     names = [one.name for one in model.unknowns]
     off = varied.copy()
     off[names.index(H)] += np.log(0.4)  # less attraction: the branch of free motion ends farther out
-    told = model.tell(off)
+    told = model.predict(off)
     near = model.data.height[model.points][told.lost]
     assert 0 < told.lost.sum() < 40
     assert (model.data.branch[model.points][told.lost] == 1).all()

@@ -25,7 +25,7 @@ class JKR(Force):
     2\gamma`). The tip snaps into contact at :math:`d = a_0`, where the force falls to
     :math:`-\tfrac{8}{3}\pi\gamma R`, and stays on the branch until :math:`\delta = -3^{2/3} u`, where it
     comes off with :math:`-\tfrac{5}{3}\pi\gamma R`: the end at a prescribed distance, which a stiff or
-    moving lever reaches. Without attraction outside the sample takes :math:`22.516318693\, (\gamma^5 R^4
+    moving lever reaches. Where nothing attracts outside contact, the sample takes :math:`22.516318693\, (\gamma^5 R^4
     / E_\mathrm{eff}^2)^{1/3}` a cycle.
 
     Outside contact there is no force, or with a Hamaker constant :math:`-H R/6 d^2`, never more than in

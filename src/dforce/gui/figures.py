@@ -78,10 +78,10 @@ def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:
     able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(drawable(layer.result, wanted.x))]
     if not able:
         return Drawn(empty("There is nothing to draw here: these results lack the quantities chosen."))
-    return _Maker(able, wanted).drawn()
+    return _FigureBuilder(able, wanted).drawn()
 
 
-class _Maker:
+class _FigureBuilder:
     """Makes one figure."""
 
     def __init__(self, layers: Sequence[Layer], wanted: Picture) -> None:

@@ -46,7 +46,7 @@ class Curve:
 
     @classmethod
     def of_points(cls, points: list[Orbit], begun: int) -> Curve:
-        """Return the curve that has these orbits in order, and the value of `begun`."""
+        """Return the curve that has these orbits in order, found at the one that :attr:`begun` says."""
         start = abs(begun) - 1
         curve = cls(points[start], 1 if begun > 0 else -1)
         curve.forth, curve.back = points[start:], points[start::-1]
@@ -112,7 +112,7 @@ def trace(among: ParameterRange, points: list[Orbit], way: int, largest: float, 
                 points[-1] = replace(last, special=last.special or _ending(among, last))
                 return False
             continue
-        between = specials(among, last, found)
+        between = bifurcations(among, last, found)
         closed = len(points) + len(between) >= LOOP and _passes(last, found, start, way)
         points += [*between, start if closed else found]
         if closed or step == reach:
@@ -149,7 +149,7 @@ def _is_next(among: ParameterRange, last: Orbit, found: Orbit, guess: Array) -> 
 
 
 def _halves(among: ParameterRange, last: Orbit, found: Orbit, step: float) -> bool:
-    """Say whether doubled motions have become motions of half the period in a step: the two taps change places there."""
+    """Say whether doubled motions have become motions of half the period in a step: their two periods change places there."""
     if last.repeats % 2:
         return False
     before, after = (alternation(among, orbit) for orbit in (last, found))
@@ -177,10 +177,10 @@ def _passes(last: Orbit, found: Orbit, start: Orbit, way: int) -> bool:
     return along and 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
 
 
-def specials(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
+def bifurcations(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
     """Return the special points between two neighboring orbits, in order."""
     found = []
-    for name, test in _tests(a, b):
+    for name, test in _test_functions(a, b):
         if test(a) * test(b) < 0.0:
             found.append(replace(_located(among, a, b, test), special=name))
     if not found and a.is_stable != b.is_stable:
@@ -189,7 +189,7 @@ def specials(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
     return sorted(found, key=lambda point: float((point.u - a.u) @ (b.u - a.u)))
 
 
-def _tests(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]:
+def _test_functions(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]:
     """Give the functions that pass zero at a special point; none depends on the direction."""
     yield FOLD, lambda orbit: float(orbit.tangent[-1])
     yield PERIOD_DOUBLING, lambda orbit: float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.x))))

@@ -12,7 +12,7 @@ memory together but for a positive factor: folds and the signs of indices are th
 memory lasts about as long as a period, and those of the memory itself are missing. Where they count the memory belongs to
 the vector x; see ``orbit``.
 
-`choose` says which slots are to be integrated, and `take_steps` uses the ends: any integrator can stand between them.
+`choose_next` says which slots are to be integrated, and `take_steps` uses the ends: any integrator can stand between them.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 """
@@ -49,13 +49,13 @@ class Orbits(NamedTuple):
     monodromy, by_parameter
         Derivatives of the map by the motion and by the parameter (per unit), (slots, size, size), (slots, size).
     slope
-        Derivative of the orbit along the parameter (per unit), where that is what the row holds, (slots, size).
+        Derivative of the orbit by the parameter (per unit), where the row that borders holds the parameter, (slots, size).
     residual, steps
         How far from its start the orbit ends, relative to the free amplitude; Newton steps taken.
     outcome
         PENDING, NEARBY, CONVERGED or FAILED.
     passes, before
-        Marches of the state alone; length of the last Newton step.
+        How often the state was advanced alone; length of the Newton step before.
     """
 
     normal: Any
@@ -142,7 +142,7 @@ def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, 
         orbits.unit[s] = model.unit[slots.case[s]]
     begin(orbits, count)
     while True:
-        going, each = choose(slots, count, orbits, which)
+        going, each = choose_next(slots, count, orbits, which)
         if going == 0:
             return
         march(slots, which, going, each, measured, model, drive, room)
@@ -157,10 +157,10 @@ def begin(orbits: Any, count: int) -> None:
 
 
 @uncounted
-def choose(slots: Any, count: int, orbits: Any, which: Any) -> Any:
-    """Write which of the first `count` slots are to be marched next; return how many, and how many columns of each.
+def choose_next(slots: Any, count: int, orbits: Any, which: Any) -> Any:
+    """Write which of the first `count` slots are to be advanced next; return how many, and how many columns of each.
 
-    First those that are far from their orbits, with all neighbors; then those nearby, each state alone.
+    First those that are far from their orbits, each with its neighbors, which give the derivatives; then those nearby, alone.
     """
     size = slots.x.shape[1]
     for phase in range(2):
@@ -175,18 +175,18 @@ def choose(slots: Any, count: int, orbits: Any, which: Any) -> Any:
 
 
 def take_steps(slots: Any, which: Any, count: int, each: int, memory_scale: Any, orbits: Any) -> None:
-    """Take a Newton step from the states of slots that were marched as `choose` has said, or accept them."""
+    """Take a Newton step from the states of slots that were advanced as `choose_next` has said, or accept them."""
     size = slots.x.shape[1]
     first, second, matrix = np.empty(size + 1), np.empty(size + 1), np.empty((size + 1, size + 1))
     for g in range(count):
         if each > 1:
-            approach(slots, which[g], orbits, first, second, matrix)
+            newton_step(slots, which[g], orbits, first, second, matrix)
         else:
-            polish(slots, which[g], orbits, memory_scale, first, second, matrix)
+            simplified_newton_step(slots, which[g], orbits, memory_scale, first, second, matrix)
 
 
-def approach(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: Any) -> None:
-    """Take a Newton step from the state of a slot that was marched with its neighbors."""
+def newton_step(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: Any) -> None:
+    """Take a Newton step from a state that was advanced with its neighbors, whose differences are the derivatives."""
     size = slots.x.shape[1]
     for k in range(size):
         first[k], second[k] = slots.ends[s, 0, k] - slots.x[s, k], 0.0
@@ -245,8 +245,10 @@ def central_differences(slots: Any, which: Any, count: int, model: Any, drive: A
                 orbits.monodromy[s, k, j] = 0.5 * (orbits.monodromy[s, k, j] + other)
 
 
-def polish(slots: Any, s: int, orbits: Any, memory_scale: Any, first: Any, second: Any, matrix: Any) -> None:
-    """Accept the state of a slot that was marched alone as its orbit, or take a last Newton step."""
+def simplified_newton_step(
+    slots: Any, s: int, orbits: Any, memory_scale: Any, first: Any, second: Any, matrix: Any
+) -> None:
+    """Accept a state that was advanced alone as its orbit, or take one more Newton step with the derivatives from before."""
     size, residual, rest = slots.x.shape[1], 0.0, 0.0
     for k in range(size):
         first[k], second[k] = slots.ends[s, 0, k] - slots.x[s, k], 0.0

@@ -26,7 +26,7 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
-from dforce.solvers.newton import CONVERGED, Orbits, begin, choose, empty_orbits
+from dforce.solvers.newton import CONVERGED, Orbits, begin, choose_next, empty_orbits
 from dforce.solvers.period_map import FD_STEP, NOTHING, Slots
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
@@ -270,7 +270,7 @@ class ParameterRange:
         orbits.unit[:] = self.span
         begin(orbits, 1)
         while True:
-            going, each = choose(slots, 1, orbits, which)
+            going, each = choose_next(slots, 1, orbits, which)
             if going == 0:
                 return slots
             value = float(slots.value[0])

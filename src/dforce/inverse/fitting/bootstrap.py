@@ -58,10 +58,10 @@ def block_length(residuals: Sequence[Array], correlation: float) -> int:
 
 def bootstrap(model: Model, best: Minimum, seen: Sequence[int], count: int, done: Callable[[Bootstrap], None]) -> None:
     """Fit to redrawn residuals as often as asked for; `done` gets all that there are after each fit."""
-    if best.told is None:
+    if best.prediction is None:
         return
     draw, values = np.random.default_rng(SEED), model.values(best.varied)
-    residuals = model.residuals(best.told)
+    residuals = model.residuals(best.prediction)
     groups = [np.flatnonzero(model.data.branch[model.points] == kind) for kind in np.unique(model.data.branch)]
     groups = [group for group in groups if len(group)]
     length = block_length([residuals[group] for group in groups], model.data.correlation)
@@ -72,7 +72,7 @@ def bootstrap(model: Model, best: Minimum, seen: Sequence[int], count: int, done
         again, drawn = copy.copy(model), residuals.copy()
         for group in groups:
             drawn[group] = residuals[group[_in_blocks(len(group), length, draw)]]
-        again.measured = best.told.values - larger * drawn * model.sigma
+        again.measured = best.prediction.values - larger * drawn * model.sigma
         again.unknowns = [
             one if one.prior is None else replace(one, prior=(float(draw.normal(value, one.prior[1])), one.prior[1]))
             for one, value in zip(model.unknowns, values, strict=True)

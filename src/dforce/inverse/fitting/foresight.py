@@ -157,17 +157,17 @@ def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any
     )
     model = Model(case, unknowns, data)
     varied = start_vector(unknowns)
-    told = model.tell(varied)
-    used = ~told.lost
+    predicted = model.predict(varied)
+    used = ~predicted.lost
     for kind in (FROM_FREE, BEHIND_JUMP):
         mine = np.flatnonzero(kinds == kind)
-        if told.lost[mine].any() and used[mine].any():  # its end is a jump
+        if predicted.lost[mine].any() and used[mine].any():  # its end is a jump
             used[mine[used[mine]][-MARGIN:]] = False
     if not used.any():
         raise ParameterError(
             "the case has no steady motion of one period at these distances, so there is no curve to fit"
         )
-    slopes = model.slopes(varied, told) / data.sigma[:, None]
+    slopes = model.slopes(varied, predicted) / data.sigma[:, None]
     first = np.flatnonzero(used & (kinds == FROM_FREE))
     fold = heights[first].min() if len(first) else math.inf
     return _Branches(unknowns, slopes[used], kinds[used], (heights < fold)[used])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.errors import DForceError
-from dforce.inverse.fitting.model import Model, Told
+from dforce.inverse.fitting.model import Model, Prediction
 from dforce.inverse.fitting.unknowns import limits
 from dforce.kernel import Array
 
@@ -28,21 +28,21 @@ class Minimum:
     ----------
     varied, chi2
         Where, and how low.
-    told
-        What the model says there; None where there is no problem.
+    prediction
+        Of the model there; None where there is no problem.
     runs
         Evaluations of the model that led there.
     """
 
     varied: Array
     chi2: float
-    told: Told | None
+    prediction: Prediction | None
     runs: int
 
     @property
     def lost(self) -> int:
         """How many points have no state there."""
-        return 0 if self.told is None else int(self.told.lost.sum())
+        return 0 if self.prediction is None else int(self.prediction.lost.sum())
 
 
 class Objective:
@@ -55,14 +55,14 @@ class Objective:
     """
 
     def __init__(
-        self, model: Model, varied: Array, free: Sequence[int] | None = None, told: Callable[[Objective], None] | None = None
+        self, model: Model, varied: Array, free: Sequence[int] | None = None, on_run: Callable[[Objective], None] | None = None
     ) -> None:  # fmt: skip
         self.model, self.start = model, varied.copy()
         self.free = list(range(len(varied))) if free is None else list(free)
-        self.on_run = told or (lambda objective: None)
+        self.on_run = on_run or (lambda objective: None)
         self.runs = 0
         self.best = Minimum(varied.copy(), math.inf, None, 0)
-        self._last: tuple[bytes, Told | None] = (b"", None)
+        self._last: tuple[bytes, Prediction | None] = (b"", None)
 
     def whole(self, free: Array) -> Array:
         """Return all that is varied."""
@@ -70,13 +70,13 @@ class Objective:
         out[self.free] = free
         return out
 
-    def told(self, varied: Array) -> Told | None:
-        """Return what the model says, the last one from memory."""
+    def predict(self, varied: Array) -> Prediction | None:
+        """Return the prediction of the model, the last one from memory."""
         key = varied.tobytes()
         if self._last[0] != key:
             self.runs += 1
             try:
-                found = self.model.tell(varied)
+                found = self.model.predict(varied)
             except DForceError:  # the values are not allowed together: no step leads there
                 found = None
             self._last = key, found
@@ -85,14 +85,14 @@ class Objective:
     def residuals(self, free: Array) -> Array:
         """Return all residuals in standard deviations: of the points, then of the priors."""
         varied = self.whole(free)
-        told = self.told(varied)
+        predicted = self.predict(varied)
         priors = self.priors(varied)
-        if told is None:
+        if predicted is None:
             return np.concatenate([np.full(self.model.measured.size, OUTSIDE), priors])
-        out = np.concatenate([self.model.residuals(told).ravel(), priors])
+        out = np.concatenate([self.model.residuals(predicted).ravel(), priors])
         chi2 = float(out @ out)
         if chi2 < self.best.chi2:
-            self.best = Minimum(varied, chi2, told, self.runs)
+            self.best = Minimum(varied, chi2, predicted, self.runs)
         self.on_run(self)
         return out
 
@@ -105,10 +105,10 @@ class Objective:
     def jacobian(self, free: Array) -> Array:
         """Return the derivatives of the residuals by what is varied."""
         varied = self.whole(free)
-        told = self.told(varied)
-        if told is None:
+        predicted = self.predict(varied)
+        if predicted is None:
             return np.zeros((len(self.residuals(free)), len(self.free)))
-        return jacobian(self.model, varied, told, both_sides=False)[:, self.free]
+        return jacobian(self.model, varied, predicted, both_sides=False)[:, self.free]
 
     def minimize(self, tolerance: float = EXACT, most: int = MOST) -> Minimum:
         """Return the minimum near the start; a stop by Ctrl-C is passed on, and `best` is what was met."""
@@ -124,12 +124,12 @@ class Objective:
             self.residuals, start, self.jacobian, bounds=(low, high), x_scale="jac", method="trf", ftol=tolerance,
             xtol=max(tolerance, SHORT), gtol=1e-12, max_nfev=most,
         )  # fmt: skip
-        return Minimum(self.best.varied, self.best.chi2, self.best.told, self.runs)
+        return Minimum(self.best.varied, self.best.chi2, self.best.prediction, self.runs)
 
 
-def jacobian(model: Model, varied: Array, told: Told, both_sides: bool = True) -> Array:
+def jacobian(model: Model, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
     """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`Model.slopes`."""
-    slopes = model.slopes(varied, told, both_sides) / model.sigma[..., None]
+    slopes = model.slopes(varied, predicted, both_sides) / model.sigma[..., None]
     out: list[Any] = [slopes.reshape(-1, len(varied))]
     values = model.values(varied)
     for i, (one, value) in enumerate(zip(model.unknowns, values, strict=True)):

@@ -21,7 +21,7 @@ ANEW = 100.0  # times the steps
 
 
 @dataclass(frozen=True)
-class Told:
+class Prediction:
     """What the model says at some values of the unknowns.
 
     Attributes
@@ -81,11 +81,11 @@ class Model:
         """Return values (SI) of the unknowns from what is varied."""
         return np.array([one.value(number) for one, number in zip(self.unknowns, varied, strict=True)])
 
-    def tell(self, varied: Array) -> Told:
+    def predict(self, varied: Array) -> Prediction:
         """Return what the model says; everything is lost where there is no such problem."""
-        return self.tell_many(varied[None])[0]
+        return self.predict_many(varied[None])[0]
 
-    def tell_many(self, varied: Array) -> list[Told]:
+    def predict_many(self, varied: Array) -> list[Prediction]:
         """Return the same for many values side by side, (cases, unknowns).
 
         Raises
@@ -98,14 +98,14 @@ class Model:
         offsets = np.array([self._sum(HEIGHT, row) for row in values])
         # motions behind a jump start as measured: the offset of the first of these is as good as any
         solved = self.curves.solve(problems, offsets, self._turns(values[0]))
-        return [self._told(solved, case, row) for case, row in enumerate(values)]
+        return [self._prediction(solved, case, row) for case, row in enumerate(values)]
 
-    def _told(self, solved: Solved, case: int, values: Array) -> Told:
+    def _prediction(self, solved: Solved, case: int, values: Array) -> Prediction:
         out = solved.values[case].copy()
         out[:, : self.tones] *= self._scales(values)
         out[:, self.tones :] += self._turns(values)
         alone = Solved(*(part[case : case + 1] for part in vars(solved).values()))
-        return Told(out, solved.lost[case], alone)
+        return Prediction(out, solved.lost[case], alone)
 
     def _sum(self, kind: str, values: Array, tone: int = 0) -> float:
         return float(
@@ -121,7 +121,7 @@ class Model:
         known = {one.tone: value for one, value in zip(self.unknowns, values, strict=True) if one.kind == SCALE}
         return np.array([known.get(tone, 1.0) for tone in range(self.tones)])
 
-    def slopes(self, varied: Array, told: Told, both_sides: bool = True) -> Array:
+    def slopes(self, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
         """Return the derivatives of what the model says by what is varied, (points, 2 tones, unknowns).
 
         They are differences to both sides, or to one: half the work, and as good for the search of a minimum.
@@ -138,10 +138,10 @@ class Model:
             beside.append([*(self.problem(self.values(row)) for row in moved), here])
         above, below = beside if both_sides else (*beside, [here])
         shift = next((s * one.scale for one, s in zip(self.unknowns, steps, strict=True) if one.kind == HEIGHT), 0.0)
-        found = self.curves.slopes(above, below, float(shift), told.solved, self._turns(values))
+        found = self.curves.slopes(above, below, float(shift), predicted.solved, self._turns(values))
         widths = 2.0 * steps if both_sides else steps
         scales = np.concatenate([self._scales(values), np.ones(self.tones)])
-        out = np.zeros((*told.values.shape, len(self.unknowns)))
+        out = np.zeros((*predicted.values.shape, len(self.unknowns)))
         for row, i in enumerate(of_case):
             out[:, :, i] = found[row] / widths[i] * scales
         for i, one in enumerate(self.unknowns):
@@ -150,12 +150,12 @@ class Model:
             elif one.kind == PHASE:
                 out[:, self.tones + one.tone, i] = one.scale
             elif one.kind == SCALE:
-                out[:, one.tone, i] = told.values[:, one.tone]  # by the logarithm
+                out[:, one.tone, i] = predicted.values[:, one.tone]  # by the logarithm
         return out
 
-    def residuals(self, told: Told) -> Array:
+    def residuals(self, predicted: Prediction) -> Array:
         """Return what the model says minus what was measured, in standard deviations, (points, 2 tones)."""
-        out = told.values - self.measured
+        out = predicted.values - self.measured
         out[:, self.tones :] = wrapped(out[:, self.tones :])
         return np.asarray(out / self.sigma)
 

@@ -41,7 +41,7 @@ class Profile:
     high_95: float
 
 
-def profile_of(model: Model, best: Minimum, index: int, error: float, told: Callable[[Objective], None]) -> Profile:
+def profile_of(model: Model, best: Minimum, index: int, error: float, on_run: Callable[[Objective], None]) -> Profile:
     """Return the profile of one unknown."""
     step = min(error, WIDEST) if math.isfinite(error) else WIDEST
     others = [i for i in range(len(best.varied)) if i != index]
@@ -54,7 +54,7 @@ def profile_of(model: Model, best: Minimum, index: int, error: float, told: Call
             start[index] = best.varied[index] + side * share * step
             if not low[index] <= start[index] <= high[index]:
                 break
-            objective = Objective(model, start, others, told)
+            objective = Objective(model, start, others, on_run)
             if others:
                 objective.minimize(EXACT, MOST_RUNS)
             else:

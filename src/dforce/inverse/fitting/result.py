@@ -18,8 +18,8 @@ from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.run import Fitted
-from dforce.inverse.fitting.runs_test import runs_test
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
+from dforce.inverse.fitting.wald_wolfowitz import runs_test
 from dforce.kernel import Array
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
@@ -113,9 +113,9 @@ def _of_points(found: Fitted) -> dict[str, Any]:
         for one, varied in zip(found.unknowns, found.best.varied, strict=True) if one.kind == HEIGHT
     )  # fmt: skip
     fitted, lost = np.full((count, 2 * tones), np.nan), np.zeros(count, bool)
-    if found.best.told is not None:
-        fitted[model.points] = found.best.told.values
-        lost[model.points] = found.best.told.lost
+    if found.best.prediction is not None:
+        fitted[model.points] = found.best.prediction.values
+        lost[model.points] = found.best.prediction.lost
     apart = fitted - data.values
     apart[:, tones:] = wrapped(apart[:, tones:])
     apart /= data.spread
@@ -154,7 +154,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
     priors = sum(one.prior is not None for one in found.unknowns)
     count = len(found.unknowns) - len(found.unseen)
     chi2_data = best.chi2
-    if best.told is not None:
+    if best.prediction is not None:
         rest = Objective(found.model, best.varied).priors(best.varied)
         chi2_data -= float(rest @ rest)
     case = best_case(found, values)

@@ -241,7 +241,7 @@ class _Search:
     def _leave_unseen(self) -> None:
         """Put parameters that the data do not see back to where they started, and minimize over the others once more."""
         best = self.minima[0]
-        if best.told is None:
+        if best.prediction is None:
             raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
         certain = certainty(self._derivatives(), self.unknowns)
         if certain.seen.all():
@@ -259,17 +259,17 @@ class _Search:
         change = np.nan
         while True:
             best, finer = self.minima[0], 2 * self.model.finer
-            if best.told is None:
+            if best.prediction is None:
                 return change
             fine = Model(self.case, self.unknowns, self.data, finer, watch=self.watch)
-            there = fine.tell(best.varied)
-            both = ~(there.lost | best.told.lost)
-            apart = (fine.residuals(there) - self.model.residuals(best.told))[both]
+            there = fine.predict(best.varied)
+            both = ~(there.lost | best.prediction.lost)
+            apart = (fine.residuals(there) - self.model.residuals(best.prediction))[both]
             change = float(np.abs(apart).max(initial=0.0))
             if change < TOO_COARSE or finer > FINEST or self.case.solver.accuracy is None:
                 return change
             self.model = fine
-            self.minima = [Objective(fine, best.varied, told=self.on_run).minimize(), *self.minima[1:]]
+            self.minima = [Objective(fine, best.varied, on_run=self.on_run).minimize(), *self.minima[1:]]
 
     def _profiles(self) -> dict[str, Profile]:
         certain, _ = self._certainty()
@@ -293,7 +293,7 @@ class _Search:
 
     def _sides(self) -> Sides | None:
         best = self.minima[0]
-        if best.told is None:
+        if best.prediction is None:
             return None
         by = self._derivatives()
         return sides_of(self.model, best, by, certainty(by, self.unknowns, self.data.correlation))
@@ -301,13 +301,13 @@ class _Search:
     def _derivatives(self) -> Array:
         """Return the derivatives of all residuals at the best, from memory while it stays."""
         best = self.minima[0]
-        if self._by[0] is not best and best.told is not None:
-            self._by = best, jacobian(self.model, best.varied, best.told)
+        if self._by[0] is not best and best.prediction is not None:
+            self._by = best, jacobian(self.model, best.varied, best.prediction)
         return self._by[1]
 
     def _certainty(self) -> tuple[Certainty, Array]:
         best, count = self.minima[0], len(self.unknowns)
-        if best.told is None:
+        if best.prediction is None:
             return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(
                 count
             )
@@ -317,13 +317,13 @@ class _Search:
 
     def _passed_on(self, by: Array, certain: Certainty, best: Minimum) -> Array:
         """Return the errors that those of fixed parameters leave."""
-        if not self.settings.given or best.told is None:
+        if not self.settings.given or best.prediction is None:
             return np.zeros(len(self.unknowns))
         fixed = given_values(self.case, self.data.tones, self.settings.given, ())
         both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
-        slopes = both.slopes(here, best.told) / both.sigma[..., None]
+        slopes = both.slopes(here, best.prediction) / both.sigma[..., None]
         slopes = slopes.reshape(-1, len(here))[:, : len(fixed)]
         beside = np.zeros((len(by), len(fixed)))
         beside[: len(slopes)] = slopes

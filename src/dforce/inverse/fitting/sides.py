@@ -63,7 +63,7 @@ def sides_of(model: Model, best: Minimum, by: Array, certain: Certainty) -> Side
     """
     errors = certain.errors
     moving = certain.seen & np.isfinite(errors) & (errors > 0.0)
-    if best.told is None or not model.curves.is_smooth or not moving.any():
+    if best.prediction is None or not model.curves.is_smooth or not moving.any():
         return plain_sides(certain)
     root = math.sqrt(certain.inflation)
     which = np.repeat(np.flatnonzero(moving), 2)
@@ -119,10 +119,10 @@ def _residuals(model: Model, places: Array) -> Array:
     if not fine.any():
         return out
     try:
-        told = model.tell_many(places[fine])
+        predicted = model.predict_many(places[fine])
     except DForceError:  # values that are allowed one by one may still not be solved side by side
         return out
-    for row, place, one in zip(np.flatnonzero(fine), places[fine], told, strict=True):
+    for row, place, one in zip(np.flatnonzero(fine), places[fine], predicted, strict=True):
         out[row] = np.concatenate([model.residuals(one).ravel(), Objective(model, place).priors(place)])
     return out
 

@@ -156,7 +156,7 @@ def _apart(part: Model, many: Array, shifts: Array) -> Array:
     mine = thin[(data.branch[thin] == BEHIND_JUMP) == (stretch.kind == BEHIND_JUMP)]
     order, at = np.argsort(stretch.heights), data.height[mine] + shifts[:, None]
     along = stretch.heights[order]
-    curves = [told.values[order].T for told in part.tell_many(many)]
+    curves = [predicted.values[order].T for predicted in part.predict_many(many)]
     values = [np.stack([np.interp(at, along, column) for column in curve], axis=-1) for curve in curves]
     return difference(np.array(values), data.values[mine])
 
@@ -166,7 +166,7 @@ def _chi2(apart: Array, data: Measured) -> Array:
     return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
-def refined(model: Model, starts: list[Start], told: Callable[[Objective], None]) -> list[Minimum]:
+def refined(model: Model, starts: list[Start], on_run: Callable[[Objective], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
     far: list[Minimum] = []
     if len(starts) > 1:
@@ -174,11 +174,11 @@ def refined(model: Model, starts: list[Start], told: Callable[[Objective], None]
             model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch
         )
         for points in (rough, model):
-            minima = [Objective(points, start.varied, told=told).minimize(ROUGH, MOST_ROUGH) for start in starts]
+            minima = [Objective(points, start.varied, on_run=on_run).minimize(ROUGH, MOST_ROUGH) for start in starts]
             found = _different(minima, points)
             starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
         far = found[len(starts) :]
-    return _different([*(Objective(model, start.varied, told=told).minimize() for start in starts), *far], model)
+    return _different([*(Objective(model, start.varied, on_run=on_run).minimize() for start in starts), *far], model)
 
 
 def _different(minima: list[Minimum], model: Model) -> list[Minimum]:
@@ -191,7 +191,7 @@ def _different(minima: list[Minimum], model: Model) -> list[Minimum]:
 
 
 def _same(one: Minimum, other: Minimum, model: Model) -> bool:
-    if one.told is None or other.told is None:
-        return one.told is other.told
-    apart = difference(one.told.values, other.told.values) / model.sigma
+    if one.prediction is None or other.prediction is None:
+        return one.prediction is other.prediction
+    apart = difference(one.prediction.values, other.prediction.values) / model.sigma
     return bool(abs(one.chi2 - other.chi2) < ALIKE and np.sqrt((apart**2).mean()) < ALIKE)

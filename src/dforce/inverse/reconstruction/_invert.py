@@ -18,7 +18,8 @@ from dforce.problem import Problem
 MOST_NODES, LEAST_NODES = 260, 60
 WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3)  # of the stretch of dense nodes, as shares of the range of distances
 FIRST_WIDTH = 0.03
-# the law that bends the paths is smooth: shares of itself by which it may miss a virial; each as long as paths settle
+# The force that bends the paths is smoothed, and less from step to step: by which share of a virial it may miss it. A step
+# lasts until the paths have settled.
 DOUBTS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 CLOSE = 0.1  # share of that by which a virial may still change when paths have settled
 ROUNDS = 30
@@ -29,8 +30,6 @@ WIDTH_ROUND = 2
 SETTLED = 1e-4  # change of the force from round to round, as a share of its range
 FAR = 0.25  # share of the nodes, from the last one, that tell how the force falls beyond
 BESIDE = 5  # points that share the error of computation
-RELAXED = 0.7  # share of the new force that is taken: where a gap hides some, the plain rounds swing
-STEADY = 0.05  # change of the force below which a loss is looked for
 SEEN = 3.0  # errors above which a force or a loss is seen
 LEAST_LOSS = 1e-3  # share of the energy that the medium takes, below which no loss is looked for
 
@@ -84,7 +83,7 @@ def invert(
     reading, balance
         The points, and what they tell of the force.
     shifted
-        What they would tell with one of the quantities read changed by a share of its error, and that share.
+        What they tell with one measured quantity moved by a share of its error, and that share: for the errors of the force.
     lossy
         Whether a drag may be looked for.
     watch
@@ -118,7 +117,7 @@ def invert(
             paths, before, done = new, change, change < CLOSE * doubt
         if not done:
             if doubt != DOUBTS[0]:
-                paths, off = started  # a law so little smoothed is less sure than what it would tell of the paths
+                paths, off = started  # so little smoothed, the force is too noisy to bend the paths by
             break
     law = _laid_anew(law, low, closest(motions, paths), law.width)
     virial_error = np.hypot(_virial_error(law, balance, shifted, paths), rounding)
