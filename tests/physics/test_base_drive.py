@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 from dforce import kernel
@@ -76,7 +77,7 @@ def case(lever=WATER, drive=BASE, more=(), **others):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", some_long(CASES, ["viscous", "two modes"]))
 def test_motion_and_energies_are_those_of_independent_integrators(name):
     lever, drive, more = CASES[name]
     base, amplitude, phase, tip, tip_phase, mean, energy, through, total, apparent = EXPECTED[name]
@@ -249,7 +250,7 @@ def test_traces_hold_the_base_apart_from_the_deflection():
     assert trace.spectrum.values[at : at + 9].max() == pytest.approx(A, rel=1e-9, abs=0.0)
 
 
-QUICK = ("DMT", "Hertz", "Hertz, Kelvin–Voigt", "DMT, bimodal")
+QUICK = ("DMT", "DMT, bimodal")
 EVERY = [
     *(pytest.param(name, 3, marks=pytest.mark.slow) for name in QUICK),
     *(pytest.param(name, 2, marks=pytest.mark.long) for name in FAMILIES if name not in QUICK),

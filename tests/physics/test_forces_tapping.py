@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 from dforce import kernel
@@ -173,7 +174,7 @@ def check_same(found, reference, a0=20e-9):
         np.testing.assert_allclose(found[name], reference[name], rtol=1e-5)
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", some_long(WAYS, ["lsoda"]))
 def test_memory_and_branches_are_the_same_in_every_solver(way):
     reference = df.dwell(soft(REMEMBERING, integrator="adaptive", settle_tolerance=1e-8), "16 nm")
     found = df.dwell(soft(REMEMBERING, **WAYS[way], settle_tolerance=1e-8), "16 nm")

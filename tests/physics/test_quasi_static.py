@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
+from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
@@ -58,7 +59,7 @@ def check_same_curve(one, other, a0, same_jump=SAME_JUMP):
     assert float(turned.max()) < SAME_PHASE
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", some_long(FAMILIES, ["sagging"]))
 @settings(max_examples=6, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @example(A0=20e-9, k=10.0, Q=80.0, modulus=2e9, turn=0.3)
 @given(

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from tiers import some_long
 
 import dforce as df
 from dforce import runs
@@ -146,7 +147,7 @@ def undisturbed(name):
     return whole, sorted(at_stretches | set(np.linspace(1, len(told) - 1, 6).astype(int).tolist()))
 
 
-@pytest.mark.parametrize("name", SLOW_CHANGES)
+@pytest.mark.parametrize("name", some_long(SLOW_CHANGES, ["of two taps"]))
 def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(transient, "CHUNK_SECONDS", 1e9)  # so that each run looks at its progress at the same places
     monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)  # and tells of each
