@@ -79,10 +79,10 @@ class Curve:
         """Return the curve; raise TooFewSamples where more of them may help."""
         from dforce.experiments.table import statuses
         from dforce.solvers.accuracy import assure
-        from dforce.solvers.block import unwatched
         from dforce.solvers.protocols import Stepwise, actual, make_protocol
         from dforce.solvers.quasi_static_walk import CHUNK, Walk
         from dforce.solvers.sample_counts import TooFewSamples
+        from dforce.solvers.transient import unwatched
 
         block = self.block
         values = np.array([next(iter(self.coords.values()))[place[0]] for place in self.visits])

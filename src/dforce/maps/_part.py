@@ -161,9 +161,10 @@ class Part:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
         from dforce.experiments.table import statuses
         from dforce.solvers.accuracy import assure
-        from dforce.solvers.block import Block, unwatched
+        from dforce.solvers.block import Block
         from dforce.solvers.problem_batch import Lot
         from dforce.solvers.protocols import make_protocol
+        from dforce.solvers.transient import unwatched
 
         zc = self.zc[which]
         if alone:

@@ -24,6 +24,7 @@ from dforce import kernel
 from dforce.core.first_answer import may_go_on_beside
 from dforce.core.parallel import cores
 from dforce.kernel import behind, cache
+from dforce.kernel.tip import Tip
 from dforce.problem import Problem
 from dforce.solvers.integrator import CALLED, load_kernels
 from dforce.solvers.states import States
@@ -93,7 +94,7 @@ class _Compiled(kernel.Kernel):
         return lambda *arguments: self.compile_for(name, arguments)
 
 
-class _Unready(kernel.Tip):
+class _Unready(Tip):
     """A tip equation that nothing is compiled of, because nobody calls it."""
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:

@@ -13,6 +13,7 @@ from dforce import kernel
 from dforce.integrators.lanes import padded
 from dforce.kernel import Array
 from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
+from dforce.kernel.tip import Tip
 from dforce.observables import measure
 from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
@@ -27,17 +28,13 @@ from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO
 from dforce.solvers.relaxation import GOING, SETTLED, Leaps
 from dforce.solvers.retune import retune
 from dforce.solvers.states import States
-from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch
+from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch, unwatched
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
 
 __all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
-
-
-def unwatched() -> None:
-    """Watch for nothing."""
 
 
 class Block:
@@ -87,7 +84,7 @@ class Block:
             self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
-        self._tip = kernel.Tip(self._kernel, example, CALLED)
+        self._tip, self._parameters = Tip(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
         self._finer: dict[int, Block] = {}
@@ -211,10 +208,6 @@ class Block:
         return tones
 
     @functools.cached_property
-    def _parameters(self) -> tuple[float, ...]:
-        return kernel.parameters(self.lot.example, 0.0)
-
-    @functools.cached_property
     def _levers(self) -> Levers:
         """The levers that change with their height; where they stay, one that is known nowhere."""
         count, tones = len(self.lot), self.lot.tones.shape[1:]
@@ -241,7 +234,7 @@ class Block:
         names = ["measure_force", "advance_lanes" if self.is_smooth else "advance"]
         tip, levers = self._tip.at(self._parameters, names), self._levers
         return Model(
-            self._tip.numbers(self.numbers[which]), _columns(self.lot.kinks[which]),
+            self._tip.numbers(self.numbers[which]), np.ascontiguousarray(self.lot.kinks[which].T),
             np.ascontiguousarray(self.lot.tones[which]), np.ascontiguousarray(self.responses[which]), self.parameter,
             np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]), levers.which[which],
             levers.zc, levers.modes, levers.tones, self.memory_scale, self.hysteresis, tip,
@@ -405,8 +398,3 @@ class Block:
     def _room(self, slots: int, each: int) -> Array:
         """Return scratch for the samples of slots alone, or of the ends of each with its neighbors."""
         return np.empty((self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each)))
-
-
-def _columns(array: Array) -> Array:
-    """Return an array with the problems last."""
-    return np.array(array.T, order="C")

@@ -30,6 +30,10 @@ REPEATS = 100.0  # times the settling tolerance: more change than this between w
 Watch = Callable[[], None]  # called now and then; stops the run by raising
 
 
+def unwatched() -> None:
+    """Watch for nothing."""
+
+
 @dataclass(frozen=True)
 class Steady:
     """The settled motion at one distance.

@@ -213,10 +213,11 @@ def _then_and_now(table: Table, points: tuple[int, ...]) -> None:
 
 # what makes early answers possible, of which the first run of all leaves the making to the background
 PREPARE = """
-from dforce import example, kernel
+from dforce import example
+from dforce.kernel.tip import Tip
 from dforce.solvers.integrator import CALLED, load_kernels
 problem = example('{case}').problem
-kernel.Tip(load_kernels(problem)[0], problem, CALLED).prepare(('advance_lanes', 'advance', 'measure_force'))
+Tip(load_kernels(problem)[0], problem, CALLED).prepare(('advance_lanes', 'advance', 'measure_force'))
 """
 # nothing is compiled in the background: it would go on beside what is timed next
 EARLY = """
