@@ -15,6 +15,7 @@ from dforce.cli._report import advice_lines, as_json, counted, print_findings, q
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
 from dforce.core.files import check_target
 from dforce.core.first_answer import early_answers
+from dforce.core.garbage import seldom_collected
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@seldom_collected()
 def run(
     case: CaseName,
     settings: Settings,

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import gc
 import hashlib
 import importlib.metadata
 import marshal
@@ -30,13 +29,13 @@ from typing import Any
 from dforce.core import log
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.files import reason
+from dforce.core.garbage import seldom_collected
 from dforce.kernel import whole
 from dforce.kernel.cache_files import CODE, Kept, keep, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
 TEXTS = "texts"  # folder beside the kernels, see ``kernel.texts``
 MOST_KERNELS = 250  # folders kept; the least recently used go first
-SELDOM = 100_000  # new objects between two looks for garbage while a kernel is compiled
 NAME = re.compile(r"[0-9a-f]{20}")
 # numba's settings, from variables such as NUMBA_OPT, that change what it compiles to
 SETTINGS = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
@@ -217,24 +216,13 @@ def one_at_a_time(module: ModuleType, function: str) -> Iterator[None]:
     import filelock
 
     lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(f".{function}.lock"), timeout=LONGEST)
-    with _COMPILING, _seldom_collected(), whole.compiled():
+    with _COMPILING, seldom_collected(), whole.compiled():
         with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
             lock.acquire()
         try:
             yield
         finally:
             lock.release()
-
-
-@contextlib.contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Look for garbage less often: the compiler makes so many objects to stay that this takes a tenth of its time."""
-    before = gc.get_threshold()
-    gc.set_threshold(max(SELDOM, before[0]) if before[0] else 0, *before[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:
