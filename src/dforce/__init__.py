@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from dforce.maps import regimes, sweep
     from dforce.results.files import read, write
     from dforce.results.status import Status
-    from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run
+    from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run, thermal_spectrum
     from dforce.solvers import SolverSettings
     from dforce.spectroscopy import force_along, force_curve
-    from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate, thermal_spectrum
+    from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate
     from dforce.validity import Advice, advice
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
@@ -139,6 +139,7 @@ _HOMES = {
         "dwell",
         "frequency_sweep",
         "run",
+        "thermal_spectrum",
     ),
     "solvers": ("SolverSettings",),
     "spectroscopy": (
@@ -151,7 +152,6 @@ _HOMES = {
         "snap_in_distance",
         "snap_in_rate",
         "switching_rate",
-        "thermal_spectrum",
     ),
     "validity": (
         "Advice",

@@ -13,7 +13,7 @@ from dforce.core.errors import ParameterError, checked
 from dforce.core.progress import ProgressBar
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import at_end, late_stop_waits
-from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep
+from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep, ThermalSpectrum
 from dforce.experiments.base import Progress
 from dforce.validity import advice, attributes
 
@@ -191,6 +191,52 @@ def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, 
         dimension `state` the scalars of a dwell and `share`, the state that most starts lead to first.
     """
     return run(_with_experiment(case, Basins, {"zc": zc} | settings), progress)
+
+
+@checked
+def thermal_spectrum(case: Case, duration: Any = None, progress: Progress | bool | None = None) -> xr.Dataset:
+    r"""Return the thermal spectrum that a detector records of a free lever, and the spring constants that users make of it.
+
+    The record is simulated, exactly at its samples, with the fluid's memory where the lever has it: its density is then
+    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. Each mode's resonance is fitted as white noise and
+
+    .. math:: S(f) = \frac{4 \langle z^2 \rangle}{\omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
+
+    as an optical lever reads it that is calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle =
+    s_n^2 k_B T / k_n`, with its sensitivity to the mode. With the fluid's memory that form holds near the resonance, so that
+    what lies within 40 % of it is fitted.
+
+    Parameters
+    ----------
+    case
+        Lever, medium and noise; drive, sample and forces do not count. Its experiment is not used, except that a thermal
+        spectrum there gives the default.
+    duration
+        Length of the record (s, or text with a unit); 1 s by default.
+    progress
+        See :func:`run`. A record that is stopped gives no spectrum: the result then holds its status alone.
+
+    Returns
+    -------
+    xarray.Dataset
+        `spectral_density` and `fitted_density` (m^2/Hz) over `frequency`; over `mode` `fitted_f0`, `fitted_Q`,
+        `mode_spring_constant` by the mode's own calibration, and `true_mode_spring_constant`; over `calibration`
+        `spring_constant`, beside `true_spring_constant`, the one that the calibration means to give, and their ratio
+        `spring_constant_ratio`. `spring_constant_error` is the standard deviation of the ratio by the length of the record,
+        :math:`\sqrt{2 Q / \omega_0 T}`. The calibrations: ``"static, 0.817"``, the right one for a static sensitivity;
+        ``"static, no factor"``; ``"each mode"``; ``"each mode, 0.817"``, that factor with a sensitivity to which it does not
+        belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known: the constant of the lever
+        itself, not that across the sample, where it is tilted.
+
+    Raises
+    ------
+    ParameterError
+        When the record is too short to show the resonances, or too long to keep.
+
+    Sources: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995); J. E. Sader, J. W. M. Chon, P. Mulvaney, Rev. Sci. Instrum.
+    70, 3967 (1999).
+    """
+    return run(_with_experiment(case, ThermalSpectrum, {"duration": duration}), progress)
 
 
 def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any]) -> Case:

@@ -16,7 +16,9 @@ TEXT = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8
 @pytest.fixture
 def settling(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Add the experiment that CONTRIBUTING shows."""
-    [written] = [block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "(Experiment)" in block]
+    [written] = [
+        block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "(MotionExperiment)" in block
+    ]
     file = tmp_path / "settling.py"
     file.write_text(written, encoding="utf-8")
     spec = importlib.util.spec_from_file_location("dforce.experiments.settling", file)

@@ -299,6 +299,9 @@ PICTURES = {
     "phase_portrait": lambda figure: plot.phase_portrait(synthetic.dwell(), figure),
     "resonance": lambda figure: plot.resonance(df.run(df.example("resonance-curve")), figure=figure),
     "spectrum": lambda figure: plot.spectrum(synthetic.dwell(), figure=figure),
+    "thermal_spectrum": lambda figure: plot.thermal_spectrum(
+        df.thermal_spectrum(df.example("figure-3-air")), figure
+    ),
     "traces": lambda figure: plot.traces(synthetic.dwell(), figure=figure),
 }  # fmt: skip
 FEW = (

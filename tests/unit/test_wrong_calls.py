@@ -136,6 +136,7 @@ CALLS = {
     "plot.resonance": {"dataset": CURVE},
     "plot.save": {"axes": plt.figure().subplots(), "path": "x.png"},
     "plot.spectrum": {"dataset": TRACES},
+    "plot.thermal_spectrum": {"dataset": CURVE},
     "plot.traces": {"dataset": TRACES},
     "Case.from_toml": {"text": TEXT},
     "Case.quantity": {"self": CASE, "path": "tip.radius"},

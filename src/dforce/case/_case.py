@@ -28,6 +28,7 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 
 MOST_BYTES = 1_000_000  # a larger file is not a case
+THERMAL = ("dwell", "thermal_spectrum")  # experiments that simulate thermal motion
 NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
 
 
@@ -118,9 +119,12 @@ class Case(Parameters):
     @pydantic.model_validator(mode="after")
     def _makes_sense(self) -> Self:
         _ = self.folder, self.problem
-        if self.solver.integrator == "langevin" and self.experiment is not None and self.experiment.kind != "dwell":
+        if self.experiment is not None:
+            self.experiment.check(self.problem)
+        kind = "" if self.experiment is None else self.experiment.kind
+        if self.solver.integrator == "langevin" and kind not in ("", *THERMAL):
             raise ParameterError(
-                f"solver.integrator = langevin simulates a dwell, not {self.experiment.kind}; df.noise gives the noise along a "
+                f"solver.integrator = langevin simulates a dwell, not {kind}; df.noise gives the noise along a "
                 "curve without simulation"
             )
         if self.solver.integrator == "langevin" and not self.noise.thermal:

@@ -6,10 +6,11 @@ from dforce.experiments.basins import AmplitudeGrid, Basins, DeflectionGrid, Pha
 from dforce.experiments.branches import Branches, Span
 from dforce.experiments.dwell import Dwell
 from dforce.experiments.frequency_sweep import FrequencyGrid, FrequencySweep
+from dforce.experiments.thermal_spectrum import ThermalSpectrum
 
 EXPERIMENTS: dict[str, type[Experiment]] = {
     "dwell": Dwell, "approach": Approach, "branches": Branches, "frequency_sweep": FrequencySweep,
-    "basins": Basins,
+    "basins": Basins, "thermal_spectrum": ThermalSpectrum,
 }  # fmt: skip
 
 __all__ = [
@@ -28,5 +29,6 @@ __all__ = [
     "PhaseGrid",
     "RelativeGrid",
     "Span",
+    "ThermalSpectrum",
     "VelocityGrid",
 ]

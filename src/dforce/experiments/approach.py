@@ -12,8 +12,8 @@ from dforce.experiments.base import (
     PROTOCOL,
     CaseLike,
     Distances,
-    Experiment,
     Grid,
+    MotionExperiment,
     Progress,
     ProtocolName,
     RelativeGrid,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from dforce.solvers import SolverSettings
 
 
-class Approach(Experiment):
+class Approach(MotionExperiment):
     """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
 
     kind: Literal["approach"] = "approach"

@@ -16,6 +16,7 @@ from dforce.core.parameters import Number, Parameters, Quantity, param
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.instrument import Cantilever, Medium, Readout
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.integrator import Integrator, Motion
@@ -115,7 +116,19 @@ def refuse_fresh_starts(protocol: str, carry_state: bool) -> None:
 
 
 class CaseLike(Protocol):
-    """What an experiment needs of a case to vary one of its parameters."""
+    """What an experiment needs of a case beside its problem: what was given, and other values of its parameters."""
+
+    @property
+    def cantilever(self) -> Cantilever:
+        """The lever, as it was given."""
+
+    @property
+    def medium(self) -> Medium:
+        """What the lever moves in, as it was given."""
+
+    @property
+    def readout(self) -> Readout:
+        """The read-out, as it was given."""
 
     @property
     def problem(self) -> Problem:
@@ -134,9 +147,6 @@ class Experiment(Parameters):
     title_of: ClassVar[str] = "experiment"
 
     kind: str
-    harmonics: int = pydantic.Field(
-        default=10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
-    )
 
     @classmethod
     @abstractmethod
@@ -160,8 +170,11 @@ class Experiment(Parameters):
         earlier
             An interrupted result of the same experiment, to be continued.
         case
-            What the problem was made from, for experiments that vary one of its parameters.
+            What the problem was made from, for experiments that need more of it or vary one of its parameters.
         """
+
+    def check(self, problem: Problem) -> None:
+        """Raise :class:`ParameterError` where it cannot be done with an instrument, which a case says as soon as it is made."""
 
     def range_of_zc(self, problem: Problem) -> tuple[float, float] | None:
         """Return the nearest and the farthest average distance that it visits (m); None where it does not say."""
@@ -178,6 +191,14 @@ class Experiment(Parameters):
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
         """Return the problem at one point of a result of this experiment, whose coordinates say where it is."""
         return problem.at_height(float(point["zc"])) if "zc" in point.coords else problem
+
+
+class MotionExperiment(Experiment):
+    """One that gives steady motions of the driven tip, and so their harmonics."""
+
+    harmonics: int = pydantic.Field(
+        default=10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
+    )
 
 
 SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping

@@ -13,7 +13,7 @@ import pydantic
 
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Parameters, Part, param, part
-from dforce.experiments.base import CaseLike, Experiment, Progress, tapping_distance
+from dforce.experiments.base import CaseLike, MotionExperiment, Progress, tapping_distance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,7 +80,7 @@ class VelocityGrid(Even):
     stop: Number = param(unit="m/s", symbol=r"\dot z", doc="last initial velocity")
 
 
-class Basins(Experiment):
+class Basins(MotionExperiment):
     """At one average distance the motion starts from every point of a grid; where it settles is its state.
 
     The start is that of the first tone's mode: an amplitude and a phase lag, or a deflection and a velocity at the drive's

@@ -10,7 +10,7 @@ import pydantic
 
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Part, param, part
-from dforce.experiments.base import CaseLike, Experiment, Progress, Start, initial_motion, tapping_distance
+from dforce.experiments.base import CaseLike, MotionExperiment, Progress, Start, initial_motion, tapping_distance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +24,7 @@ MOST_SAMPLES = 20_000_000  # of a trace: beyond this it does not fit into a pict
 LONGEST_SPECTRUM = 1024  # periods: tells tones apart that differ by a hundredth of the first one's frequency
 
 
-class Dwell(Experiment):
+class Dwell(MotionExperiment):
     """The tip stays at one average distance; its motion is recorded once it has settled."""
 
     kind: Literal["dwell"] = "dwell"

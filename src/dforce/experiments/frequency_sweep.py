@@ -14,7 +14,7 @@ from dforce.experiments.base import (
     MOST_POINTS,
     PROTOCOL,
     CaseLike,
-    Experiment,
+    MotionExperiment,
     Progress,
     ProtocolName,
     Start,
@@ -54,7 +54,7 @@ def _frequencies(given: Any) -> Any:
     return given
 
 
-class FrequencySweep(Experiment):
+class FrequencySweep(MotionExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
     The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument

@@ -1,4 +1,4 @@
-"""What a reader looks for first in results that are none of an experiment: plans, maps, measured curves, fits, spectra."""
+"""What a reader looks for first in results of other kinds than driven motion: plans, maps, measured curves, fits, spectra."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def rows_of(dataset: xr.Dataset, kind: str) -> list[Row]:
     return list(READERS[kind](dataset))
 
 
-def _number(name: str, label: str, value: Any, unit: str = "1") -> Row:
+def _number(name: str, label: str, value: Any, unit: str = "1", digits: int = DIGITS) -> Row:
     number = float(value)
-    text = show(number, unit, DIGITS) if np.isfinite(number) else "unknown"
+    text = show(number, unit, digits) if np.isfinite(number) else "unknown"
     return name, label, text, number, unit
 
 
@@ -94,9 +94,21 @@ def _spectrum(dataset: xr.Dataset) -> Iterator[Row]:
     for mode in range(dataset.sizes["mode"]):
         one = dataset.isel(mode=mode)
         which = f" of mode {mode + 1}" if dataset.sizes["mode"] > 1 else ""
-        yield _number("fitted_f0", f"fitted f0{which}", one["fitted_f0"], "Hz")
+        yield _number("fitted_f0", f"fitted f0{which}", one["fitted_f0"], "Hz", 5)
         yield _number("fitted_Q", f"fitted Q{which}", one["fitted_Q"])
-    yield _number("true_spring_constant", "true spring constant", np.ravel(dataset["true_spring_constant"])[0], "N/m")
+        if dataset.sizes["mode"] > 1:
+            yield _beside_true(one, "mode_spring_constant", f"k{which}, by its own calibration")
+    for name in dataset["calibration"].values:
+        yield _beside_true(dataset.sel(calibration=name), "spring_constant", f"k, {name}", f"spring_constant, {name}")
+    error = float(dataset["spring_constant_error"])
+    yield "spring_constant_error", "error of k by the record", f"{100.0 * error:.2g} %", error, "1"
+
+
+def _beside_true(one: xr.Dataset, name: str, label: str, key: str = "") -> Row:
+    """Return a spring constant beside the true one, each as text, and how large it is against that."""
+    value, true = float(one[name]), float(one[f"true_{name}"])
+    both = f"{show(value, 'N/m', DIGITS)}, {value / true:.3f} of the true {show(true, 'N/m', DIGITS)}"
+    return key or f"{name}_{int(one['mode'])}", label, both, value, "N/m"
 
 
 READERS = {

@@ -17,7 +17,7 @@ from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.results.curves import goes_along, swept
 from dforce.results.dataset import unit_for
 from dforce.results.kinds import kind_of
-from dforce.results.status import Status
+from dforce.results.status import Status, check_computed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -332,6 +332,7 @@ def _points(sweep: xr.Dataset, way: str) -> Finding:
 
 def _force_curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
     if not {"force", "distance"} <= {*sweep.variables}:
+        check_computed(sweep)
         raise ParameterError(
             "this dataset is the result of no experiment, nor a force curve; there is no summary of it"
         )

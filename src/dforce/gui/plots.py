@@ -113,6 +113,8 @@ class Plots:
             self.drawn = figures.basins(first)
         elif kind_of(first) == "reconstruction":
             self.drawn = reconstructed.figure_of(first)
+        elif not pictures_of(first):  # stopped
+            self.drawn = figures.Drawn(figures.empty("The run was stopped before there was anything to draw."))
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)

@@ -38,7 +38,7 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
         When something of that fails, and for a result that is none of an experiment and no reconstructed force.
     """
     kind = kind_of(result)
-    if kind not in ("", "reconstruction"):
+    if kind not in ("", "reconstruction", "thermal_spectrum"):
         raise df.ResultError(
             f"the window shows results of experiments, and this is another kind ({kind.replace('_', ' ')}); "
             "df.plot.overview in Python draws it, and so does --plot of the command that made it"
@@ -51,7 +51,7 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
             raise ValueError("more quantities than an experiment has, or longer names")
         if "reached" in result:
             figures.basins(result)
-        elif kind:
+        elif kind == "reconstruction":
             reconstructed.figure_of(result)
         else:
             for picture in _pictures(result, chosen):

@@ -23,6 +23,7 @@ from dforce.plot.overview import overview
 from dforce.plot.pictures import draw
 from dforce.plot.plans import plan
 from dforce.plot.reconstruction import reconstruction
+from dforce.plot.thermal import thermal_spectrum
 
 __all__ = [
     "FORMATS",
@@ -47,5 +48,6 @@ __all__ = [
     "resonance",
     "save",
     "spectrum",
+    "thermal_spectrum",
     "traces",
 ]

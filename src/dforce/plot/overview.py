@@ -19,6 +19,7 @@ from dforce.plot.measured import measured
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
 from dforce.plot.plans import plan
 from dforce.plot.reconstruction import reconstruction
+from dforce.plot.thermal import thermal_spectrum
 from dforce.results.curves import swept
 from dforce.results.kinds import kind_of
 from dforce.results.status import check_computed
@@ -34,9 +35,9 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
 
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
     gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
-    of all states; a frequency sweep gives the resonance curve; basins and a force curve give themselves; a fit gives data,
-    model and residuals; measured curves, reconstructed forces, plans and regime maps give their own pictures. A sweep gives
-    some of its cases, laid over each other.
+    of all states; a frequency sweep gives the resonance curve; a thermal spectrum, basins and a force curve give themselves;
+    a fit gives data, model and residuals; measured curves, reconstructed forces, plans and regime maps give their own
+    pictures. A sweep gives some of its cases, laid over each other.
 
     Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, the
     unstable ones dashed.
@@ -74,7 +75,7 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
 
 
 def _of_kind(dataset: xr.Dataset, kind: str, figure: FigureBase | None) -> list[Axes]:
-    """Draw a result that is none of an experiment."""
+    """Draw a result of a kind of its own."""
     if kind == "fit":
         return fit(dataset, figure)
     if kind == "measured":
@@ -83,6 +84,8 @@ def _of_kind(dataset: xr.Dataset, kind: str, figure: FigureBase | None) -> list[
         return [reconstruction(dataset, figure)]
     if kind == "plan":
         return [plan(dataset, figure)]
+    if kind == "thermal_spectrum":
+        return [thermal_spectrum(dataset, figure)]
     if kind == "regimes":
         x, y = (str(name) for name in dataset["regime"].dims if name != "state")
         return [map(dataset, x, y, "regime", figure=figure)]

@@ -20,6 +20,7 @@ from dforce.plot.distances import amplitude_phase
 from dforce.plot.forces import force_distance
 from dforce.plot.motion import phase_portrait, spectrum
 from dforce.plot.overview import overview
+from dforce.plot.thermal import thermal_spectrum
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, pictures_of, rounding
 from dforce.results.dataset import reader_unit
 
@@ -76,6 +77,8 @@ def _own(
     """Return the function that draws this very picture, with what a reader of it looks for; None where there is none."""
     if picture not in pictures_of(result):
         return None
+    if "fitted_density" in picture.y:
+        return lambda figure: thermal_spectrum(result, figure)
     if goes_along(result) == "time":
         made: dict[tuple[str, ...], Callable[[FigureBase | None], Any]] = {
             ("spectrum",): lambda figure: spectrum(result, figure=figure),

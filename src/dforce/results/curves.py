@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Places = np.ndarray[Any, np.dtype[np.int64]]
 
-LISTS = ("jump", "state", "search", "component")  # dimensions of lists, along which nothing is drawn
+LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 ROUNDING = 1e-6
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 OF_CURVES = {
@@ -190,6 +190,9 @@ def pictures_of(dataset: xr.Dataset) -> list[Picture]:
             Picture("distance", ("force",), title="force against distance"),
             Picture("deflection", ("velocity",), title="phase portrait"),
         ]
+    elif "fitted_density" in dataset.variables:
+        densities = ("spectral_density", "fitted_density")
+        named = [Picture("frequency", densities, together=True, logarithmic=True, title="thermal spectrum")]
     else:
         named = [Picture(along, names, title=title) for title, names in OF_CURVES.items()]
         named.append(Picture("amplitude_ratio", AT_SET_POINT, title="force against A/A0"))

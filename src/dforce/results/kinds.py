@@ -1,4 +1,4 @@
-"""Which kind of result a Dataset is, beside those of experiments."""
+"""Which kind of result a Dataset is, beside those of the driven motion of a tip."""
 
 from __future__ import annotations
 
@@ -20,5 +20,5 @@ MARKS = {
 
 
 def kind_of(dataset: xr.Dataset) -> str:
-    """Return the kind of a result that is none of an experiment, a key of :data:`MARKS`; of others nothing."""
+    """Return the kind of a result that is not of the driven motion of a tip, a key of :data:`MARKS`; of others nothing."""
     return next((kind for kind, mark in MARKS.items() if mark in dataset.variables or mark in dataset.attrs), "")

@@ -1,10 +1,9 @@
-"""Thermal motion and noise: along curves, in many lanes, of a lever alone, and what it does to fragile states."""
+"""Thermal motion and noise: along curves, in many lanes, and what it does to fragile states."""
 
 from dforce.thermal._lanes import noisy_motion
 from dforce.thermal._noise_along_curve import noise
 from dforce.thermal._ramp import snap_in_distance
 from dforce.thermal._snap import snap_in_rate
-from dforce.thermal._spectrum import thermal_spectrum
 from dforce.thermal._switching import switching_rate
 
-__all__ = ["noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate", "thermal_spectrum"]
+__all__ = ["noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate"]

@@ -1,0 +1,53 @@
+"""The thermal spectrum of a lever, as a calibration shows it."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+
+from dforce.core import units
+from dforce.core.errors import checked
+from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure, shown, take, tidy
+from dforce.results.dataset import reader_unit
+
+BELOW = 30.0  # how far below the lowest resonance the picture begins: white noise alone
+
+
+@checked
+def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
+    """Draw the spectral density of a lever and what was fitted to it against frequency, both on logarithmic scales.
+
+    The legend tells the fitted frequency and quality factor of each mode.
+
+    Parameters
+    ----------
+    dataset
+        Result of a thermal spectrum.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no spectral density.
+    """
+    density, fitted = take(dataset, "spectral_density", "frequency"), take(dataset, "fitted_density", "frequency")
+    figure = new_figure(figure, 6.5, 4.0)
+    axes = figure.subplots()
+    across, text = shown(dataset["frequency"])
+    scale, unit = reader_unit(density)
+    peaks = [
+        f"{units.show(f0, 'Hz', 4)}, Q = {Q:.3g}"
+        for f0, Q in zip(dataset["fitted_f0"].values, dataset["fitted_Q"].values, strict=True)
+    ]
+    axes.plot(across, density.values / scale, color=BLUE, linewidth=0.7, label="record")
+    axes.plot(across, fitted.values / scale, color=VERMILLION, linewidth=1.4, label="\n".join(["fit", *peaks]))
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    lowest = float(dataset["fitted_f0"].min() / dataset["frequency"][-1]) * across[-1]
+    axes.set_xlim(max(lowest / BELOW, across[0]), across[-1])
+    axes.set_xlabel(text)
+    axes.set_ylabel(axis_text(density, unit))
+    axes.legend(loc="upper left", fontsize="small", framealpha=0.85)
+    tidy(axes)
+    head(axes, dataset)
+    return axes

@@ -1,0 +1,170 @@
+"""The thermal spectrum as an experiment: its case, its result, its picture, and what it refuses."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce.cli import app
+from dforce.results.curves import Picture, pictures_of, row_of
+
+CASE = """
+title = "A thermal tune"
+[cantilever]
+modes = [{ f0 = "75 kHz", k = "2.8 N/m", Q = 50 }, { f0 = "470 kHz", k = "110 N/m", Q = 100 }]
+[drive]
+A0 = "10 nm"
+[noise]
+detector = "50 fm/Hz^0.5"
+seed = 7
+[experiment]
+kind = "thermal_spectrum"
+duration = "60 ms"
+"""
+
+
+@functools.cache
+def result() -> xr.Dataset:
+    return df.run(df.Case.from_toml(CASE))
+
+
+def invoke(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def stopped() -> xr.Dataset:
+    def stop(done: int, total: int, note: str) -> None:
+        if done >= total // 2:
+            raise KeyboardInterrupt
+
+    return df.run(df.Case.from_toml(CASE), progress=stop)
+
+
+def test_the_experiment_and_the_function_are_the_same_run():
+    bare = df.Case.from_toml(CASE.split("[experiment]", maxsplit=1)[0])
+    assert result().identical(df.thermal_spectrum(bare, "60 ms").assign_attrs(date=result().attrs["date"]))
+    assert df.thermal_spectrum(df.Case.from_toml(CASE)).attrs["duration"] == 0.06  # that of the case
+
+
+def test_the_seed_of_the_case_chooses_the_noise():
+    other = df.run(df.Case.from_toml(CASE).replace("noise.seed", 8))
+    assert not np.array_equal(other.spectral_density, result().spectral_density)
+
+
+def test_a_command_runs_draws_and_keeps_it_and_its_file_repeats_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tune.toml").write_text(CASE, encoding="utf-8")
+    done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
+    assert done.exit_code == 0 and (tmp_path / "tune.png").stat().st_size > 0
+    for words in ("fitted f0 of mode 2", "k of mode 2, by its own calibration", "k, static, 0.817", "k, each mode"):
+        assert words in done.stdout
+    again = invoke("run", "tune.nc", "-o", "again.nc", "--json")
+    assert again.exit_code == 0 and json.loads(again.stdout)["kind"] == "thermal_spectrum"
+    assert df.read("again.nc").equals(df.read("tune.nc")) and df.read("tune.nc").equals(result())
+    assert invoke("check", "tune.toml").exit_code == invoke("check", "tune.nc").exit_code == 0
+
+
+def test_the_summary_sets_each_spring_constant_beside_the_true_one():
+    found = {one.name: one for one in df.summary(result())}
+    for mode in (1, 2):
+        true = df.Case.from_toml(CASE).problem.modes[mode - 1].k
+        one = found[f"mode_spring_constant_{mode}"]
+        assert one.value == result().mode_spring_constant.sel(mode=mode)
+        assert f"{one.value / true:.3f} of the true {true:.3g} N/m" in one.text
+    names = {f"spring_constant, {name}" for name in result().calibration.values}
+    assert len(names) == 4 and names <= set(found)
+
+
+def test_the_picture_has_logarithmic_axes_and_the_fit_over_the_record():
+    [axes] = df.plot.overview(result(), df.plot.Sheet())
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+    record, fit = axes.lines
+    f0 = result().fitted_f0.values
+    at = [int(np.argmin(np.abs(result().frequency.values - one))) for one in f0]
+    ratio = fit.get_ydata()[at[0]] / fit.get_ydata()[at[1]]
+    assert ratio == pytest.approx(float(result().fitted_density[at[0]] / result().fitted_density[at[1]]), rel=1e-12)
+    assert len(record.get_ydata()) == result().sizes["frequency"]
+    assert all(f"Q = {Q:.3g}" in fit.get_label() for Q in result().fitted_Q.values)
+    [drawn] = df.plot.draw(result(), pictures_of(result())[0], df.plot.Sheet())
+    assert drawn.get_xscale() == "log"
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"experiment.duration": "1 ms"}, "experiment.duration = 1 ms is too short to resolve the resonance; it takes"),
+        ({"experiment.duration": "1 h"}, "experiment.duration = 3600 s is too long to keep; at most"),
+        ({"noise.thermal": False}, "noise.thermal = false, so there is no thermal spectrum"),
+    ],
+)
+def test_a_case_says_at_once_that_there_is_no_such_spectrum(changes, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        for path, value in changes.items():
+            df.Case.from_toml(CASE).replace(path, value)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_the_durations_that_a_refusal_names_are_allowed(end):
+    case = df.Case.from_toml(CASE)
+    with pytest.raises(df.ParameterError) as refused:
+        case.replace("experiment.duration", ("1 ms", "1 h")[end])
+    words = str(refused.value).removesuffix(" at least").removesuffix(" is").split()
+    assert case.replace("experiment.duration", " ".join(words[-2:]))
+
+
+@pytest.mark.parametrize(("f0", "Q"), [("10 kHz", 20000), ("75 kHz", 200), ("9 MHz", 500)])
+def test_what_a_form_suggests_suits_the_lever(f0, Q):
+    case = df.Case(cantilever={"f0": f0, "k": "1 N/m", "Q": Q}, drive={"A0": "10 nm"})
+    kind = df.experiments.ThermalSpectrum
+    assert case.replace(experiment=kind(**kind.suggested(case.problem))).experiment.duration > 0.0
+
+
+def test_the_solver_of_a_noisy_dwell_does_not_count():
+    noisy = df.Case.from_toml(CASE).replace("solver.integrator", "langevin")
+    assert df.run(noisy).spectral_density.equals(result().spectral_density)
+
+
+def test_a_record_that_is_stopped_gives_its_status_alone(tmp_path, monkeypatch):
+    part = stopped()
+    assert part.attrs["interrupted"] == 1 and int(part.status) == df.Status.NOT_COMPUTED
+    for use in (df.summary, df.plot.overview):
+        with pytest.raises(df.ParameterError, match="stopped before its first point"):
+            use(part)
+    assert df.run(df.Case.from_toml(CASE), resume=part).equals(result())
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tune.toml").write_text(CASE, encoding="utf-8")
+    monkeypatch.setattr(df, "run", lambda *given, **settings: part)
+    done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
+    assert done.exit_code == 130 and "nothing was written" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["tune.toml"]
+
+
+def test_a_sweep_of_it_is_refused():
+    with pytest.raises(df.ParameterError, match="a sweep repeats an approach or a dwell"):
+        df.sweep(df.Case.from_toml(CASE), over={"noise.seed": [1, 2]})
+
+
+def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
+    rehearsal = pytest.importorskip("dforce.gui.rehearsal")
+    from simulated import show, window
+
+    rehearsal.rehearse(result(), tmp_path)
+    assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
+    assert row_of(result(), "spring_constant") == ""  # a table, no curve
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_user, page):
+            figure = show(page, result())
+            assert [trace["meta"] for trace in figure["data"]] == ["spectral_density", "fitted_density"]
+            assert figure["layout"]["yaxis"]["type"] == "log"
+            [note] = show(page, stopped())["layout"]["annotations"]
+            assert "stopped before there was anything to draw" in note["text"]
+
+    asyncio.run(flow())
