@@ -32,16 +32,14 @@ class _Orbits:
     """Some orbits of a block: of which problems, at which values, where they start, and what was found on them."""
 
     def __init__(self, block: Block, values: Array, points: Points, places: tuple[Indices, Indices]) -> None:
-        self.block, (self.cases, steps) = block, places
+        self.block, self.cases = block, places[0]
         self.at, self.states = values[places], points.states.take(places)
         self.rows, self.monodromy, self.residual = (
             points.rows[places],
             points.monodromy[places],
             points.residual[places],
         )
-        numbers, tones = block.tables(values)
-        flat = self.cases * values.shape[1] + steps
-        self.tables = numbers[flat], tones[flat]
+        self.tables = block.tables_of(self.cases, self.at)
         self.error: Array = np.full(len(self.at), np.nan)
         self.found: dict[str, Array] = {}  # what they measure, by name
 
