@@ -32,9 +32,9 @@ def started(monkeypatch):
     begun = []
     monkeypatch.setenv(first_answer.VARIABLE, "early")
     monkeypatch.setattr(beside, "cores", lambda: 2)
-    monkeypatch.setattr(beside, "_BEGUN", {})
+    monkeypatch.setattr(beside, "_BEGUN", set())
     monkeypatch.setattr(multiprocessing, "parent_process", lambda: None)
-    monkeypatch.setattr(behind, "started", lambda *what: begun.append(what))
+    monkeypatch.setattr(behind, "start", lambda *what: begun.append(what))
     return begun
 
 
@@ -91,7 +91,7 @@ def test_a_system_without_room_for_processes_is_no_reason_to_fail(started, monke
     def none_left(*what):
         raise BlockingIOError("no more processes")
 
-    monkeypatch.setattr(behind, "started", none_left)
+    monkeypatch.setattr(behind, "start", none_left)
     beside.compile_beside(df.example(CASES[0]).problem)
 
 

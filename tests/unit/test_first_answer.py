@@ -251,19 +251,39 @@ def compiled(file):
 def test_a_process_of_its_own_compiles_and_keeps_what_is_asked_for_once(file, monkeypatch):
     monkeypatch.chdir(file.parent.parent.parent)
     monkeypatch.setenv("DFORCE_CACHE_DIR", "cache")  # the process begins elsewhere
+    begun, start = [], behind.start
+    monkeypatch.setattr(behind, "start", lambda *what: begun.append(start(*what)))
     assert behind.begin(file, INNER) and behind.begin(file, INNER)
-    [process] = {process for (begun, _), process in behind._BEGUN.items() if begun == file}
+    [process] = begun
     if sys.platform != "win32":
         assert os.getsid(process.pid) != os.getsid(0), "Ctrl-C would end it"
     assert process.wait(300) == 0
     assert len(compiled(file)) == 1
 
 
+def test_a_process_that_ends_leaves_the_list_of_the_system(tmp_path):
+    process, end = behind.start("", [], tmp_path), time.monotonic() + 60.0
+    while process.returncode is None and time.monotonic() < end:
+        time.sleep(0.01)
+    assert process.returncode == 0
+
+
+def test_python_warns_of_no_process_that_goes_on(tmp_path):
+    code = f"from dforce.kernel import behind; behind.start('import time; time.sleep(3)', [], {str(tmp_path)!r})"
+    told = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    assert told.stderr == ""
+
+
+@pytest.mark.parametrize("frozen, executable", [(True, sys.executable), (False, "/opt/microscope/bin/program"), (False, "")])
+def test_a_program_that_is_not_python_itself_is_not_started_anew(file, monkeypatch, frozen, executable):
+    monkeypatch.setattr(sys, "frozen", frozen, raising=False)
+    monkeypatch.setattr(sys, "executable", executable)
+    monkeypatch.setattr(subprocess, "Popen", lambda *command, **how: pytest.fail(f"{command} was started"))
+    assert not behind.begin(file, INNER)
+
+
 def test_what_cannot_be_begun_is_said_so_and_begun_anew(file, monkeypatch):
     assert not behind.begin(file.with_name("missing.py"), INNER)
-    with monkeypatch.context() as patch:
-        patch.setattr(sys, "executable", "")
-        assert not behind.begin(file, INNER)
     started = []
 
     def start(command, **how):

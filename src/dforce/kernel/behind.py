@@ -24,7 +24,7 @@ AUTOGROUP = Path("/proc/self/autogroup")
 RUN = "from dforce.kernel.behind import main; main()"
 LOCK = "background.lock"  # file beside the kernels
 _BEGINNING = threading.Lock()
-_BEGUN: dict[tuple[Path, str], subprocess.Popen[bytes]] = {}  # by file and function, of this process
+_BEGUN: set[tuple[Path, str]] = set()  # files and functions, of this process
 
 
 def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
@@ -32,26 +32,36 @@ def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
 
     What has been begun is not begun again. `words` are announced where it was not.
     """
-    if not sys.executable or not file.is_file() or not os.access(file.parent, os.W_OK):
+    if not file.is_file() or not can_keep(file.parent):
         return False
     with _BEGINNING:
-        for begun in _BEGUN.values():
-            begun.poll()  # one that has ended leaves the system's list
         new = [name for name in functions if (file, name) not in _BEGUN]
+        if not new:
+            return True
         try:
             asked = [part for name in new for part in (name, functions[name])]
-            process = started(RUN, [str(file.resolve()), *asked], file.parent, BELOW) if new else None
+            start(RUN, [str(file.resolve()), *asked], file.parent, BELOW)
         except OSError:  # no more processes, or none at all
             return False
-        if process is not None:
-            _BEGUN.update({(file, name): process for name in new})
-    if process is not None and words:
+        _BEGUN.update((file, name) for name in new)
+    if words:
         log.announce(words)
     return True
 
 
-def started(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) -> subprocess.Popen[bytes]:
-    """Start Python with code and arguments in a folder, apart from any terminal; `priority` is a flag of Windows alone.
+def can_keep(folder: Path) -> bool:
+    """Say whether a process that is started here could keep what it compiles in a folder.
+
+    In a program that brings Python with it, such as those of PyInstaller, only that whole program could be started.
+    """
+    is_python = Path(sys.executable or "").name.lower().startswith("python") and not getattr(sys, "frozen", False)
+    return is_python and os.access(folder, os.W_OK)
+
+
+def start(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) -> subprocess.Popen[bytes]:
+    """Start Python with code and arguments in a folder, apart from any terminal, and wait for its end in a thread.
+
+    `priority` is a flag of Windows alone.
 
     Raises
     ------
@@ -61,11 +71,15 @@ def started(code: str, arguments: Sequence[str], folder: Path, priority: int = 0
     package = str(Path(__file__).resolve().parents[2])
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
     given = {"PYTHONPATH": os.pathsep.join(paths), "DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL, cwd=folder, env=os.environ | given, start_new_session=True,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0) | priority,
     )  # fmt: skip
+    with contextlib.suppress(RuntimeError):  # no more threads
+        # nobody else waits: one that ends leaves the system's list, and one that goes on is warned of by nobody
+        threading.Thread(target=process.wait, daemon=True).start()
+    return process
 
 
 def main() -> None:

@@ -11,9 +11,7 @@ import base64
 import contextlib
 import dataclasses
 import multiprocessing
-import os
 import pickle
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -31,26 +29,22 @@ from dforce.solvers.states import States
 
 PROCESSES = (("follow",), ("relax", "remeasure"))  # what each compiles: half the time of all, and a quarter
 RUN = "from dforce.solvers.beside import main; main()"
-_BEGUN: dict[
-    tuple[int, int], list[subprocess.Popen[bytes]]
-] = {}  # by the numbers of modes, and of states of their fluid
+_BEGUN: set[tuple[int, int]] = set()  # numbers of modes, and of states of their fluid
 
 
 def compile_beside(problem: Problem) -> None:
     """Begin to compile what follows curves of problems with as many modes, once, where a core is to spare for it."""
     kind, folder = (len(problem.modes), problem.late_fluid), cache.cache_folder()
     is_worker = multiprocessing.parent_process() is not None  # of those who share the cores already
-    if kind in _BEGUN or is_worker or cores() < 2 or not may_go_on_beside():
+    if kind in _BEGUN or is_worker or cores() < 2 or not may_go_on_beside() or not behind.can_keep(folder):
         return
-    if not sys.executable or not os.access(folder, os.W_OK):  # what others compile does not come here
-        return
-    processes = _BEGUN[kind] = []  # kept: a process that nobody knows any more would be warned of
+    _BEGUN.add(kind)
     free = pickle.dumps(
         dataclasses.replace(problem, forces=(), places=())
     )  # without laws that only this process may know
     with contextlib.suppress(OSError):  # no more processes, or no such folder
         for names in PROCESSES:
-            processes.append(behind.started(RUN, [base64.b64encode(free).decode(), *names], folder))
+            behind.start(RUN, [base64.b64encode(free).decode(), *names], folder)
 
 
 def main() -> None:
