@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import multiprocessing
 import os
+import pickle
 import subprocess
 import sys
 
@@ -13,17 +15,26 @@ import pytest
 import dforce as df
 from dforce import kernel
 from dforce.core import first_answer
+from dforce.core.first_answer import early_answers
 from dforce.kernel import behind
+from dforce.kernel.tip import Tip
 from dforce.solvers import beside
-from dforce.solvers.integrator import load_kernels
+from dforce.solvers.integrator import CALLED, load_kernels
 
 CASES = ("figure-3-air", "table-1-bimodal")
-NAMES = [name for names in beside.PROCESSES for name in names]
+NAMES = (beside.WORK, *beside.LATER)
 
 
 def short(name):
     """Return an example with a curve of two points."""
     return df.example(name).replace("experiment", {"kind": "approach", "zc": np.array([10e-9, 8e-9])})
+
+
+class Going:
+    """A process that compiles and is not done."""
+
+    def poll(self):
+        return None
 
 
 @pytest.fixture
@@ -32,9 +43,10 @@ def started(monkeypatch):
     begun = []
     monkeypatch.setenv(first_answer.VARIABLE, "early")
     monkeypatch.setattr(beside, "cores", lambda: 2)
-    monkeypatch.setattr(beside, "_BEGUN", set())
+    monkeypatch.setattr(beside, "_BESIDE", set())
+    monkeypatch.setattr(beside, "_BEHIND", {})
     monkeypatch.setattr(multiprocessing, "parent_process", lambda: None)
-    monkeypatch.setattr(behind, "start", lambda *what: begun.append(what))
+    monkeypatch.setattr(behind, "start", lambda *what: begun.append(what) or Going())
     return begun
 
 
@@ -44,13 +56,22 @@ def types_of(problem):
     return {name: len(getattr(module, name).overloads) for name in NAMES}
 
 
+def order(arguments):
+    """Return what a process is to compile."""
+    return pickle.loads(base64.b64decode(arguments[0]))
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_solvers_are_compiled_for_the_very_arguments_of_runs(name, started, monkeypatch):
     case = short(name)
     df.run(case)
+    df.run(case.replace("experiment", {"kind": "branches", "zc": np.array([10e-9, 9.5e-9])}))
     ran = types_of(case.problem)
-    assert ran["follow"] == ran["remeasure"] == 1
+    assert {solver for solver, count in ran.items() if count} >= {"follow", "remeasure", "find_orbits", "march"}
+    assert max(ran.values()) == 1
     beside.compile_beside(case.problem)
+    beside.compile_behind(case.problem, Tip(load_kernels(case.problem)[0], case.problem, CALLED))
+    monkeypatch.setattr(behind, "give_way", lambda: None)
     for code, arguments, _ in started:
         assert code == beside.RUN
         monkeypatch.setattr(sys, "argv", ["-c", *arguments])
@@ -64,7 +85,23 @@ def test_the_first_curve_begins_to_compile_its_solvers_once(started, monkeypatch
     assert not started
     monkeypatch.setattr(kernel.Kernel, "is_ready", lambda self, name: name != "follow" and real(self, name))
     df.run(case)
-    assert [arguments[1:] for _, arguments, _ in started] == [list(names) for names in beside.PROCESSES]
+    df.run(case)
+    assert [order(arguments).solvers for _, arguments, _ in started] == list(beside.PROCESSES)
+
+
+def test_an_early_answer_begins_to_compile_what_it_waits_for_and_the_rest_after_it(started, monkeypatch):
+    case, real = short(CASES[0]), kernel.Kernel.is_ready
+    with early_answers():
+        df.run(case)
+        assert not started
+        monkeypatch.setattr(kernel.Kernel, "is_ready", lambda self, name: name != "follow" and real(self, name))
+        df.run(case)
+        df.run(case)
+    [(_, arguments, _)] = started
+    asked = order(arguments)
+    assert asked.solvers == [beside.WORK] and list(asked.functions) == ["measure_force"]
+    assert asked.file == load_kernels(case.problem)[0].file
+    assert set(asked.later) == set(NAMES) - {beside.WORK}
 
 
 def test_nothing_is_begun_where_the_environment_says_so_or_no_core_is_free(started, monkeypatch):

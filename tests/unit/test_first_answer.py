@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -87,7 +88,8 @@ ROUNDINGS = {
     "corrections",
     "power",
 }  # how far from repeating, how often corrected; the last is an energy's, too
-DERIVATIVES = {"multiplier_modulus", "multiplier_angle"}  # by differences over 2e-7 of the free amplitude
+# by differences over 2e-7 of the free amplitude; a fold is where they grow without bound
+DERIVATIVES = {"multiplier_modulus", "multiplier_angle", "jump_zc", "jump_before", "jump_after"}
 
 
 def assert_same(early, full):
@@ -100,6 +102,8 @@ def assert_same(early, full):
         scale = energy if str(name).endswith(("energy", "virial")) else np.abs(full[name]).max()
         if name == "harmonic_phase":
             scale = np.degrees(1.0) * full.harmonic_amplitude.max() / full.harmonic_amplitude
+        if name == "multiplier_angle":
+            scale = np.degrees(1.0)
         if name == "error_estimate":  # a share of the scales
             scale = 1.0
         tolerance = 1e-6 if name in DERIVATIVES else TOLERANCE
@@ -184,6 +188,68 @@ def assert_identical(one, other):
     """Compare two results bit for bit."""
     for name in other.data_vars:
         np.testing.assert_array_equal(one[name], other[name], err_msg=str(name))
+
+
+# --- solvers that Python runs -----------------------------------------------------------------------------------------
+
+
+class Going:
+    """A process that compiles and is not done."""
+
+    code = None
+
+    def poll(self):
+        return self.code
+
+
+@pytest.fixture
+def no_solvers(monkeypatch):
+    """As if of all solvers a process compiled all but the one that does the work."""
+    process, real = Going(), kernel.Kernel.is_ready
+    monkeypatch.setattr(beside, "cores", lambda: 2)
+    monkeypatch.setattr(beside, "_BEHIND", {})
+    monkeypatch.setattr(beside, "_BESIDE", set())
+    monkeypatch.setattr(multiprocessing, "parent_process", lambda: None)
+    monkeypatch.setattr(behind, "start", lambda *what: process)
+    monkeypatch.setattr(
+        kernel.Kernel, "is_ready", lambda self, name: "the solvers" not in self.what and real(self, name)
+    )
+    return process
+
+
+RUN_BY_PYTHON = {
+    **{name: asked for name, asked in SEVERAL.items() if name != "no orbit"},
+    "jumps": df.example("hysteresis").replace("experiment.zc", np.linspace(25e-9, 15e-9, 21)),
+}
+
+
+@pytest.mark.parametrize("name", some_long(RUN_BY_PYTHON, ["memory"]))
+def test_solvers_run_by_python_give_the_same_numbers(name, no_solvers, monkeypatch):
+    asked, used = RUN_BY_PYTHON[name], []
+    full = df.run(asked)
+    real = kernel.Kernel.interpreted
+    monkeypatch.setattr(
+        kernel.Kernel, "interpreted", lambda self, name, work: used.append(name) or real(self, name, work)
+    )
+    assert_same(early(lambda: df.run(asked)), full)
+    assert used
+
+
+def test_many_orbits_at_once_wait_for_the_compiled_solvers(no_solvers, monkeypatch):
+    used, real = [], kernel.Kernel.entry
+    monkeypatch.setattr(kernel.Kernel, "entry", lambda self, name: used.append(name) or real(self, name))
+    asked = case(experiment={"kind": "approach", "zc": np.linspace(20e-9, 5e-9, 60)})
+    early(lambda: df.run(asked))
+    assert "follow" not in used
+    monkeypatch.setattr(beside, "FEW", {"follow": 50})
+    early(lambda: df.run(asked))
+    assert "follow" in used
+
+
+def test_where_the_process_has_ended_early_the_compiled_solvers_answer(no_solvers, monkeypatch):
+    monkeypatch.setattr(kernel.Kernel, "interpreted", lambda *given: pytest.fail("Python runs the solvers for ever"))
+    no_solvers.code = -9
+    assert_identical(early(lambda: df.run(case())), df.run(case()))
 
 
 # --- who is answered early -------------------------------------------------------------------------------------------
@@ -274,7 +340,9 @@ def test_python_warns_of_no_process_that_goes_on(tmp_path):
     assert told.stderr == ""
 
 
-@pytest.mark.parametrize("frozen, executable", [(True, sys.executable), (False, "/opt/microscope/bin/program"), (False, "")])
+@pytest.mark.parametrize(
+    ("frozen", "executable"), [(True, sys.executable), (False, "/opt/microscope/bin/program"), (False, "")]
+)
 def test_a_program_that_is_not_python_itself_is_not_started_anew(file, monkeypatch, frozen, executable):
     monkeypatch.setattr(sys, "frozen", frozen, raising=False)
     monkeypatch.setattr(sys, "executable", executable)

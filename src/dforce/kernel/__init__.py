@@ -23,6 +23,7 @@ from dforce.kernel.codegen import (
     motion_size,
     parameter_count,
 )
+from dforce.kernel.interpreted import interpreted
 from dforce.kernel.whole import compiled as compiled_whole
 from dforce.kernel.whole import is_part
 from dforce.problem import Problem
@@ -205,6 +206,7 @@ class Kernel:
         self.name = module.__name__
         self._announced = False
         self._entries: dict[str, Callable[..., Any]] = {}
+        self._interpreted: dict[str, dict[str, Callable[..., Any]]] = {}
         self._addresses: dict[str, int] = {}
 
     @property
@@ -214,11 +216,17 @@ class Kernel:
 
     def is_ready(self, name: str) -> bool:
         """Say whether compiled code of an entry function lies in memory or on disk."""
-        return name in self._addresses or cache.is_compiled(self.module, name)
+        return name in self._addresses or name in self._entries or cache.is_compiled(self.module, name)
 
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; its first call compiles it or loads it from disk."""
         return self._entries.get(name) or self._first(name)
+
+    def interpreted(self, name: str, compiled: str) -> Callable[..., Any]:
+        """Return an entry function as Python runs it, which leaves the work to another one that is compiled."""
+        if compiled not in self._interpreted:
+            self._interpreted[compiled] = interpreted(self.module, compiled, self.entry(compiled))
+        return self._interpreted[compiled][name]
 
     def compile_for(self, name: str, arguments: Sequence[Any]) -> None:
         """Compile an entry function for arguments of such types, and do not run it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,10 @@ class Tip:
     def numbers(self, table: Array) -> Array:
         """Return parameters (problems, parameters) as the solvers take them, (parameters + 3, problems), after :meth:`at`."""
         return np.ascontiguousarray(np.vstack([table.T, np.repeat(self._laws[:, None], len(table), axis=1)]))
+
+    def code(self, name: str) -> tuple[Path, dict[str, str]]:
+        """Return the file that holds a function's text, and the function with its types, for another process to compile."""
+        return self._kernel.file, {name: self._types[name]}
 
     def prepare(self, names: Sequence[str]) -> None:
         """Compile these functions for any force, so that the first answer of the next combination can be early."""

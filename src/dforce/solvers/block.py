@@ -19,7 +19,7 @@ from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.beside import compile_beside
+from dforce.solvers.beside import solver
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
@@ -231,7 +231,7 @@ class Block:
 
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""
-        names = ["measure_force", "advance_lanes" if self.is_smooth else "advance"]
+        names = ["advance_lanes" if self.is_smooth else "advance", "measure_force"]
         tip, levers = self._tip.at(self._parameters, names), self._levers
         return Model(
             self._tip.numbers(self.numbers[which]), np.ascontiguousarray(self.lot.kinks[which].T),
@@ -239,6 +239,9 @@ class Block:
             np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]), levers.which[which],
             levers.zc, levers.modes, levers.tones, self.memory_scale, self.hysteresis, tip,
         )  # fmt: skip
+
+    def _solver(self, name: str, orbits: int = 1) -> Callable[..., Any]:
+        return solver(self._solvers, name, orbits, self.lot.example, self._tip)
 
     def follow(
         self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
@@ -259,9 +262,7 @@ class Block:
             at.astype(float), starts.x.copy(), starts.memory.copy(), starts.branch.copy(),
             np.full((cases, size, size), np.nan), np.zeros((cases, size)), np.full(cases, np.nan),
         )  # fmt: skip
-        if not self._solvers.is_ready("follow"):
-            compile_beside(self.lot.example)
-        follow = self._solvers.entry("follow")
+        follow = self._solver("follow", int(counts.sum()))
         for start in range(0, cases, ABREAST):
             part = slice(start, start + ABREAST)
             some = len(counts[part])
@@ -284,7 +285,7 @@ class Block:
                 motion, _ = self.integrator(case, at[i]).lock_in(out.motion(i), periods * self.common)
                 out.put([i], States.of(motion))
             return out
-        advance = self._solvers.entry("advance_block")
+        advance = self._solver("advance_block", len(which))
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
             slots = self.slots(out.take(part), at[part])
@@ -308,17 +309,18 @@ class Block:
                     end, _ = integrator.lock_in(states.motion(s), periods)
                 slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
             return
-        march, drive = self._solvers.entry("march"), self.drive(repeats)
-        march(slots, np.arange(count), count, 1, measured, self._first, drive, self._room(count, 1))
+        march, room = self._solvers.entry("march"), self._room(count, 1)
+        march(slots, np.arange(count), count, 1, measured, self._first, self.drive(repeats), room)
 
     def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of the first problem near motions by Newton's method."""
-        count, find = len(slots.case), self._solvers.entry("find_orbits")
-        find(slots, count, False, self._first, self.drive(repeats), orbits, self._room(count, self.size + 2))
+        count = len(slots.case)
+        room = self._room(count, self.size + 2)
+        self._solver("find_orbits")(slots, count, False, self._first, self.drive(repeats), orbits, room)
 
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
         """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""
-        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
+        self._solver("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
 
     @functools.cached_property
     def _first(self) -> Model:
@@ -330,7 +332,7 @@ class Block:
         Of forces that are functions of the motion; see ``relaxation``.
         """
         out, settled, periods = states.copy(), np.zeros(len(which), dtype=bool), np.zeros(len(which))
-        relax = self._solvers.entry("relax")
+        relax = self._solver("relax", len(which))
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
             count, size = len(which[part]), self.size
@@ -354,7 +356,7 @@ class Block:
         `monodromy` are matrices known from elsewhere: of the same orbits with other samples.
         """
         rows = np.empty((len(which), self.common, self.columns))
-        remeasure = self._solvers.entry("remeasure")
+        remeasure = self._solver("remeasure")
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
             slots = self.slots(states.take(part), at[part])
