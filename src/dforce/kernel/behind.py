@@ -89,10 +89,15 @@ def main() -> None:
     give_way()
     _, file, *rest = sys.argv
     with filelock.FileLock(cache.cache_folder() / LOCK):
-        end = threading.Timer(LONGEST, os._exit, (1,))
-        end.daemon = True
-        end.start()
+        end_in_time()
         compile_all(Path(file), dict(zip(rest[::2], rest[1::2], strict=True)))
+
+
+def end_in_time() -> None:
+    """Let this process end once it has worked for long enough."""
+    end = threading.Timer(LONGEST, os._exit, (1,))
+    end.daemon = True
+    end.start()
 
 
 def give_way() -> None:

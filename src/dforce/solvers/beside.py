@@ -102,6 +102,7 @@ def _start(order: Order) -> subprocess.Popen[bytes]:
 
 def main() -> None:
     """Compile what the command line holds, an order of the process that started this one."""
+    behind.end_in_time()
     order: Order = pickle.loads(base64.b64decode(sys.argv[1]))
     compile_solvers(order.problem, order.solvers)
     if order.file is not None and order.functions is not None:
