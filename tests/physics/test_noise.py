@@ -500,7 +500,7 @@ def test_runs_that_would_be_none_of_ones_own_are_refused(given, message):
 def test_numbers_of_seeds_are_whole_numbers_of_any_kind():
     asked = case(solver={})
     found = df.noisy_motion(asked, "50 nm", seeds=np.int64(2), periods=np.int64(3), settling=0)
-    assert found.identical(df.noisy_motion(asked, "50 nm", seeds=np.array([1, 2]), periods=3, settling=0))
+    assert found.equals(df.noisy_motion(asked, "50 nm", seeds=np.array([1, 2]), periods=3, settling=0))
 
 
 def test_dwell_under_noise_is_not_asked_for_the_balances_of_a_steady_motion():

@@ -302,8 +302,10 @@ class Walk:
 
     def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
         """Return the amplitude (m) of a motion that repeats after so many common periods."""
-        _, rows = self.block.integrator(case, value).observe(motion, cycles * self.block.common)
-        return amplitude_of(self.block, case, value, rows)
+        block = self.block.one(case)
+        slots = block.slots(States.of(motion), np.array([value]), cycles)
+        block.march(slots, cycles, measured=True)
+        return amplitude_of(self.block, case, value, slots.rows[0])
 
     def _in_time(self, case: int) -> None:
         """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""
