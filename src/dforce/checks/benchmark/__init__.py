@@ -211,6 +211,7 @@ def _then_and_now(table: Table, points: tuple[int, ...]) -> None:
     )  # fmt: skip
 
 
+IN_WINDOW = "the same in the window and in `dforce run`"
 # what makes early answers possible, of which the first run of all leaves the making to the background
 PREPARE = """
 from dforce import example
@@ -224,6 +225,14 @@ EARLY = """
 from dforce.core.first_answer import early_answers
 from dforce.kernel import behind
 behind.begin = lambda *what: True
+with early_answers():
+    {run}
+"""
+FIRST = """
+from dforce.core.first_answer import early_answers
+from dforce.kernel import behind
+from dforce.solvers import beside
+behind.begin, beside.LATER = lambda *what: False, ()
 with early_answers():
     {run}
 """
@@ -244,11 +253,12 @@ def _processes(table: Table) -> None:
     table.time("dforce --help", lambda: process(command), limit=0.8, repeats=3)
     table.time("a dwell in a new process, kernels on disk", lambda: process(run), limit=3.0, repeats=3)
 
-    def cold() -> None:
+    def cold(code: str) -> None:
         with tempfile.TemporaryDirectory() as folder:
-            process(run, folder)
+            process(code, folder)
 
-    table.time("a dwell in a new process, nothing on disk", cold, repeats=1)
+    table.time("a dwell in a new process, nothing on disk", partial(cold, run), repeats=1)
+    table.time(IN_WINDOW, partial(cold, FIRST.format(run=run)), limit=10.0, repeats=1)
     with tempfile.TemporaryDirectory() as folder:
         process(run, folder)
         process(PREPARE.format(case=CASE), folder)
@@ -259,11 +269,6 @@ def _processes(table: Table) -> None:
 
         for name, code, forces, limit in (
             ("a dwell in a new process, forces never used before", run, ("hydration", "electrostatic"), None),
-            (
-                "the same in the window and in `dforce run`",
-                EARLY.format(run=run),
-                ("solvation", "magnetic_dipole"),
-                3.0,
-            ),
+            (IN_WINDOW, EARLY.format(run=run), ("solvation", "magnetic_dipole"), 3.0),
         ):
             table.time(name, partial(other, code, iter(forces)), limit=limit, repeats=1)
