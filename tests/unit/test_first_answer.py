@@ -275,7 +275,7 @@ def test_python_warns_of_no_process_that_goes_on(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "frozen, executable", [(True, sys.executable), (False, "/opt/microscope/bin/program"), (False, "")]
+    ("frozen", "executable"), [(True, sys.executable), (False, "/opt/microscope/bin/program"), (False, "")]
 )
 def test_a_program_that_is_not_python_itself_is_not_started_anew(file, monkeypatch, frozen, executable):
     monkeypatch.setattr(sys, "frozen", frozen, raising=False)
