@@ -277,6 +277,11 @@ def test_a_process_is_started_where_no_thread_is_left_to_wait_for_it(tmp_path, m
     assert behind.start("", [], tmp_path).wait(60) == 0
 
 
+def test_a_process_takes_no_file_of_its_folder_for_a_library(tmp_path):
+    (tmp_path / "numba.py").write_text("raise SystemExit(1)")
+    assert behind.start("import numba", [], tmp_path).wait(60) == 0
+
+
 def test_python_warns_of_no_process_that_goes_on(tmp_path):
     code = f"from dforce.kernel import behind; behind.start('import time; time.sleep(3)', [], {str(tmp_path)!r})"
     told = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
