@@ -7,6 +7,8 @@ import errno
 import functools
 import io
 import json
+import subprocess
+import sys
 import threading
 import zipfile
 
@@ -20,6 +22,7 @@ import dforce as df
 from dforce.gui import error_messages, files, project, uploads
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer, picture
+from dforce.gui.inspecting import inspect
 from dforce.gui.results import Shelf
 from dforce.gui.session import Session
 from dforce.gui.view import Curve
@@ -473,3 +476,30 @@ def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
             )
 
     asyncio.run(flow())
+
+
+def test_a_file_is_looked_through_by_the_libraries_that_the_server_has(tmp_path, monkeypatch):
+    (tmp_path / "h5py.py").write_text("print('a library of a user'); raise SystemExit")
+    with monkeypatch.context() as patch:
+        patch.chdir(tmp_path)  # files that lie there are none of them
+        with pytest.raises(df.ResultError, match="damaged"):
+            inspect(tmp_path / "missing.nc")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(df.ResultError, match="a library of a user"):
+        inspect(tmp_path / "missing.nc")
+
+
+@pytest.mark.parametrize(("name", "value"), [("frozen", True), ("executable", "")])
+def test_a_file_is_not_called_damaged_where_no_process_can_be_started(name, value, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, name, value, raising=False)
+    with pytest.raises(df.ResultError, match="no process could be started"):
+        inspect(tmp_path / "result.nc")
+
+
+def test_a_system_without_room_for_processes_is_told_of_as_such(tmp_path, monkeypatch):
+    def none_left(*command, **how):
+        raise BlockingIOError("no more processes")
+
+    monkeypatch.setattr(subprocess, "run", none_left)
+    with pytest.raises(df.ResultError, match="no process could be started"):
+        inspect(tmp_path / "result.nc")

@@ -139,6 +139,29 @@ def test_hdf5_holds_a_curve_in_each_group(tmp_path):
     np.testing.assert_allclose(curves[1].phase, LAG)
 
 
+def small_hdf5(folder):
+    path = folder / "curve.h5"
+    with h5py.File(path, "w") as file:
+        for name, values in (("height", HEIGHT), ("amplitude", AMPLITUDE), ("phase_deg", LAG)):
+            file[name] = values
+        file["height"].attrs["units"] = file["amplitude"].attrs["units"] = "m"
+    return path
+
+
+def test_hdf5_is_read_in_a_folder_whose_files_have_the_names_of_libraries(tmp_path, monkeypatch):
+    for name in ("dforce", "h5py", "numpy"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit(1)")
+    monkeypatch.chdir(tmp_path)
+    curve = df.read_measured(small_hdf5(tmp_path), phase_convention="lag")
+    np.testing.assert_array_equal(curve.height, HEIGHT)
+
+
+def test_hdf5_is_not_called_damaged_where_no_process_can_be_started(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "frozen", True, raising=False)
+    with pytest.raises(df.ResultError, match="no process could be started"):
+        df.read_measured(small_hdf5(tmp_path), phase_convention="lag")
+
+
 def test_an_approach_of_dforce_is_a_measured_curve(tmp_path):
     case = df.example("figure-3-air").set(
         'experiment.zc={ start = "12 nm", stop = "5 nm", points = 15 }', "experiment.direction=both"

@@ -14,6 +14,7 @@ from dforce.instrument import beam, fluid, history
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.linear_noise import linear_noise
+from dforce.solvers.period_map import FD_STEP
 
 SIZES = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 28e-6, "thickness": 3e-6}
 WATER = {"density": 997.0, "viscosity": 8.59e-4}
@@ -291,5 +292,7 @@ def test_sweep_holds_levers_of_more_and_of_fewer_numbers_side_by_side(path, valu
             own = alone[name].values
             row = found[name].values[place]
             same = row[tuple(map(slice, own.shape))]
-            assert same == pytest.approx(own, rel=1e-8, abs=1e-8 * np.abs(own).max()), name
+            # derivatives are differences: a period's rounding, of a thousand steps, over their step
+            close = 1e-14 / FD_STEP if name == "multiplier_modulus" else 1e-8
+            assert same == pytest.approx(own, rel=1e-8, abs=close * np.abs(own).max()), name
             assert np.isfinite(row).sum() == own.size  # what a lever does not have is left empty

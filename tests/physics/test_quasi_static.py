@@ -8,6 +8,7 @@ from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
+from dforce.solvers import quasi_static_walk
 from dforce.solvers.block import Block
 from dforce.solvers.states import States
 
@@ -148,6 +149,23 @@ def test_a_force_too_rough_to_be_followed_is_settled_in_time():
     ]  # fmt: skip
     assert np.abs(curves[0].amplitude - curves[1].amplitude).max() < 1e-4 * 8e-9
     assert jumps_of(curves[1]) == []
+
+
+def test_a_motion_that_does_not_repeat_settles_some_times_between_values_however_far_apart(monkeypatch):
+    """Of an amplitude of 43 pm, between distances 1.5 nm apart: a stride for each 2 % of the amplitude would be 1740."""
+    settled, steady = [], quasi_static_walk.steady
+
+    def counted(*given):
+        settled.append(given)
+        assert len(settled) <= 3 * quasi_static_walk.MOST_STRIDES
+        return steady(*given)
+
+    monkeypatch.setattr(quasi_static_walk, "steady", counted)
+    shaken = lever(
+        "jumping", A0=43.2e-12, f0=5.18e3, k=0.0875, Q=3.09, youngs_modulus=6.79e8, radius=2e-9, max_periods=100
+    )
+    df.approach(shaken, zc=[2.7e-9, 1.6e-9, 0.1e-9])
+    assert len(settled) > 5  # of strides: the motion does not repeat
 
 
 def test_the_stiff_sample_has_one_jump_at_its_fold_whatever_the_step():

@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -332,6 +333,19 @@ def test_a_process_that_ends_leaves_the_list_of_the_system(tmp_path):
     while process.returncode is None and time.monotonic() < end:
         time.sleep(0.01)
     assert process.returncode == 0
+
+
+def test_a_process_is_started_where_no_thread_is_left_to_wait_for_it(tmp_path, monkeypatch):
+    def none_left(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", none_left)
+    assert behind.start("", [], tmp_path).wait(60) == 0
+
+
+def test_a_process_takes_no_file_of_its_folder_for_a_library(tmp_path):
+    (tmp_path / "numba.py").write_text("raise SystemExit(1)")
+    assert behind.start("import numba", [], tmp_path).wait(60) == 0
 
 
 def test_python_warns_of_no_process_that_goes_on(tmp_path):

@@ -12,10 +12,12 @@ import sys
 
 import numba
 import numpy as np
+import platformdirs
 import pytest
 from numba.core.registry import cpu_target
 
 import dforce as df
+from dforce.core import units
 from dforce.core.errors import ParameterError
 from dforce.kernel import Kernel, cache, whole
 from dforce.kernel.cache_files import CODE, keep, kept
@@ -253,3 +255,17 @@ def test_numba_that_cannot_be_loaded_says_why(monkeypatch):
         ParameterError, match=r"numba, the compiler that dForce computes with, cannot be loaded: .*parallel"
     ):
         cache.check_compiler()
+
+
+@pytest.mark.parametrize("nobody", [RuntimeError("no home"), "~/.cache/dforce"], ids=["now", "older platformdirs"])
+def test_a_user_without_a_home_is_told_what_to_set(nobody, monkeypatch):
+    def found(*name, **how):
+        if isinstance(nobody, str):
+            return nobody
+        raise nobody
+
+    monkeypatch.delenv("DFORCE_CACHE_DIR", raising=False)
+    monkeypatch.setattr(platformdirs, "user_cache_dir", found)
+    with pytest.raises(ParameterError, match="set the environment variable HOME"):
+        cache.kernel_cache()
+    assert units.registry.__wrapped__()("1 inch").to("m").magnitude == pytest.approx(0.0254)

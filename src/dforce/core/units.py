@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dforce.core.errors import UnitError, checked, shorten
+from dforce.core.places import user_folder
 
 if TYPE_CHECKING:
     import pint
@@ -68,10 +69,8 @@ def registry() -> pint.UnitRegistry[Any]:
 
 def _cache_folder(where: Path) -> Path:
     """Return where pint keeps its definitions: each copy of it by itself, for they name files beside it."""
-    import platformdirs
-
     own = hashlib.sha256(str(where).encode()).hexdigest()[:16]
-    return Path(platformdirs.user_cache_dir("dforce", appauthor=False)) / "units" / own
+    return user_folder("cache") / "units" / own
 
 
 @functools.lru_cache(maxsize=4096)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
 import dforce as df
+from dforce.core import child
 from dforce.core.errors import shorten
 from dforce.gui import inspection
 
@@ -21,13 +21,18 @@ def inspect(path: Path, *groups: str) -> None:
     Raises
     ------
     ResultError
-        When it is not to be read, or damaged.
+        When it is not to be read, or damaged, or where no process can be started.
     """
-    command = [sys.executable, "-I", inspection.__file__, str(path), str(MOST_UNPACKED), *groups]
+    unseen = "this file is not opened: no process could be started that looks through it"
+    if not child.can_start():
+        raise df.ResultError(unseen)
     try:
         found = subprocess.run(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=SECONDS,
+            child.command(inspection.__file__, str(path), str(MOST_UNPACKED), *groups), stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=SECONDS, env=child.environment(),
         )  # fmt: skip
+    except OSError:
+        raise df.ResultError(unseen) from None
     except subprocess.TimeoutExpired:
         raise df.ResultError("this file takes too long to read, so it is not opened") from None
     wrong = found.stdout.decode("utf-8", "replace").strip()

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import dforce as df
 from dforce.core.errors import shorten
+from dforce.core.places import user_folder
 from dforce.gui.document import Document
 from dforce.gui.limits import ALONE, SHARED
 from dforce.gui.security import KEY, Guard, kept_secret
@@ -74,9 +75,7 @@ class Options:
 
 def data_folder() -> Path:
     """Return the folder where the window keeps documents, results and its secret."""
-    import platformdirs
-
-    return Path(platformdirs.user_data_dir("dforce", appauthor=False)) / "window"
+    return user_folder("data") / "window"
 
 
 def free_port(host: str, wanted: int | None = None) -> int:

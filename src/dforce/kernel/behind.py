@@ -14,7 +14,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dforce.core import log
+from dforce.core import child, log
 from dforce.kernel import cache
 
 LONGEST = 3.0 * cache.LONGEST  # s that it may work: it waits for those who compile the same
@@ -50,12 +50,8 @@ def begin(file: Path, functions: Mapping[str, str], words: str = "") -> bool:
 
 
 def can_keep(folder: Path) -> bool:
-    """Say whether a process that is started here could keep what it compiles in a folder.
-
-    In a program that brings Python with it, such as those of PyInstaller, only that whole program could be started.
-    """
-    is_python = Path(sys.executable or "").name.lower().startswith("python") and not getattr(sys, "frozen", False)
-    return is_python and os.access(folder, os.W_OK)
+    """Say whether a process that is started here could keep what it compiles in a folder."""
+    return child.can_start() and os.access(folder, os.W_OK)
 
 
 def start(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) -> subprocess.Popen[bytes]:
@@ -68,12 +64,10 @@ def start(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) 
     OSError
         When there is no more room for a process.
     """
-    package = str(Path(__file__).resolve().parents[2])
-    paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
-    given = {"PYTHONPATH": os.pathsep.join(paths), "DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
+    environment = child.environment() | {"DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
     process = subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, cwd=folder, env=os.environ | given, start_new_session=True,
+        child.command("-c", code, *arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL, cwd=folder, env=environment, start_new_session=True,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0) | priority,
     )  # fmt: skip
     with contextlib.suppress(RuntimeError):  # no more threads

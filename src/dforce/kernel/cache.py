@@ -30,6 +30,7 @@ from dforce.core import log
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.files import reason
 from dforce.core.garbage import seldom_collected
+from dforce.core.places import user_folder
 from dforce.kernel import whole
 from dforce.kernel.cache_files import CODE, Kept, keep, kept
 
@@ -53,13 +54,15 @@ class KernelCache:
 
 
 def cache_folder() -> Path:
-    """Return the folder where kernels are kept; it may not exist, or not be writable."""
-    given = os.environ.get("DFORCE_CACHE_DIR")
-    if given:
-        return Path(given)
-    import platformdirs
+    """Return the folder where kernels are kept; it may not exist, or not be writable.
 
-    return Path(platformdirs.user_cache_dir("dforce", appauthor=False)) / "kernels"
+    Raises
+    ------
+    ParameterError
+        When no folder is given, and the user has none.
+    """
+    given = os.environ.get("DFORCE_CACHE_DIR")
+    return Path(given) if given else user_folder("cache") / "kernels"
 
 
 def kernel_cache() -> KernelCache:

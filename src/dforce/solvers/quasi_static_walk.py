@@ -33,7 +33,8 @@ BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the moti
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
 KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the one before
 DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
-STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time
+STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time, or a longer one:
+MOST_STRIDES = 10  # from one value to the next, so that a point far from the last one costs no hours
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
@@ -311,7 +312,9 @@ class Walk:
         """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""
         block, points = self.block, self.points
         place, before = int(self.done[case]), float(self.at[case])
-        target, stride = float(self.values[case, place]), STRIDE * float(block.unit[case])
+        target = float(self.values[case, place])
+        far = abs(target - float(self.values[case, max(place - 1, 0)]))
+        stride = max(STRIDE * float(block.unit[case]), far / MOST_STRIDES)
         known = bool(np.isfinite(self.state.x[case]).all())
         value = before + min(max(target - before, -stride), stride) if known and place > 0 else target
         found = steady(block.integrator(case, value), (self.state if known else self.starts).motion(case), block.watch)

@@ -21,6 +21,7 @@ import numpy as np
 from dforce.case import Case, example
 from dforce.checks.benchmark import end_to_end, many_users
 from dforce.checks.benchmark.table import POINTS, Row, Table, U
+from dforce.core import child
 from dforce.core.errors import ParameterError, checked
 from dforce.kernel import cache
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
@@ -240,12 +241,11 @@ with early_answers():
 
 def _processes(table: Table) -> None:
     """Time new processes: import, help, and the first result with and without kernels on disk."""
-    python = [sys.executable, "-c"]
     run = "import dforce; dforce.run(dforce.example('table-1-am'))"
 
     def process(code: str, folder: str | None = None) -> None:
-        environment = os.environ | ({"DFORCE_CACHE_DIR": folder} if folder else {})
-        subprocess.run([*python, code], check=True, capture_output=True, env=environment)
+        environment = child.environment() | ({"DFORCE_CACHE_DIR": folder} if folder else {})
+        subprocess.run(child.command("-c", code), check=True, capture_output=True, env=environment)
 
     table.time("python starts", lambda: process("pass"), repeats=3)
     table.time("import dforce", lambda: process("import dforce"), limit=0.5, repeats=3)

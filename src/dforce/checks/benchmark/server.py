@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import queue
 import re
 import subprocess
-import sys
 import threading
 import time
 import urllib.parse
 from collections.abc import Iterator
 from pathlib import Path
+
+from dforce.core import child
 
 READY = re.compile(r"dForce is ready at (\S+)")
 STARTING = 120.0  # s for a server to start, on a busy machine
@@ -41,11 +41,11 @@ class Server:
 
     def start(self) -> None:
         """Start it, after the first time at the same port."""
-        command = [sys.executable, "-m", "dforce", "gui", "--no-browser", "--folder", str(self.folder), *self.arguments]
+        command = child.command("-m", "dforce", "gui", "--no-browser", "--folder", str(self.folder), *self.arguments)
         if self.port:
             command += ["--port", str(self.port)]
         # NiceGUI waits for a simulated browser where it finds that pytest runs
-        environment = {key: value for key, value in os.environ.items() if "PYTEST" not in key}
+        environment = {key: value for key, value in child.environment().items() if "PYTEST" not in key}
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pickle
 import subprocess
-import sys
 from itertools import starmap
 
+from dforce.core import child
 from dforce.core.errors import ResultError
 from dforce.inverse.table import Column, Table
 
@@ -23,16 +23,19 @@ def read(content: bytes, name: str) -> list[Table]:
     ResultError
         When it is damaged, or no group of it holds columns of one length.
     """
+    none_started = f"{name} cannot be read: no process could be started for it"
+    if not child.can_start():
+        raise ResultError(none_started)
     try:
-        child = subprocess.run(
-            [sys.executable, "-m", "dforce.inverse.readers.hdf5_groups"], input=content, capture_output=True, timeout=LONGEST,
-            check=True,
+        done = subprocess.run(
+            child.command("-m", "dforce.inverse.readers.hdf5_groups"), input=content, capture_output=True, timeout=LONGEST,
+            check=True, env=child.environment(),
         )  # fmt: skip
-        found = pickle.loads(child.stdout)  # written by our own process
+        found = pickle.loads(done.stdout)  # written by our own process
     except (subprocess.SubprocessError, pickle.UnpicklingError, EOFError) as error:
         raise ResultError(f"{name} is damaged or was cut short") from error
     except OSError as error:
-        raise ResultError(f"{name} cannot be read: no process could be started for it") from error
+        raise ResultError(none_started) from error
     if not found:
         raise ResultError(f"{name} has no group with data sets of one length, which the columns of a curve are")
     return [Table(tuple(starmap(Column, columns)), "HDF5", notes=notes) for columns, notes in found]
