@@ -366,7 +366,8 @@ def test_each_calibration_gives_the_spring_constant_that_it_should():
     found = df.thermal_spectrum(lever, duration="0.5 s")
     error = found.spring_constant_error.item()
     first = lever.problem.modes[0]
-    assert error == pytest.approx(math.sqrt(first.Q / (math.pi * first.f0 * 0.5)), rel=1e-12)
+    # the scatter of some 200 points of the spectrum tells it to a tenth, a fit takes a tenth more than the record's length
+    assert error == pytest.approx(math.sqrt(first.Q / (math.pi * first.f0 * 0.5)), rel=0.3)
     ratio = found.spring_constant_ratio.to_pandas()
     assert ratio["static, 0.817"] == pytest.approx(1.0, abs=3.5 * error)
     assert ratio["static, no factor"] / ratio["static, 0.817"] == pytest.approx(1.0 / 0.8174347867, rel=1e-9)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import json
+import math
 
 import numpy as np
 import pytest
@@ -144,6 +145,52 @@ def test_a_record_that_is_stopped_gives_its_status_alone(tmp_path, monkeypatch):
     done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
     assert done.exit_code == 130 and "nothing was written" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["tune.toml"]
+
+
+SIZES = {"youngs_modulus": "169 GPa", "density": 2330, "length": "225 um", "width": "28 um", "thickness": "3 um"}
+WET = df.Case(
+    cantilever={"beam": SIZES | {"modes": 3}}, medium="water", drive={"A0": "10 nm"}, noise={"seed": 3},
+)  # fmt: skip
+
+
+def test_resonances_that_overlap_in_water_are_told_apart():
+    found = df.thermal_spectrum(WET, "0.3 s")
+    modes = WET.problem.modes
+    # a record tells the mean square of a mode to sqrt(2 Q / omega T), its frequency better
+    errors = np.array([math.sqrt(mode.Q / (math.pi * mode.f0 * 0.3)) for mode in modes])
+    assert np.all(abs(found.fitted_f0.values / [mode.f0 for mode in modes] - 1.0) < 4.0 * errors)
+    assert np.all(abs(found.fitted_Q.values / [mode.Q for mode in modes] - 1.0) < 8.0 * errors)
+    assert np.all(abs(found.mode_spring_constant / found.true_mode_spring_constant - 1.0) < 5.0 * errors)
+
+
+def test_a_mode_below_the_noise_of_the_detector_is_unknown_and_drawn(tmp_path):
+    loud = df.thermal_spectrum(WET.replace("noise.detector", "1 nm/Hz^0.5"), "50 ms")
+    for name in ("fitted_f0", "fitted_Q", "mode_spring_constant", "spring_constant", "spring_constant_error"):
+        assert np.isnan(loud[name]).all(), name
+    texts = [one.text for one in df.summary(loud)]
+    assert not any("nan" in text for text in texts) and "unknown" in texts
+    df.plot.save(df.plot.overview(loud, df.plot.Sheet())[0], tmp_path / "loud.png")
+    part = df.thermal_spectrum(
+        WET.replace("noise.detector", "0.5 pm/Hz^0.5"), "0.2 s"
+    )  # the first mode alone stands out
+    assert np.isfinite(part.fitted_f0).values.tolist() == [True, False, False]
+
+
+def test_the_drive_is_no_matter_of_advice_on_a_free_lever():
+    driven = WET.replace("drive.excitation", "base")
+    assert {piece.name for piece in df.advice(driven)} >= {"base_in_liquid"}
+    tune = driven.replace(experiment=df.experiments.ThermalSpectrum(duration="0.1 s"))
+    assert not df.advice(tune) and not df.advice(tune.replace("drive.excitation", "force"))
+
+
+def test_the_error_of_a_spring_constant_holds_and_knows_of_the_detector():
+    case = df.Case.from_toml(CASE).replace("noise.detector", "0.3 pm/Hz^0.5").replace("experiment.duration", "0.1 s")
+    case = case.replace("cantilever.modes", [{"f0": "75 kHz", "k": "2.8 N/m", "Q": 50}])
+    runs = [df.run(case.replace("noise.seed", seed)) for seed in range(30)]
+    off = [float(np.log(one.spring_constant_ratio.sel(calibration="each mode"))) for one in runs]
+    told = float(np.mean([one.spring_constant_error for one in runs]))
+    assert 0.6 < np.std(off) / told < 1.4  # of thirty, a standard deviation is told to 13 %
+    assert told > 1.3 * math.sqrt(50 / (math.pi * 75e3 * 0.1))  # of the record alone
 
 
 def test_a_sweep_of_it_is_refused():

@@ -101,13 +101,15 @@ def _spectrum(dataset: xr.Dataset) -> Iterator[Row]:
     for name in dataset["calibration"].values:
         yield _beside_true(dataset.sel(calibration=name), "spring_constant", f"k, {name}", f"spring_constant, {name}")
     error = float(dataset["spring_constant_error"])
-    yield "spring_constant_error", "error of k by the record", f"{100.0 * error:.2g} %", error, "1"
+    text = f"{100.0 * error:.2g} %" if np.isfinite(error) else "unknown"
+    yield "spring_constant_error", "error of a thermal k", text, error, "1"
 
 
 def _beside_true(one: xr.Dataset, name: str, label: str, key: str = "") -> Row:
     """Return a spring constant beside the true one, each as text, and how large it is against that."""
     value, true = float(one[name]), float(one[f"true_{name}"])
-    both = f"{show(value, 'N/m', DIGITS)}, {value / true:.3f} of the true {show(true, 'N/m', DIGITS)}"
+    found = f"{show(value, 'N/m', DIGITS)}, {value / true:.3f} of" if np.isfinite(value) else "unknown beside"
+    both = f"{found} the true {show(true, 'N/m', DIGITS)}"
     return key or f"{name}_{int(one['mode'])}", label, both, value, "N/m"
 
 

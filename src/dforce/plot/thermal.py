@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
@@ -35,16 +36,17 @@ def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> A
     axes = figure.subplots()
     across, text = shown(dataset["frequency"])
     scale, unit = reader_unit(density)
+    told = dataset["fitted_f0"].values[np.isfinite(dataset["fitted_f0"].values)]
     peaks = [
-        f"{units.show(f0, 'Hz', 4)}, Q = {Q:.3g}"
+        f"{units.show(f0, 'Hz', 4)}, Q = {Q:.3g}" if np.isfinite(f0) else "not told"
         for f0, Q in zip(dataset["fitted_f0"].values, dataset["fitted_Q"].values, strict=True)
     ]
     axes.plot(across, density.values / scale, color=BLUE, linewidth=0.7, label="record")
     axes.plot(across, fitted.values / scale, color=VERMILLION, linewidth=1.4, label="\n".join(["fit", *peaks]))
     axes.set_xscale("log")
     axes.set_yscale("log")
-    lowest = float(dataset["fitted_f0"].min() / dataset["frequency"][-1]) * across[-1]
-    axes.set_xlim(max(lowest / BELOW, across[0]), across[-1])
+    lowest = float(told.min() / BELOW / dataset["frequency"][-1]) * across[-1] if len(told) else 0.0
+    axes.set_xlim(max(lowest, across[0]), across[-1])
     axes.set_xlabel(text)
     axes.set_ylabel(axis_text(density, unit))
     axes.legend(loc="upper left", fontsize="small", framealpha=0.85)
