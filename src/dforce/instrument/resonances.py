@@ -106,7 +106,7 @@ def most_likely(frequency: Floats, power: Floats, start: Resonance, beside: floa
     f0, Q, mean_square = (math.sqrt(scatter) * np.linalg.norm(ways.T / np.maximum(sizes, TINY), axis=1) / norms)[
         :3
     ].tolist()
-    peak = Resonance(*np.exp(found[:3]).tolist(), background=float(found[3]))
+    peak = Resonance(*map(float, (*np.exp(found[:3]), found[3])))
     return FittedResonance(peak, (f0, Q, mean_square), 1.0 / max(scatter, 1e-12))
 
 
