@@ -183,6 +183,12 @@ def test_the_drive_is_no_matter_of_advice_on_a_free_lever():
     assert not df.advice(tune) and not df.advice(tune.replace("drive.excitation", "force"))
 
 
+def test_the_fit_is_drawn_where_something_was_fitted():
+    fitted, f = result().fitted_density, result().frequency
+    assert np.isfinite(fitted.where(abs(f / 75e3 - 1.0) < 0.2, drop=True)).all()
+    assert np.isnan(fitted.where(f < 0.5 * 75e3, drop=True)).all()  # 25 line widths off
+
+
 def test_the_error_of_a_spring_constant_holds_and_knows_of_the_detector():
     case = df.Case.from_toml(CASE).replace("noise.detector", "0.3 pm/Hz^0.5").replace("experiment.duration", "0.1 s")
     case = case.replace("cantilever.modes", [{"f0": "75 kHz", "k": "2.8 N/m", "Q": 50}])
@@ -202,6 +208,8 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
     rehearsal = pytest.importorskip("dforce.gui.rehearsal")
     from simulated import show, window
 
+    from dforce.gui.figures import Layer
+
     rehearsal.rehearse(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
     assert row_of(result(), "spring_constant") == ""  # a table, no curve
@@ -210,8 +218,14 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
         async with window(tmp_path, live=False) as (_user, page):
             figure = show(page, result())
             assert [trace["meta"] for trace in figure["data"]] == ["spectral_density", "fitted_density"]
-            assert figure["layout"]["yaxis"]["type"] == "log"
+            assert figure["layout"]["yaxis"]["type"] == figure["layout"]["xaxis"]["type"] == "log"
+            low, high = (10.0**end for end in figure["layout"]["xaxis"]["range"])
+            assert low < 75.0 < 470.0 < high and "(m²/Hz)" in figure["layout"]["yaxis"]["title"]["text"]
+            table = page.plots.fit_numbers.sheet
+            assert table.visible and table.props["rows"] == [[one.label, one.text] for one in df.summary(result())]
+            page.plots.fit_numbers.show([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
+            assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
-            assert "stopped before there was anything to draw" in note["text"]
+            assert "stopped before there was anything to draw" in note["text"] and not table.visible
 
     asyncio.run(flow())

@@ -93,7 +93,7 @@ class ThermalSpectrum(Experiment):
         frequency, density = welch(reading, rate, nperseg=_segment(problem, rate), detrend="constant")
         peaks, errors = _fitted(problem, sensitivity, frequency, density)
         shown = (frequency > 0.0) & (frequency < 1.6 * max(mode.f0 for mode in problem.modes))
-        line = sum(_alone(peak).density(frequency[shown]) for peak in peaks) + peaks[0].background
+        line = _line(problem, peaks, frequency)[shown]
         peaks = [UNKNOWN if math.isnan(error) else peak for peak, error in zip(peaks, errors, strict=True)]
         squares = np.array([peak.mean_square for peak in peaks])
         found = _constants(case, peaks[0], kT / squares[0], kT / squares[0] * sensitivity[0] ** 2)
@@ -217,6 +217,15 @@ def _fitted(
             told = own and max(fit.errors) * TOGETHER < MOST_UNSURE
             peaks[n], errors[n] = (fit.peak, fit.errors[2] * TOGETHER) if told else (expected[n], math.nan)
     return peaks, errors
+
+
+def _line(problem: Problem, peaks: list[Resonance], frequency: Array) -> Array:
+    """Return the density that was fitted, with the white noise beside the nearest mode; NaN where nothing was fitted."""
+    nearest = np.argmin([abs(frequency / mode.f0 - 1.0) for mode in problem.modes], axis=0)
+    line = np.array([peak.background for peak in peaks])[nearest]
+    line = line + np.sum([_alone(peak).density(frequency) for peak in peaks], axis=0)
+    fitted = np.any([_window(mode, frequency) for mode in problem.modes], axis=0)
+    return np.where(fitted, line, math.nan)
 
 
 def _window(mode: ModeNumbers, frequency: Array) -> Any:

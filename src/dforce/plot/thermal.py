@@ -10,9 +10,8 @@ from matplotlib.figure import FigureBase
 from dforce.core import units
 from dforce.core.errors import checked
 from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure, shown, take, tidy
+from dforce.results.curves import BELOW
 from dforce.results.dataset import reader_unit
-
-BELOW = 30.0  # how far below the lowest resonance the picture begins: white noise alone
 
 
 @checked
