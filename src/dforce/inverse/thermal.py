@@ -22,7 +22,7 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.instrument import beam
 from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
-from dforce.inverse.readers import content_of, tables_in
+from dforce.inverse.readers import HDF5, content_of, results, tables_in
 from dforce.inverse.table import Column, Floats, Table
 from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import bare, known_unit, scale_to
@@ -47,6 +47,7 @@ NAMES = (
 )
 SMOOTH = 10.0  # spectra that a smoothed point stands for, to find the peak by
 LEVERS = ("static", "mode")
+BEYOND_WINDOWS = 3  # points of a spectrum that are farther apart than Hann's window makes alike
 MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 
@@ -113,7 +114,7 @@ def thermal_tune(
     ----------
     path
         A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
-        or in volts).
+        or in volts), or the result of :func:`dforce.thermal_spectrum`.
     columns
         Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
     unit
@@ -138,7 +139,8 @@ def thermal_tune(
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
     content, name = content_of(path)
-    table = tables_in(content, name)[0]
+    own = content.startswith(HDF5) and results.is_own(content, name)
+    table = results.spectrum_in(path, name) if own else tables_in(content, name)[0]
     length = None if sensitivity is None else measured(sensitivity, "m/V", "sensitivity")
     warm = measured(ROOM if temperature is None else temperature, "K", "temperature")
     if warm.value <= 0.0 or (length is not None and length.value <= 0.0):
@@ -275,17 +277,29 @@ def _about(every: tuple[Floats, Floats], peak: Resonance, widths: float, name: s
 def _misfit(rest: Floats) -> tuple[float, tuple[str, ...]]:
     """Return by what errors grow where neighbors are off the fit together, by a share, and the sentence that says so.
 
-    Then the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another one.
+    A window of the spectra, as Hann's, makes neighbors alike, no farther than by two points. Where they are off the fit
+    farther along, the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another.
     """
-    together = float((rest[1:] * rest[:-1]).sum() / (rest**2).sum())
-    if together < MISFIT / math.sqrt(len(rest)):
+    together, along = (_correlation(rest, points) for points in (1, BEYOND_WINDOWS))
+    limit = MISFIT / math.sqrt(len(rest))
+    if together < limit:
         return 1.0, ()
     together = min(together, 0.95)
     factor = math.sqrt((1.0 + together) / (1.0 - together))
+    larger = f"all errors are {factor:.1f} times larger for it"
+    if along < limit:
+        return factor, (
+            f"neighbors are alike (correlated by {together:.2f}), as a window of the spectra makes them; {larger}",
+        )
     return factor, (
         f"doubt: neighbors are off the fit together (correlated by {together:.2f}), so this is not the peak of one steady "
-        f"resonance; all errors are {factor:.1f} times larger for it",
+        f"resonance; {larger}",
     )
+
+
+def _correlation(rest: Floats, points: int) -> float:
+    """Return how much values so many points apart are alike."""
+    return float((rest[points:] * rest[:-points]).sum() / (rest**2).sum())
 
 
 def _start(frequency: Floats, power: Floats, name: str) -> Resonance:
