@@ -103,3 +103,22 @@ def test_a_case_without_a_fit_is_refused(tmp_path: Path) -> None:
     done = ran("figure-3-air")
     assert done.exit_code == 2
     assert "does not say what to fit" in done.stderr
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_the_measured_curve_is_never_replaced_by_its_fit(case_file: Path, named: bool) -> None:
+    curve = case_file.parent / "air.csv"
+    before = curve.read_bytes()
+    (case_file.parent / "link.csv").symlink_to(curve)
+    for target in (curve, case_file.parent / "link.csv"):
+        done = ran(case_file, *([curve] if named else []), "-o", target)
+        assert done.exit_code == 2 and "would be lost; give" in " ".join(done.stderr.split()), done.output
+    assert curve.read_bytes() == before
+
+
+def test_all_curves_of_the_file_that_a_case_names_are_fitted(case_file: Path) -> None:
+    heading, *rows = [line for line in (CURVES / "air.csv").read_text().splitlines() if not line.startswith("# spec")]
+    lines = [f"{heading.removeprefix('# ')},curve", *(f"{row},{number}" for number in (1, 2) for row in rows)]
+    (case_file.parent / "air.csv").write_text("\n".join([*lines, ""]))
+    done = ran(case_file, "--json")
+    assert done.exit_code == 0 and len(json.loads(done.stdout)["curve"]) == 2, done.output
