@@ -633,3 +633,11 @@ def test_ramps_that_make_no_sense_are_refused(asked, speed, message):
     with pytest.raises(ParameterError) as raised:
         df.snap_in_distance(asked, speed)
     assert message in str(raised.value)
+
+
+@pytest.mark.parametrize(("kelvin", "speed"), [(298.15, "1 m/s"), (298.15, "1e5 m/s"), (1e-6, "1 um/s")])
+def test_an_approach_too_fast_or_too_cold_for_thermal_motion_snaps_in_where_the_barrier_ends(kelvin, speed):
+    found = df.snap_in_distance(SNAP.replace("medium.temperature", kelvin), speed)
+    end = found.static_snap_in_zc.item()
+    assert end == pytest.approx(1.5 * (4e-20 * 20e-9 / (3 * 0.3)) ** (1 / 3), rel=1e-9)  # 3/2 of where the slope is k
+    assert 0.0 <= found.snap_in_zc.item() - end < 2e-3 * end and found.snap_in_spread.item() < 2e-3 * end
