@@ -149,3 +149,8 @@ def test_another_result_of_dforce_is_no_spectrum(tmp_path):
     other = df.write(df.dwell(df.example("figure-3-air"), "9 nm"), tmp_path / "dwell.nc")
     with pytest.raises(df.ResultError, match="is a result of dForce, but no thermal spectrum"):
         df.thermal_tune(other)
+
+
+def test_a_tune_shows_its_numbers_with_errors(tmp_path):
+    tune = df.thermal_tune(written(tmp_path), calibrated="mode")
+    assert repr(tune).startswith("<ThermalTune f0 = ") and repr(tune).count(" ± ") == 3 and len(repr(tune)) < 100

@@ -88,6 +88,11 @@ class ThermalTune:
     band: tuple[float, float]
     history: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        units = {"f0": "Hz", "k": "N/m", "Q": "1"}
+        told = (f"{name} = {show(*pair, units[name])}" for name, pair in self.as_table().items())
+        return f"<ThermalTune {', '.join(told)}>"
+
     def as_table(self) -> dict[str, tuple[float, float]]:
         """Return value and error of f0, k and Q by name."""
         return {name: (getattr(self, name), getattr(self, f"{name}_error")) for name in ("f0", "k", "Q")}
