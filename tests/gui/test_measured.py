@@ -255,6 +255,33 @@ def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
     asyncio.run(flow())
 
 
+def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_path):
+    heading, *rows = csv().decode().splitlines()
+    lines = [f"{heading},curve", *(f"{row},{number}" for number in (1, 2) for row in rows)]
+
+    def form_of(user):
+        with user.client:
+            return [one for one in user.client.elements.values() if isinstance(one, SaveForm)][-1]
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open("\n".join([*lines, ""]).encode(), "map.csv")
+            for wrong, sentence in (("9", "has no curve 9; it holds 2"), ("first", "is not a whole number")):
+                before = form_of(user)
+                assert before.props["fields"][0]["label"] == "Which curve, 1 to 2"
+                send(before, "save", [wrong])
+                await until(lambda before=before: form_of(user) is not before)
+                again = form_of(user).props
+                assert sentence in again["why"] and again["fields"][0]["value"] == wrong
+            send(form_of(user), "save", ["2"])
+            await until(lambda: form_of(user).props["fields"][0]["label"] == "Phases in the file")
+            send(form_of(user), "save", ["lag"])
+            await until(lambda: page.view.document.measured is not None)
+            assert page.view.document.measured.settings == {"phase_convention": "lag", "read": {"curve": 2}}
+
+    asyncio.run(flow())
+
+
 def test_a_curve_is_calibrated_anew_for_another_instrument(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
