@@ -122,3 +122,18 @@ def test_all_curves_of_the_file_that_a_case_names_are_fitted(case_file: Path) ->
     (case_file.parent / "air.csv").write_text("\n".join([*lines, ""]))
     done = ran(case_file, "--json")
     assert done.exit_code == 0 and len(json.loads(done.stdout)["curve"]) == 2, done.output
+
+
+def test_curves_are_told_apart_by_the_numbers_of_their_file(case_file: Path) -> None:
+    heading, *rows = [line for line in (CURVES / "air.csv").read_text().splitlines() if not line.startswith("# spec")]
+    short = rows[:3]
+    parts = ((7, rows), (3, rows), (9, short))
+    lines = [f"{heading.removeprefix('# ')},curve", *(f"{row},{number}" for number, part in parts for row in part)]
+    table = case_file.parent / "map.csv"
+    table.write_text("\n".join([*lines, ""]))
+    answer = json.loads(ran(case_file, table, "--json").stdout)
+    assert answer["curve"][:2] == [f"{table}, curve 1 (7 in the file)", f"{table}, curve 2 (3 in the file)"]
+    assert answer["message"][:2] == ["", ""] and answer["message"][2].startswith("curve 3 (9 in the file) of")
+    first, _, last = df.inverse.measured.each_curve(table, {"phase_convention": "lag"})
+    assert first.attrs["curve"] == 1 and first.attrs["label"] == "7"
+    assert str(last).startswith("curve 3 (9 in the file) of")
