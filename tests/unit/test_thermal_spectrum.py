@@ -171,7 +171,7 @@ def test_a_mode_below_the_noise_of_the_detector_is_unknown_and_drawn(tmp_path):
     assert not any("nan" in text for text in texts) and "unknown" in texts
     df.plot.save(df.plot.overview(loud, df.plot.Sheet())[0], tmp_path / "loud.png")
     part = df.thermal_spectrum(
-        WET.replace("noise.detector", "0.5 pm/Hz^0.5"), "0.2 s"
+        WET.replace("noise.detector", "0.3 pm/Hz^0.5"), "0.2 s"
     )  # the first mode alone stands out
     assert np.isfinite(part.fitted_f0).values.tolist() == [True, False, False]
 

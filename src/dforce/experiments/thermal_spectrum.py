@@ -90,8 +90,9 @@ class ThermalSpectrum(Experiment):
         parts = math.ceil(int(self.duration * rate) / CHUNK) * len(problem.modes)
         reading = _record(problem, sensitivity, self.duration, lambda done: progress(done, parts + 1, "recording"))
         progress(parts, parts + 1, "fitting")
-        frequency, density = welch(reading, rate, nperseg=_segment(problem, rate), detrend="constant")
-        peaks, errors = _fitted(problem, sensitivity, frequency, density)
+        length = _segment(problem, rate)
+        frequency, density = welch(reading, rate, nperseg=length, detrend="constant")
+        peaks, errors = _fitted(problem, sensitivity, frequency, density, _scatter(len(reading), length))
         shown = (frequency > 0.0) & (frequency < 1.6 * max(mode.f0 for mode in problem.modes))
         line = _line(problem, peaks, frequency)[shown]
         peaks = [UNKNOWN if math.isnan(error) else peak for peak, error in zip(peaks, errors, strict=True)]
@@ -196,7 +197,7 @@ def _thermal_motion(
 
 
 def _fitted(
-    problem: Problem, sensitivity: Array, frequency: Array, density: Array
+    problem: Problem, sensitivity: Array, frequency: Array, density: Array, scatter: float
 ) -> tuple[list[Resonance], list[float]]:
     """Return the resonance of each mode as it fits the spectrum near it, over the others, and the error of its mean square.
 
@@ -214,8 +215,9 @@ def _fitted(
             others = sum((_alone(peak).density(x) for peak in peaks[:n] + peaks[n + 1 :]), np.zeros(len(x)))
             fit = most_likely(x, density[near], expected[n], others)
             own = abs(fit.peak.f0 - mode.f0) < min(1.0 / mode.Q, NEAR) * mode.f0
-            told = own and max(fit.errors) * TOGETHER < MOST_UNSURE
-            peaks[n], errors[n] = (fit.peak, fit.errors[2] * TOGETHER) if told else (expected[n], math.nan)
+            larger = scatter * math.sqrt(fit.averages)  # than by how much the points are off the fit
+            told = own and max(fit.errors) * larger < MOST_UNSURE
+            peaks[n], errors[n] = (fit.peak, fit.errors[2] * larger) if told else (expected[n], math.nan)
     return peaks, errors
 
 
@@ -226,6 +228,15 @@ def _line(problem: Problem, peaks: list[Resonance], frequency: Array) -> Array:
     line = line + np.sum([_alone(peak).density(frequency) for peak in peaks], axis=0)
     fitted = np.any([_window(mode, frequency) for mode in problem.modes], axis=0)
     return np.where(fitted, line, math.nan)
+
+
+def _scatter(count: int, length: int) -> float:
+    """Return how much points of a spectrum of so many samples scatter, in segments of a length, as independent ones would.
+
+    Segments overlap by half, so that next ones go together by 1/6.
+    """
+    segments = 2 * count // length - 1
+    return TOGETHER * math.sqrt((1.0 + 2.0 * (1.0 / 6.0) ** 2) / segments)
 
 
 def _window(mode: ModeNumbers, frequency: Array) -> Any:
