@@ -229,3 +229,23 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
             assert "stopped before there was anything to draw" in note["text"] and not table.visible
 
     asyncio.run(flow())
+
+
+def test_a_record_that_is_stopped_in_the_window_leaves_no_empty_result_in_the_list(tmp_path, monkeypatch):
+    compute = pytest.importorskip("dforce.gui.compute")
+    from simulated import window
+
+    monkeypatch.setattr(compute.Job, "compute", lambda job: made)
+
+    async def flow():
+        nonlocal made
+        async with window(tmp_path, live=False) as (_user, page):
+            session = page.view.session
+            await session.run(session.document)
+            assert session.job.state == "stopped" and len(session.document.results) == 0
+            made = result()
+            await session.run(session.document)
+            assert len(session.document.results) == 1
+
+    made = stopped()
+    asyncio.run(flow())
