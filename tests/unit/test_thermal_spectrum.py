@@ -249,3 +249,23 @@ def test_a_record_that_is_stopped_in_the_window_leaves_no_empty_result_in_the_li
 
     made = stopped()
     asyncio.run(flow())
+
+
+def test_the_spectrum_is_that_of_the_lever_far_from_the_sample():
+    near = WET.replace("cantilever.beam.modes", 1).replace("cantilever.beam.tip_height", "10 um")
+    far = WET.replace("cantilever.beam.modes", 1)
+    assert near.problem.modes[0].Q < 0.8 * far.problem.modes[0].Q  # by the flow between lever and sample
+    for wall in ("at_sample", "at_distance"):
+        found = df.thermal_spectrum(near.replace("cantilever.beam.wall", wall), "0.2 s")
+        assert found.spectral_density.equals(df.thermal_spectrum(far, "0.2 s").spectral_density)
+    with pytest.raises(df.ParameterError, match="too short to resolve the resonance"):
+        df.thermal_spectrum(near, "1 ms")
+
+
+@pytest.mark.parametrize("Q", [0.7, 1.0, 2.0])
+def test_a_broad_resonance_is_fitted_without_a_shift(Q):
+    lever = df.Case(cantilever={"f0": "25 kHz", "k": "0.1 N/m", "Q": Q}, drive={"A0": "10 nm"})
+    found = df.thermal_spectrum(lever, "10 s")
+    error = math.sqrt(Q / (math.pi * 25e3 * 10.0))  # of the mean square; the frequency is told to about 1 / 2 Q of it
+    assert found.fitted_f0.item() == pytest.approx(25e3, rel=5.0 * error / (2.0 * Q))
+    assert found.fitted_Q.item() == pytest.approx(Q, rel=6.0 * error)

@@ -29,6 +29,7 @@ OVERSAMPLED = 8  # samples a period of the fastest mode
 MOST_SAMPLES = 30_000_000  # of a record
 CHUNK = 100_000  # of them simulated at once
 LINES = 12.0  # points of the spectrum across a resonance
+BROAD = 10.0  # quality factor below which a resonance gets more of them: it is not narrow against its frequency
 WIDTHS = 15.0  # line widths on either side that are fitted
 NEAR = 0.4  # of the frequency, where a fluid with memory makes the resonance of another form farther off
 MOST_UNSURE = 0.2  # relative error of a number of a resonance, beyond which the spectrum does not tell it
@@ -75,8 +76,10 @@ class ThermalSpectrum(Experiment):
         from dforce.results.status import Status
 
         assert case is not None
+        free = _far_from_the_sample(case, problem)
+        self.check(free)
         try:
-            return describe(self._found(problem, case, progress))
+            return describe(self._found(free, case, progress))
         except KeyboardInterrupt:
             return describe(xr.Dataset({"status": int(Status.NOT_COMPUTED)}, attrs={"interrupted": 1}))
 
@@ -123,6 +126,13 @@ class ThermalSpectrum(Experiment):
         return data
 
 
+def _far_from_the_sample(case: CaseLike, problem: Problem) -> Problem:
+    """Return a problem without the flow between lever and sample."""
+    if case.cantilever.beam is None or case.cantilever.beam.tip_height is None:
+        return problem
+    return case.replace("cantilever.beam.wall", "at_sample").replace("cantilever.beam.tip_height", None).problem
+
+
 def _sensitivities(case: CaseLike) -> tuple[float, ...]:
     """Return how a lever of light that is calibrated by a force curve sees each mode."""
     given = case.readout.mode_sensitivity
@@ -137,7 +147,7 @@ def _rate(problem: Problem) -> float:
 
 def _segment(problem: Problem, rate: float) -> int:
     """Return how many samples a segment takes to resolve the sharpest resonance."""
-    return math.ceil(rate * LINES / min(mode.f0 / mode.Q for mode in problem.modes))
+    return math.ceil(rate * LINES / min(mode.f0 / max(mode.Q, BROAD) for mode in problem.modes))
 
 
 def _allowed(problem: Problem) -> tuple[float, float]:
