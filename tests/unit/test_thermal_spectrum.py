@@ -269,3 +269,11 @@ def test_a_broad_resonance_is_fitted_without_a_shift(Q):
     error = math.sqrt(Q / (math.pi * 25e3 * 10.0))  # of the mean square; the frequency is told to about 1 / 2 Q of it
     assert found.fitted_f0.item() == pytest.approx(25e3, rel=5.0 * error / (2.0 * Q))
     assert found.fitted_Q.item() == pytest.approx(Q, rel=6.0 * error)
+
+
+def test_one_mode_or_calibration_of_it_is_summed_up_and_drawn():
+    part = result().sel(mode=2, calibration="each mode")
+    found = {one.name: one.value for one in df.summary(part)}
+    assert found["fitted_f0"] == part.fitted_f0 and found["spring_constant, each mode"] == part.spring_constant
+    axes = df.plot.thermal_spectrum(part, df.plot.Sheet())
+    assert f"Q = {float(part.fitted_Q):.3g}" in axes.lines[1].get_label()

@@ -35,10 +35,11 @@ def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> A
     axes = figure.subplots()
     across, text = shown(dataset["frequency"])
     scale, unit = reader_unit(density)
-    told = dataset["fitted_f0"].values[np.isfinite(dataset["fitted_f0"].values)]
+    fitted_f0, fitted_Q = (np.atleast_1d(dataset[name].values) for name in ("fitted_f0", "fitted_Q"))
+    told = fitted_f0[np.isfinite(fitted_f0)]
     peaks = [
         f"{units.show(f0, 'Hz', 4)}, Q = {Q:.3g}" if np.isfinite(f0) else "not told"
-        for f0, Q in zip(dataset["fitted_f0"].values, dataset["fitted_Q"].values, strict=True)
+        for f0, Q in zip(fitted_f0, fitted_Q, strict=True)
     ]
     axes.plot(across, density.values / scale, color=BLUE, linewidth=0.7, label="record")
     axes.plot(across, fitted.values / scale, color=VERMILLION, linewidth=1.4, label="\n".join(["fit", *peaks]))
