@@ -17,6 +17,7 @@ from simulated import element, send, show, until, window
 import dforce as df
 from dforce.gui import fitting, measured, overlay, project, uploads
 from dforce.gui.document import Document, Measured
+from dforce.gui.error_messages import as_sentence
 from dforce.gui.figures import Layer, picture
 from dforce.gui.files import figure_file, script_of, stem, written
 from dforce.gui.measured_panel import Panel, matched
@@ -525,3 +526,9 @@ def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(measured, "MOST_BYTES", 100)
     with pytest.raises(df.ResultError, match="more than a curve"):
         measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
+
+
+def test_the_name_of_a_file_or_a_key_begins_a_sentence_as_it_is_written():
+    assert as_sentence("map.csv holds 2 curves") == "map.csv holds 2 curves."
+    assert as_sentence("mode_sensitivity goes with it") == "mode_sensitivity goes with it."
+    assert as_sentence("there is no file") == "There is no file."
