@@ -198,7 +198,8 @@ def thermal_spectrum(case: Case, duration: Any = None, progress: Progress | bool
     r"""Return the thermal spectrum that a detector records of a free lever, and the spring constants that users make of it.
 
     The record is simulated, exactly at its samples, with the fluid's memory where the lever has it: its density is then
-    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. Each mode's resonance is fitted as white noise and
+    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. The resonance of each mode is fitted, over the
+    tails of the others, as white noise and
 
     .. math:: S(f) = \frac{4 \langle z^2 \rangle}{\omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
 
@@ -222,8 +223,9 @@ def thermal_spectrum(case: Case, duration: Any = None, progress: Progress | bool
         `spectral_density` and `fitted_density` (m^2/Hz) over `frequency`; over `mode` `fitted_f0`, `fitted_Q`,
         `mode_spring_constant` by the mode's own calibration, and `true_mode_spring_constant`; over `calibration`
         `spring_constant`, beside `true_spring_constant`, the one that the calibration means to give, and their ratio
-        `spring_constant_ratio`. `spring_constant_error` is the standard deviation of the ratio by the length of the record,
-        :math:`\sqrt{2 Q / \omega_0 T}`. The calibrations: ``"static, 0.817"``, the right one for a static sensitivity;
+        `spring_constant_ratio`. `spring_constant_error` is the standard error of a thermal one, by the fit: without detector
+        noise that of the record's length, :math:`\sqrt{2 Q / \omega_0 T}`. A mode that the spectrum does not tell, such as one
+        below the detector's noise, has NaN. The calibrations: ``"static, 0.817"``, the right one for a static sensitivity;
         ``"static, no factor"``; ``"each mode"``; ``"each mode, 0.817"``, that factor with a sensitivity to which it does not
         belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known: the constant of the lever
         itself, not that across the sample, where it is tilted.

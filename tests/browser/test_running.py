@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 
+import numpy as np
 import pytest
 
 import dforce as df
@@ -180,3 +181,23 @@ def test_the_forms_have_one_scroll_bar(window):
         ["auto", "scroll"].includes(getComputedStyle(one).overflowY) && one.scrollHeight > one.clientHeight + 1
     ).map((one) => one.className)"""
     assert len(window.page.evaluate(scrolling)) == 1
+
+
+def test_a_thermal_spectrum_is_chosen_drawn_on_two_logarithmic_axes_and_told_in_numbers(window):
+    page = window.page
+    window.tab("Experiment")
+    kinds = page.locator("select").filter(has_text="thermal spectrum").first
+    with window.redrawn():
+        kinds.select_option(label="thermal spectrum")
+    page.wait_for_function("() => document.querySelector('.df-main .df-plot').layout.xaxis.type === 'log'")
+    density, fitted = (np.array(window.lines(name)[0], float) for name in ("spectral_density", "fitted_density"))
+    near = np.isfinite(fitted)
+    assert 0 < near.sum() < len(density) == len(fitted)
+    assert np.mean(density[near] / fitted[near]) == pytest.approx(1.0, abs=0.05)
+    case = df.example("figure-3-air")
+    told = page.get_by_role("region", name="numbers of the fit")
+    for finding in df.summary(df.thermal_spectrum(case, "1 s")):
+        told.get_by_text(finding.text, exact=True).first.wait_for()
+    page.get_by_role("button", name="Undo").click()
+    window.shows(case)
+    told.wait_for(state="hidden")

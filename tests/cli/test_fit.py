@@ -103,3 +103,37 @@ def test_a_case_without_a_fit_is_refused(tmp_path: Path) -> None:
     done = ran("figure-3-air")
     assert done.exit_code == 2
     assert "does not say what to fit" in done.stderr
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_the_measured_curve_is_never_replaced_by_its_fit(case_file: Path, named: bool) -> None:
+    curve = case_file.parent / "air.csv"
+    before = curve.read_bytes()
+    (case_file.parent / "link.csv").symlink_to(curve)
+    for target in (curve, case_file.parent / "link.csv"):
+        done = ran(case_file, *([curve] if named else []), "-o", target)
+        assert done.exit_code == 2 and "would be lost; give" in " ".join(done.stderr.split()), done.output
+    assert curve.read_bytes() == before
+
+
+def test_all_curves_of_the_file_that_a_case_names_are_fitted(case_file: Path) -> None:
+    heading, *rows = [line for line in (CURVES / "air.csv").read_text().splitlines() if not line.startswith("# spec")]
+    lines = [f"{heading.removeprefix('# ')},curve", *(f"{row},{number}" for number in (1, 2) for row in rows)]
+    (case_file.parent / "air.csv").write_text("\n".join([*lines, ""]))
+    done = ran(case_file, "--json")
+    assert done.exit_code == 0 and len(json.loads(done.stdout)["curve"]) == 2, done.output
+
+
+def test_curves_are_told_apart_by_the_numbers_of_their_file(case_file: Path) -> None:
+    heading, *rows = [line for line in (CURVES / "air.csv").read_text().splitlines() if not line.startswith("# spec")]
+    short = rows[:3]
+    parts = ((7, rows), (3, rows), (9, short))
+    lines = [f"{heading.removeprefix('# ')},curve", *(f"{row},{number}" for number, part in parts for row in part)]
+    table = case_file.parent / "map.csv"
+    table.write_text("\n".join([*lines, ""]))
+    answer = json.loads(ran(case_file, table, "--json").stdout)
+    assert answer["curve"][:2] == [f"{table}, curve 1 (7 in the file)", f"{table}, curve 2 (3 in the file)"]
+    assert answer["message"][:2] == ["", ""] and answer["message"][2].startswith("curve 3 (9 in the file) of")
+    first, _, last = df.inverse.measured.each_curve(table, {"phase_convention": "lag"})
+    assert first.attrs["curve"] == 1 and first.attrs["label"] == "7"
+    assert str(last).startswith("curve 3 (9 in the file) of")

@@ -109,3 +109,17 @@ def test_a_mistake_is_one_sentence(words, sentence):
     done = dforce(*words)
     assert done.exit_code == 2
     assert sentence in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "words", [["read", "stiff.csv", "--phase", "lag"], ["reconstruct", "stiff.csv"], ["fit", "case.toml", "stiff.csv"]]
+)
+def test_no_command_writes_over_the_curve_that_it_reads(folder, words):
+    (folder / "stiff.csv").write_text(measured_curve.text())
+    (folder / "case.toml").write_text(
+        '[cantilever]\nf0 = "70 kHz"\nk = 2.7\nQ = 180\n[drive]\nA0 = "30 nm"\n[fit]\nfree = ["cantilever.Q"]\n'
+    )
+    before = (folder / "stiff.csv").read_bytes()
+    done = CliRunner().invoke(app, [*words, "-o", "stiff.csv"])
+    assert done.exit_code == 2 and "'stiff.csv' is what is read, and would be lost" in done.stderr
+    assert (folder / "stiff.csv").read_bytes() == before

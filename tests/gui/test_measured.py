@@ -17,6 +17,7 @@ from simulated import element, send, show, until, window
 import dforce as df
 from dforce.gui import fitting, measured, overlay, project, uploads
 from dforce.gui.document import Document, Measured
+from dforce.gui.error_messages import as_sentence
 from dforce.gui.figures import Layer, picture
 from dforce.gui.files import figure_file, script_of, stem, written
 from dforce.gui.measured_panel import Panel, matched
@@ -251,6 +252,33 @@ def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
             send(form, "save", ["lead"])
             await until(lambda: page.view.document.measured is not None)
             assert page.view.document.measured.settings == {"phase_convention": "lead"}
+
+    asyncio.run(flow())
+
+
+def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_path):
+    heading, *rows = csv().decode().splitlines()
+    lines = [f"{heading},curve", *(f"{row},{number}" for number in (1, 2) for row in rows)]
+
+    def form_of(user):
+        with user.client:
+            return [one for one in user.client.elements.values() if isinstance(one, SaveForm)][-1]
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open("\n".join([*lines, ""]).encode(), "map.csv")
+            for wrong, sentence in (("9", "has no curve 9; it holds 2"), ("first", "is not a whole number")):
+                before = form_of(user)
+                assert before.props["fields"][0]["label"] == "Which curve, 1 to 2"
+                send(before, "save", [wrong])
+                await until(lambda before=before: form_of(user) is not before)
+                again = form_of(user).props
+                assert sentence in again["why"] and again["fields"][0]["value"] == wrong
+            send(form_of(user), "save", ["2"])
+            await until(lambda: form_of(user).props["fields"][0]["label"] == "Phases in the file")
+            send(form_of(user), "save", ["lag"])
+            await until(lambda: page.view.document.measured is not None)
+            assert page.view.document.measured.settings == {"phase_convention": "lag", "read": {"curve": 2}}
 
     asyncio.run(flow())
 
@@ -498,3 +526,9 @@ def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(measured, "MOST_BYTES", 100)
     with pytest.raises(df.ResultError, match="more than a curve"):
         measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
+
+
+def test_the_name_of_a_file_or_a_key_begins_a_sentence_as_it_is_written():
+    assert as_sentence("map.csv holds 2 curves") == "map.csv holds 2 curves."
+    assert as_sentence("mode_sensitivity goes with it") == "mode_sensitivity goes with it."
+    assert as_sentence("there is no file") == "There is no file."

@@ -177,6 +177,9 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     first = (3e-20, 60_000.0)  # where it starts chi2 is far larger
     assert fit.attrs["interrupted"] == 1
     assert np.isfinite(fit["value"]).all()
+    # on the way there is no minimum, and so no error and no judgment of the model
+    assert np.isnan(fit["error"]).all() and not advice_in(fit)
+    assert "stopped before it was done" in df.fit_report(fit) and "nan" not in df.fit_report(fit)
     assert fit.attrs["chi2"] == pytest.approx(min(met[:3])) and min(met[:3]) < met[0] < first[1]
     assert float(fit["value"].sel(parameter=H)) != first[0]
     # of many curves those are kept that were done

@@ -243,6 +243,7 @@ VARY = {"drive.A0": ["1 nm", "2 nm", "3 nm"]}
         (VARY, {"max_indentation": "< 20 % of sample.youngs_modulus"}, None, "in Pa and not in m"),
         (VARY, {"regime": "repuls"}, None, "is not attractive or repulsive"),
         (VARY, {"margin": {"tip.radius": "5 %"}}, None, "a margin of what does not vary"),
+        (VARY, {"margin": {"set_point": 3}}, None, "set_point = 3 is not above 0 and below 1"),
         (VARY, None, {"minimise": "peak_force"}, "did you mean 'minimize'"),
         (VARY, None, {"minimize": "peak"}, "did you mean 'peak_force'"),
         (VARY, None, {"maximize": "slope_of_phase"}, "needs a parameter"),

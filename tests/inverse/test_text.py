@@ -287,3 +287,13 @@ def test_a_curve_of_frequency_modulation_comes_by_the_same_door(tmp_path):
     assert data.frequency_shift.attrs["units"] == "Hz" and data.excitation.attrs["units"] == "V"
     with pytest.raises(df.ParameterError, match="has no phase"):
         df.calibrate(data)
+
+
+def test_a_column_of_words_is_named_where_there_is_no_table(tmp_path):
+    path = tmp_path / "curve.csv"
+    rows = "\n".join(f"{10 - n},{5 - 0.1 * n},{90 + n},ok" for n in range(20))
+    path.write_text(f"height_nm,amplitude_nm,phase_deg,status\n{rows}\n")
+    with pytest.raises(
+        df.ResultError, match="no table of numbers: 'ok' in line 2 is no number; leave out columns of words"
+    ):
+        df.read_measured(path)

@@ -131,3 +131,26 @@ def test_a_spectrum_of_nanosurf_is_read(tmp_path):
 def test_what_is_no_thermal_tune_is_one_sentence(tmp_path, text, how, sentence):
     with pytest.raises(df.DForceError, match=sentence):
         df.thermal_tune(written(tmp_path, text), **how)
+
+
+def test_a_windowed_spectrum_of_one_resonance_is_not_doubted_and_its_errors_hold(tmp_path):
+    lever = df.Case(cantilever={"f0": F0, "k": K, "Q": 50}, drive={"A0": "10 nm"})
+    pulls = []
+    for seed in range(12):
+        found = df.thermal_spectrum(lever.replace("noise.seed", seed), "0.4 s")  # by Hann's window
+        tune = df.thermal_tune(df.write(found, tmp_path / "tune.nc"))
+        assert not any("doubt" in line for line in tune.history)
+        pulls.append([(tune.f0 - F0) / tune.f0_error, (tune.Q - 50) / tune.Q_error, (tune.k - K) / tune.k_error])
+    assert any("as a window of the spectra makes them" in line for line in tune.history)
+    assert (np.std(pulls, axis=0) < 1.7).all() and (np.std(pulls, axis=0) > 0.45).all()  # 12 draws know it to 20 %
+
+
+def test_another_result_of_dforce_is_no_spectrum(tmp_path):
+    other = df.write(df.dwell(df.example("figure-3-air"), "9 nm"), tmp_path / "dwell.nc")
+    with pytest.raises(df.ResultError, match="is a result of dForce, but no thermal spectrum"):
+        df.thermal_tune(other)
+
+
+def test_a_tune_shows_its_numbers_with_errors(tmp_path):
+    tune = df.thermal_tune(written(tmp_path), calibrated="mode")
+    assert repr(tune).startswith("<ThermalTune f0 = ") and repr(tune).count(" ± ") == 3 and len(repr(tune)) < 100

@@ -366,7 +366,8 @@ def test_each_calibration_gives_the_spring_constant_that_it_should():
     found = df.thermal_spectrum(lever, duration="0.5 s")
     error = found.spring_constant_error.item()
     first = lever.problem.modes[0]
-    assert error == pytest.approx(math.sqrt(first.Q / (math.pi * first.f0 * 0.5)), rel=1e-12)
+    # the scatter of some 200 points of the spectrum tells it to a tenth, a fit takes a tenth more than the record's length
+    assert error == pytest.approx(math.sqrt(first.Q / (math.pi * first.f0 * 0.5)), rel=0.3)
     ratio = found.spring_constant_ratio.to_pandas()
     assert ratio["static, 0.817"] == pytest.approx(1.0, abs=3.5 * error)
     assert ratio["static, no factor"] / ratio["static, 0.817"] == pytest.approx(1.0 / 0.8174347867, rel=1e-9)
@@ -632,3 +633,11 @@ def test_ramps_that_make_no_sense_are_refused(asked, speed, message):
     with pytest.raises(ParameterError) as raised:
         df.snap_in_distance(asked, speed)
     assert message in str(raised.value)
+
+
+@pytest.mark.parametrize(("kelvin", "speed"), [(298.15, "1 m/s"), (298.15, "1e5 m/s"), (1e-6, "1 um/s")])
+def test_an_approach_too_fast_or_too_cold_for_thermal_motion_snaps_in_where_the_barrier_ends(kelvin, speed):
+    found = df.snap_in_distance(SNAP.replace("medium.temperature", kelvin), speed)
+    end = found.static_snap_in_zc.item()
+    assert end == pytest.approx(1.5 * (4e-20 * 20e-9 / (3 * 0.3)) ** (1 / 3), rel=1e-9)  # 3/2 of where the slope is k
+    assert 0.0 <= found.snap_in_zc.item() - end < 2e-3 * end and found.snap_in_spread.item() < 2e-3 * end

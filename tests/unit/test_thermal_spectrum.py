@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import json
+import math
 
 import numpy as np
 import pytest
@@ -146,6 +147,58 @@ def test_a_record_that_is_stopped_gives_its_status_alone(tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["tune.toml"]
 
 
+SIZES = {"youngs_modulus": "169 GPa", "density": 2330, "length": "225 um", "width": "28 um", "thickness": "3 um"}
+WET = df.Case(
+    cantilever={"beam": SIZES | {"modes": 3}}, medium="water", drive={"A0": "10 nm"}, noise={"seed": 3},
+)  # fmt: skip
+
+
+def test_resonances_that_overlap_in_water_are_told_apart():
+    found = df.thermal_spectrum(WET, "0.3 s")
+    modes = WET.problem.modes
+    # a record tells the mean square of a mode to sqrt(2 Q / omega T), its frequency better
+    errors = np.array([math.sqrt(mode.Q / (math.pi * mode.f0 * 0.3)) for mode in modes])
+    assert np.all(abs(found.fitted_f0.values / [mode.f0 for mode in modes] - 1.0) < 4.0 * errors)
+    assert np.all(abs(found.fitted_Q.values / [mode.Q for mode in modes] - 1.0) < 8.0 * errors)
+    assert np.all(abs(found.mode_spring_constant / found.true_mode_spring_constant - 1.0) < 5.0 * errors)
+
+
+def test_a_mode_below_the_noise_of_the_detector_is_unknown_and_drawn(tmp_path):
+    loud = df.thermal_spectrum(WET.replace("noise.detector", "1 nm/Hz^0.5"), "50 ms")
+    for name in ("fitted_f0", "fitted_Q", "mode_spring_constant", "spring_constant", "spring_constant_error"):
+        assert np.isnan(loud[name]).all(), name
+    texts = [one.text for one in df.summary(loud)]
+    assert not any("nan" in text for text in texts) and "unknown" in texts
+    df.plot.save(df.plot.overview(loud, df.plot.Sheet())[0], tmp_path / "loud.png")
+    part = df.thermal_spectrum(
+        WET.replace("noise.detector", "0.3 pm/Hz^0.5"), "0.2 s"
+    )  # the first mode alone stands out
+    assert np.isfinite(part.fitted_f0).values.tolist() == [True, False, False]
+
+
+def test_the_drive_is_no_matter_of_advice_on_a_free_lever():
+    driven = WET.replace("drive.excitation", "base")
+    assert {piece.name for piece in df.advice(driven)} >= {"base_in_liquid"}
+    tune = driven.replace(experiment=df.experiments.ThermalSpectrum(duration="0.1 s"))
+    assert not df.advice(tune) and not df.advice(tune.replace("drive.excitation", "force"))
+
+
+def test_the_fit_is_drawn_where_something_was_fitted():
+    fitted, f = result().fitted_density, result().frequency
+    assert np.isfinite(fitted.where(abs(f / 75e3 - 1.0) < 0.2, drop=True)).all()
+    assert np.isnan(fitted.where(f < 0.5 * 75e3, drop=True)).all()  # 25 line widths off
+
+
+def test_the_error_of_a_spring_constant_holds_and_knows_of_the_detector():
+    case = df.Case.from_toml(CASE).replace("noise.detector", "0.3 pm/Hz^0.5").replace("experiment.duration", "0.1 s")
+    case = case.replace("cantilever.modes", [{"f0": "75 kHz", "k": "2.8 N/m", "Q": 50}])
+    runs = [df.run(case.replace("noise.seed", seed)) for seed in range(30)]
+    off = [float(np.log(one.spring_constant_ratio.sel(calibration="each mode"))) for one in runs]
+    told = float(np.mean([one.spring_constant_error for one in runs]))
+    assert 0.6 < np.std(off) / told < 1.4  # of thirty, a standard deviation is told to 13 %
+    assert told > 1.3 * math.sqrt(50 / (math.pi * 75e3 * 0.1))  # of the record alone
+
+
 def test_a_sweep_of_it_is_refused():
     with pytest.raises(df.ParameterError, match="a sweep repeats an approach or a dwell"):
         df.sweep(df.Case.from_toml(CASE), over={"noise.seed": [1, 2]})
@@ -155,6 +208,8 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
     rehearsal = pytest.importorskip("dforce.gui.rehearsal")
     from simulated import show, window
 
+    from dforce.gui.figures import Layer
+
     rehearsal.rehearse(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
     assert row_of(result(), "spring_constant") == ""  # a table, no curve
@@ -163,8 +218,62 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
         async with window(tmp_path, live=False) as (_user, page):
             figure = show(page, result())
             assert [trace["meta"] for trace in figure["data"]] == ["spectral_density", "fitted_density"]
-            assert figure["layout"]["yaxis"]["type"] == "log"
+            assert figure["layout"]["yaxis"]["type"] == figure["layout"]["xaxis"]["type"] == "log"
+            low, high = (10.0**end for end in figure["layout"]["xaxis"]["range"])
+            assert low < 75.0 < 470.0 < high and "(m²/Hz)" in figure["layout"]["yaxis"]["title"]["text"]
+            table = page.plots.fit_numbers.sheet
+            assert table.visible and table.props["rows"] == [[one.label, one.text] for one in df.summary(result())]
+            page.plots.fit_numbers.show([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
+            assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
-            assert "stopped before there was anything to draw" in note["text"]
+            assert "stopped before there was anything to draw" in note["text"] and not table.visible
 
     asyncio.run(flow())
+
+
+def test_a_record_that_is_stopped_in_the_window_leaves_no_empty_result_in_the_list(tmp_path, monkeypatch):
+    compute = pytest.importorskip("dforce.gui.compute")
+    from simulated import window
+
+    monkeypatch.setattr(compute.Job, "compute", lambda job: made)
+
+    async def flow():
+        nonlocal made
+        async with window(tmp_path, live=False) as (_user, page):
+            session = page.view.session
+            await session.run(session.document)
+            assert session.job.state == "stopped" and len(session.document.results) == 0
+            made = result()
+            await session.run(session.document)
+            assert len(session.document.results) == 1
+
+    made = stopped()
+    asyncio.run(flow())
+
+
+def test_the_spectrum_is_that_of_the_lever_far_from_the_sample():
+    near = WET.replace("cantilever.beam.modes", 1).replace("cantilever.beam.tip_height", "10 um")
+    far = WET.replace("cantilever.beam.modes", 1)
+    assert near.problem.modes[0].Q < 0.8 * far.problem.modes[0].Q  # by the flow between lever and sample
+    for wall in ("at_sample", "at_distance"):
+        found = df.thermal_spectrum(near.replace("cantilever.beam.wall", wall), "0.2 s")
+        assert found.spectral_density.equals(df.thermal_spectrum(far, "0.2 s").spectral_density)
+    with pytest.raises(df.ParameterError, match="too short to resolve the resonance"):
+        df.thermal_spectrum(near, "1 ms")
+
+
+@pytest.mark.parametrize("Q", [0.7, 1.0, 2.0])
+def test_a_broad_resonance_is_fitted_without_a_shift(Q):
+    lever = df.Case(cantilever={"f0": "25 kHz", "k": "0.1 N/m", "Q": Q}, drive={"A0": "10 nm"})
+    found = df.thermal_spectrum(lever, "10 s")
+    error = math.sqrt(Q / (math.pi * 25e3 * 10.0))  # of the mean square; the frequency is told to about 1 / 2 Q of it
+    assert found.fitted_f0.item() == pytest.approx(25e3, rel=5.0 * error / (2.0 * Q))
+    assert found.fitted_Q.item() == pytest.approx(Q, rel=6.0 * error)
+
+
+def test_one_mode_or_calibration_of_it_is_summed_up_and_drawn():
+    part = result().sel(mode=2, calibration="each mode")
+    found = {one.name: one.value for one in df.summary(part)}
+    assert found["fitted_f0"] == part.fitted_f0 and found["spring_constant, each mode"] == part.spring_constant
+    axes = df.plot.thermal_spectrum(part, df.plot.Sheet())
+    assert f"Q = {float(part.fitted_Q):.3g}" in axes.lines[1].get_label()

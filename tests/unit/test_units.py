@@ -63,6 +63,8 @@ def test_decimal_prefixes_give_the_very_float_that_a_programmer_types():
         ("5 1/s", "Hz", "divide an angular frequency by 2 pi"),
         ("5 furlongss", "m", "'furlongss' is not a known unit"),
         ("5 deg", "1", "is an angle, not a plain number"),
+        ("3 %", "m", "is a plain number, not a length"),
+        ("3 deg", "m", "is an angle, not a length"),
         ("0.5", "1", None),
         ("1", "rad", None),
         ("5 m", "rad", "which is a length, not an angle"),

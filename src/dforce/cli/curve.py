@@ -64,7 +64,7 @@ def curve(
 
     source = open_source(case, settings)
     if output is not None:
-        check_target(output)
+        check_target(output, spare=[] if source.path is None else [source.path])
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     far, near = _quantity("--from", start, "m"), _quantity("--to", stop, "m")

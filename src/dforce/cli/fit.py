@@ -61,17 +61,18 @@ def fit(
         raise df.ParameterError(
             f'{quoted(case)} does not say what to fit; write [fit] into it, such as free = ["sample.youngs_modulus"]'
         )
+    files = list(dict.fromkeys(data or []))
     if output is not None:
-        check_target(output)
+        check_target(output, spare=[*map(Path, files), *_named(source.case)])
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     if identify:
         return _identify(source, output, json, quiet)
-    files = list(dict.fromkeys(data or []))
-    if len(files) > 1 or (files and _holds_several(source.case, files[0])):
+    inputs = files if files or again else [str(path) for path in _named(source.case)]
+    if len(inputs) > 1 or (inputs and _holds_several(source.case, inputs[0])):
         if plot is not None:
             raise df.ParameterError("--plot draws the fit of one curve; give one file")
-        return _many(source, files, output, json, quiet)
+        return _many(source, inputs, output, json, quiet)
     with late_stop_waits():
         with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
             if again and not files and source.result is not None:
@@ -94,6 +95,11 @@ def fit(
     if stopped:
         say("dforce: stopped; this is the best that was met")
     return code
+
+
+def _named(case: df.Case) -> list[Path]:
+    """Return the file of the measured curve that a case names."""
+    return [] if case.data is None or not case.data.file else [(case.folder or Path()) / case.data.file]
 
 
 def _holds_several(case: df.Case, file: str) -> bool:
@@ -157,7 +163,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
         if output is not None:
             typer.echo(f"written: {output}")
     if not whole:
-        say(f"dforce: stopped; the first {result.sizes['curve']} curves are fitted")
+        say(f"dforce: stopped; curves that are done: {result.sizes['curve']}")
     return code
 
 

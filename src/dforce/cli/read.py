@@ -143,7 +143,7 @@ def read(
     from dforce.inverse.fitting.load import calibration_of, reading_of
 
     if output is not None:
-        check_target(output)
+        check_target(output, spare=[Path(file), *([] if thermal is None else [thermal])])
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     number = None if curve is None else whole_number("--curve", curve, 1, MOST_CURVES)

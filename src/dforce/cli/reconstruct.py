@@ -71,7 +71,7 @@ def reconstruct(
 ) -> int:
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
     if output is not None:
-        check_target(output)
+        check_target(output, spare=[curve])
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     if formulas and plot is None:

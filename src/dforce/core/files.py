@@ -8,7 +8,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -38,14 +38,16 @@ def folder() -> Path:
 
 
 @checked
-def check_target(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> Path:
+def check_target(
+    path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES, spare: Iterable[os.PathLike[str]] = ()
+) -> Path:
     """Return the path of a file to be written, after checking that it can be.
 
     Raises
     ------
     ResultError
         When the ending is none of `suffixes`, the folder does not exist, or the place is taken by something
-        that may not be replaced.
+        that may not be replaced, such as one of the files to `spare`, from which the result is made.
     """
     target, name = Path(path), f"'{shorten(str(path))}'"
     if target.suffix.lower() not in suffixes:
@@ -58,6 +60,8 @@ def check_target(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXE
         taken = target.exists()
         if taken and not target.is_file():
             raise ResultError(f"{name} cannot be written: it is not a file")
+        if taken and any(Path(one).exists() and target.samefile(one) for one in spare):
+            raise ResultError(f"{name} is what is read, and would be lost; give the result another name")
         if not os.access(target if taken else folder, os.W_OK):
             raise ResultError(f"{name} cannot be written: it may not be changed by this user")
     except ResultError:

@@ -133,7 +133,7 @@ NOISES = _table(
     Observable("spring_constant_ratio", r"k/k_\mathrm{true}", "1", "1", "spring constant over the true one",
                "spring constant that a calibration gives over the true one", ("calibration",)),
     Observable("spring_constant_error", r"\delta k/k", "1", "%", "error of the spring constant",
-               "relative standard deviation of a thermal spring constant by the length of the record"),
+               "relative standard error of a thermal spring constant by the noise of the spectrum"),
     Observable("mode_spring_constant", "k_n", "N/m", "N/m", "spring constant of each mode",
                "thermal spring constant of each mode by its own calibration", ("mode",)),
     Observable("true_mode_spring_constant", r"k_{n,\mathrm{true}}", "N/m", "N/m", "true spring constant of each mode",

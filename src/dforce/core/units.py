@@ -114,15 +114,19 @@ def _mismatch(unit: str, wanted: str) -> str | None:
     if given.dimensionality != asked.dimensionality:
         return f"is {_kind(unit)}, not {_kind(wanted)}"
     # pint takes the radian for 1, so that rad/s would pass for Hz and be wrong by 2 pi.
-    words = set(re.findall(r"[a-z_]+", str(given)))
-    angular = not words.isdisjoint(ANGLES)
-    if wanted == "Hz" and (angular or not any(word.endswith("hertz") for word in words)):
+    angular = _is_angular(given)
+    if wanted == "Hz" and (angular or "hertz" not in str(given)):
         return "is not a frequency in Hz; divide an angular frequency by 2 pi"
     if wanted != "rad" and angular:
         return f"is an angle, not {_kind(wanted)}"
     if wanted == "rad" and not angular:
         return "is not an angle; write deg or rad"
     return None
+
+
+def _is_angular(unit: Any) -> bool:
+    """Return whether an angle is part of a unit of pint."""
+    return not set(re.findall(r"[a-z_]+", str(unit))).isdisjoint(ANGLES)
 
 
 ANGLES = {
@@ -142,9 +146,10 @@ def _kind(unit: str) -> str:
     """Return the words for what a unit measures: 'a length' for nm."""
     word = KINDS.get(unit)
     if word is None:
-        dimension = _pint_unit(unit).dimensionality
-        alike = (w for known, w in KINDS.items() if _pint_unit(known).dimensionality == dimension)
-        word = next(alike, f"quantity in {unit}")
+        given = _pint_unit(unit)
+        angle = not given.dimensionality and _is_angular(given)  # pint takes the radian for 1
+        alike = (w for known, w in KINDS.items() if _pint_unit(known).dimensionality == given.dimensionality)
+        word = KINDS["rad"] if angle else KINDS["1"] if not given.dimensionality else next(alike, f"quantity in {unit}")
     return f"an {word}" if word[0] in "aei" else f"a {word}"
 
 

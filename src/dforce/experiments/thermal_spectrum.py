@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from dforce.core.parameters import Number, param
 from dforce.experiments.base import CaseLike, Experiment, Progress
 from dforce.instrument import beam
 from dforce.instrument.lever import normal_factor
-from dforce.instrument.noise import thermal_density
+from dforce.instrument.resonances import Resonance, most_likely
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,24 +29,16 @@ OVERSAMPLED = 8  # samples a period of the fastest mode
 MOST_SAMPLES = 30_000_000  # of a record
 CHUNK = 100_000  # of them simulated at once
 LINES = 12.0  # points of the spectrum across a resonance
+BROAD = 10.0  # quality factor below which a resonance gets more of them: it is not narrow against its frequency
 WIDTHS = 15.0  # line widths on either side that are fitted
 NEAR = 0.4  # of the frequency, where a fluid with memory makes the resonance of another form farther off
+MOST_UNSURE = 0.2  # relative error of a number of a resonance, beyond which the spectrum does not tell it
+# By what errors are larger than of independent points: neighbors in a spectrum of Hann's window go together by 2/3 and 1/6.
+TOGETHER = math.sqrt(1.0 + 2.0 * (2.0 / 3.0) ** 2 + 2.0 * (1.0 / 6.0) ** 2)
+ROUNDS = 4  # in which modes are fitted over each other: in water their peaks overlap
+UNKNOWN = Resonance(math.nan, math.nan, math.nan, math.nan)
 SHORTEST = 4  # segments that the spectrum is the mean of, at least
 FACTORS = ("static, 0.817", "static, no factor", "each mode", "each mode, 0.817", "Sader")
-
-
-@dataclass(frozen=True)
-class Peak:
-    """A resonance as it is fitted: frequency (Hz), quality factor, mean square (m^2) and white noise (m^2/Hz)."""
-
-    f0: float
-    Q: float
-    mean_square: float
-    white: float
-
-    def density(self, frequency: Array) -> Array:
-        """Return the one-sided spectral density (m^2/Hz)."""
-        return self.white + np.asarray(thermal_density(frequency, self.f0, 1.0, self.Q, self.mean_square))
 
 
 class ThermalSpectrum(Experiment):
@@ -84,8 +76,10 @@ class ThermalSpectrum(Experiment):
         from dforce.results.status import Status
 
         assert case is not None
+        free = _far_from_the_sample(case, problem)
+        self.check(free)
         try:
-            return describe(self._found(problem, case, progress))
+            return describe(self._found(free, case, progress))
         except KeyboardInterrupt:
             return describe(xr.Dataset({"status": int(Status.NOT_COMPUTED)}, attrs={"interrupted": 1}))
 
@@ -99,10 +93,12 @@ class ThermalSpectrum(Experiment):
         parts = math.ceil(int(self.duration * rate) / CHUNK) * len(problem.modes)
         reading = _record(problem, sensitivity, self.duration, lambda done: progress(done, parts + 1, "recording"))
         progress(parts, parts + 1, "fitting")
-        frequency, density = welch(reading, rate, nperseg=_segment(problem, rate), detrend="constant")
-        peaks = [_fit(mode, frequency, density) for mode in problem.modes]
+        length = _segment(problem, rate)
+        frequency, density = welch(reading, rate, nperseg=length, detrend="constant")
+        peaks, errors = _fitted(problem, sensitivity, frequency, density, _scatter(len(reading), length))
         shown = (frequency > 0.0) & (frequency < 1.6 * max(mode.f0 for mode in problem.modes))
-        line = sum(peak.density(frequency[shown]) - peak.white for peak in peaks) + peaks[0].white
+        line = _line(problem, peaks, frequency)[shown]
+        peaks = [UNKNOWN if math.isnan(error) else peak for peak, error in zip(peaks, errors, strict=True)]
         squares = np.array([peak.mean_square for peak in peaks])
         found = _constants(case, peaks[0], kT / squares[0], kT / squares[0] * sensitivity[0] ** 2)
         first = problem.modes[0]
@@ -120,7 +116,7 @@ class ThermalSpectrum(Experiment):
                 "spring_constant": ("calibration", [*found.values()]),
                 "true_spring_constant": ("calibration", [*truth.values()]),
                 "spring_constant_ratio": ("calibration", [found[name] / truth[name] for name in found]),
-                "spring_constant_error": math.sqrt(first.Q / (math.pi * first.f0 * self.duration)),
+                "spring_constant_error": errors[0],
                 "status": int(Status.OK),
             },
             {"frequency": frequency[shown], "mode": np.arange(1, len(peaks) + 1), "calibration": [*found]},
@@ -128,6 +124,13 @@ class ThermalSpectrum(Experiment):
         )
         progress(parts + 1, parts + 1, "")
         return data
+
+
+def _far_from_the_sample(case: CaseLike, problem: Problem) -> Problem:
+    """Return a problem without the flow between lever and sample."""
+    if case.cantilever.beam is None or case.cantilever.beam.tip_height is None:
+        return problem
+    return case.replace("cantilever.beam.wall", "at_sample").replace("cantilever.beam.tip_height", None).problem
 
 
 def _sensitivities(case: CaseLike) -> tuple[float, ...]:
@@ -144,7 +147,7 @@ def _rate(problem: Problem) -> float:
 
 def _segment(problem: Problem, rate: float) -> int:
     """Return how many samples a segment takes to resolve the sharpest resonance."""
-    return math.ceil(rate * LINES / min(mode.f0 / mode.Q for mode in problem.modes))
+    return math.ceil(rate * LINES / min(mode.f0 / max(mode.Q, BROAD) for mode in problem.modes))
 
 
 def _allowed(problem: Problem) -> tuple[float, float]:
@@ -203,25 +206,61 @@ def _thermal_motion(
         yield (kicks @ seen).real
 
 
-def _fit(mode: ModeNumbers, frequency: Array, density: Array) -> Peak:
-    """Return the resonance near a mode that makes a spectrum most likely (Whittle's likelihood)."""
-    from scipy.optimize import minimize
+def _fitted(
+    problem: Problem, sensitivity: Array, frequency: Array, density: Array, scatter: float
+) -> tuple[list[Resonance], list[float]]:
+    """Return the resonance of each mode as it fits the spectrum near it, over the others, and the error of its mean square.
 
+    One that the spectrum does not tell, such as one below the detector's noise, is as it is expected to be; its error is NaN.
+    """
+    windows = [_window(mode, frequency) for mode in problem.modes]
+    expected = [
+        Resonance(mode.f0, mode.Q, problem.noise.kT / mode.k * seen**2, float(density[near].min()))
+        for mode, seen, near in zip(problem.modes, sensitivity.tolist(), windows, strict=True)
+    ]
+    peaks, errors = [*expected], [math.nan] * len(expected)
+    for _ in range(ROUNDS if len(peaks) > 1 else 1):
+        for n, (mode, near) in enumerate(zip(problem.modes, windows, strict=True)):
+            x = frequency[near]
+            others = sum((_alone(peak).density(x) for peak in peaks[:n] + peaks[n + 1 :]), np.zeros(len(x)))
+            fit = most_likely(x, density[near], expected[n], others)
+            own = abs(fit.peak.f0 - mode.f0) < min(1.0 / mode.Q, NEAR) * mode.f0
+            larger = scatter * math.sqrt(fit.averages)  # than by how much the points are off the fit
+            told = own and max(fit.errors) * larger < MOST_UNSURE
+            peaks[n], errors[n] = (fit.peak, fit.errors[2] * larger) if told else (expected[n], math.nan)
+    return peaks, errors
+
+
+def _line(problem: Problem, peaks: list[Resonance], frequency: Array) -> Array:
+    """Return the density that was fitted, with the white noise beside the nearest mode; NaN where nothing was fitted."""
+    nearest = np.argmin([abs(frequency / mode.f0 - 1.0) for mode in problem.modes], axis=0)
+    line = np.array([peak.background for peak in peaks])[nearest]
+    line = line + np.sum([_alone(peak).density(frequency) for peak in peaks], axis=0)
+    fitted = np.any([_window(mode, frequency) for mode in problem.modes], axis=0)
+    return np.where(fitted, line, math.nan)
+
+
+def _scatter(count: int, length: int) -> float:
+    """Return how much points of a spectrum of so many samples scatter, in segments of a length, as independent ones would.
+
+    Segments overlap by half, so that next ones go together by 1/6.
+    """
+    segments = 2 * count // length - 1
+    return TOGETHER * math.sqrt((1.0 + 2.0 * (1.0 / 6.0) ** 2) / segments)
+
+
+def _window(mode: ModeNumbers, frequency: Array) -> Any:
+    """Return which frequencies lie near a resonance."""
     width = min(WIDTHS / mode.Q, math.inf if mode.memory is None else NEAR) * mode.f0
-    near = (frequency > max(mode.f0 - width, 0.05 * mode.f0)) & (frequency < min(mode.f0 + width, 2.0 * mode.f0))
-    x, y = frequency[near], density[near]
-    area, floor = float(y.sum() * (x[1] - x[0])), float(np.median(y))
-    start = np.log([mode.f0, mode.Q, area, max(min(floor, y.min() * 2.0), 1e-300)])
-
-    def unlikely(logs: Array) -> float:
-        model = Peak(*np.exp(logs)).density(x)
-        return float(np.mean(np.log(model / y) + y / model))
-
-    found = minimize(unlikely, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-12, "maxiter": 4000})
-    return Peak(*map(float, np.exp(found.x)))
+    return (frequency > max(mode.f0 - width, 0.05 * mode.f0)) & (frequency < min(mode.f0 + width, 2.0 * mode.f0))
 
 
-def _constants(case: CaseLike, peak: Peak, of_reading: float, of_mode: float) -> dict[str, float]:
+def _alone(peak: Resonance) -> Resonance:
+    """Return a resonance without its background."""
+    return dataclasses.replace(peak, background=0.0)
+
+
+def _constants(case: CaseLike, peak: Resonance, of_reading: float, of_mode: float) -> dict[str, float]:
     """Return the spring constant (N/m) by each calibration: kT over the mean square of the reading, and of the mode's own."""
     factor = beam.lever_factor(1) ** 2 / beam.static_factor()
     values = [factor * of_reading, of_reading, of_mode, factor * of_mode]

@@ -91,23 +91,31 @@ def _regimes(dataset: xr.Dataset) -> Iterator[Row]:
 
 
 def _spectrum(dataset: xr.Dataset) -> Iterator[Row]:
-    for mode in range(dataset.sizes["mode"]):
-        one = dataset.isel(mode=mode)
-        which = f" of mode {mode + 1}" if dataset.sizes["mode"] > 1 else ""
+    modes = _each(dataset, "mode")
+    for one in modes:
+        which = f" of mode {int(one['mode'])}" if len(modes) > 1 else ""
         yield _number("fitted_f0", f"fitted f0{which}", one["fitted_f0"], "Hz", 5)
         yield _number("fitted_Q", f"fitted Q{which}", one["fitted_Q"])
-        if dataset.sizes["mode"] > 1:
+        if len(modes) > 1:
             yield _beside_true(one, "mode_spring_constant", f"k{which}, by its own calibration")
-    for name in dataset["calibration"].values:
-        yield _beside_true(dataset.sel(calibration=name), "spring_constant", f"k, {name}", f"spring_constant, {name}")
+    for one in _each(dataset, "calibration"):
+        name = str(one["calibration"].values)
+        yield _beside_true(one, "spring_constant", f"k, {name}", f"spring_constant, {name}")
     error = float(dataset["spring_constant_error"])
-    yield "spring_constant_error", "error of k by the record", f"{100.0 * error:.2g} %", error, "1"
+    text = f"{100.0 * error:.2g} %" if np.isfinite(error) else "unknown"
+    yield "spring_constant_error", "error of a thermal k", text, error, "1"
+
+
+def _each(dataset: xr.Dataset, dim: str) -> list[xr.Dataset]:
+    """Return a result at each place along a dimension; the result itself where one was chosen."""
+    return [dataset.isel({dim: n}) for n in range(dataset.sizes[dim])] if dim in dataset.dims else [dataset]
 
 
 def _beside_true(one: xr.Dataset, name: str, label: str, key: str = "") -> Row:
     """Return a spring constant beside the true one, each as text, and how large it is against that."""
     value, true = float(one[name]), float(one[f"true_{name}"])
-    both = f"{show(value, 'N/m', DIGITS)}, {value / true:.3f} of the true {show(true, 'N/m', DIGITS)}"
+    found = f"{show(value, 'N/m', DIGITS)}, {value / true:.3f} of" if np.isfinite(value) else "unknown beside"
+    both = f"{found} the true {show(true, 'N/m', DIGITS)}"
     return key or f"{name}_{int(one['mode'])}", label, both, value, "N/m"
 
 

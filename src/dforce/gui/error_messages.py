@@ -23,7 +23,9 @@ def say(sentence: str) -> None:
 
 def as_sentence(words: str) -> str:
     """Return the words of an error as a sentence."""
-    return f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"
+    first = words.partition(" ")[0]
+    is_name = any(sign in first for sign in "._=")  # of a file or a key: it stays as it is written
+    return f"{words[:1] if is_name else words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"
 
 
 @contextlib.contextmanager

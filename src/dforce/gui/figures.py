@@ -7,7 +7,7 @@ which lines that makes, :mod:`dforce` says; here they get colors, dashes and axe
 from __future__ import annotations
 
 import html
-import re
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -19,8 +19,8 @@ from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, usual_unit
 from dforce.gui.chart import packed
-from dforce.results.curves import Line, Picture, drawable, lines_of, rounding
-from dforce.results.dataset import reader_unit
+from dforce.results.curves import Line, Picture, drawable, lines_of, rounding, start_across
+from dforce.results.dataset import reader_unit, spelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -176,7 +176,10 @@ class _FigureBuilder:
             axis["title"] = {"text": title(first[self.wanted.x], self.x_unit)}
         else:
             axis["showticklabels"] = False
-        if self.wanted.logarithmic:
+        if self.wanted.logarithmic_across:
+            begin = start_across(line for _, line in filter(None, self.traces)) / self.x_scale
+            axis |= {"type": "log", "range": [math.log10(begin), math.log10(self._last_x())]}
+        elif self.wanted.logarithmic:
             axis["range"] = [0.0, self._last_x()]
         self.layout[name_of_axis("xaxis", host)] = axis
 
@@ -347,7 +350,7 @@ def unit_of(variable: xr.DataArray) -> tuple[float, str]:
     stored = _unit(variable)
     usual = usual_unit(stored)
     try:
-        return parse(f"1 {usual}", stored), re.sub(r"^u(?=[a-zA-Z])", "µ", usual)
+        return parse(f"1 {usual}", stored), spelled(usual)
     except df.ParameterError:  # a phase or a percentage
         return reader_unit(variable)
 

@@ -24,7 +24,7 @@ from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
 from dforce.gui.overlay import shows
 from dforce.gui.plots import Plots
-from dforce.gui.saving import ask, choice, text
+from dforce.gui.saving import Field, ask, choice, text
 from dforce.gui.view import View
 from dforce.results.curves import Picture
 from dforce.results.kinds import kind_of
@@ -155,17 +155,31 @@ class Files:
         try:
             raw = await asyncio.to_thread(measured.curve_from, data, name, settings, case, view.session.shelf.folder)
         except measured.Question as question:
-            places = list(question.asked)
-
-            async def answered(*answers: str) -> None:
-                told = measured.with_answers(settings, places, answers)
-                await self._attempt("the file could not be opened", lambda: self.open_measured(data, name, told))
-
-            why = f"{as_sentence(str(question))} Please tell:"
-            ask(f"Read {shorten(name, 60)}", list(question.asked.values()), answered, why=why, button="Read")
+            self._ask(question.asked, str(question), data, name, settings)
             return
         await view.session.take_measured(raw, name, settings)
         self.plots.show_measured()
+
+    def _ask(
+        self, asked: Mapping[measured.Place, Field], sentence: str, data: bytes, name: str, settings: Mapping[str, Any]
+    ) -> None:
+        """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
+
+        async def answered(*answers: str) -> None:
+            told = measured.with_answers(settings, list(asked), answers)
+
+            async def read() -> None:
+                try:
+                    await self.open_measured(data, name, told)
+                except df.DForceError as error:
+                    typed = zip(asked.items(), answers, strict=True)
+                    again = {place: {**field, "value": answer} for (place, field), answer in typed}
+                    self._ask(again, str(error), data, name, settings)
+
+            await self._attempt("the file could not be opened", read)
+
+        why = f"{as_sentence(sentence)} Please tell:"
+        ask(f"Read {shorten(name, 60)}", list(asked.values()), answered, why=why, button="Read")
 
     async def save_project(self) -> None:
         """Save the document with all its results."""

@@ -15,6 +15,7 @@ from dforce.gui import figures, overlay, reconstructed
 from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
 from dforce.gui.explore_panel import Explorer
+from dforce.gui.fit_numbers import FitNumbers
 from dforce.gui.kept import KeptResults
 from dforce.gui.measured_panel import MeasuredCurve
 from dforce.gui.motion import MotionPanel
@@ -90,10 +91,11 @@ class Plots:
         self.explorer.before_opening = lambda: self._alone(self.explorer)
         self.set_point = SetPoint(view)
         self.numbers.table()
+        self.fit_numbers = FitNumbers()
         self.kept.table()
         view.compose = self.compose
         view.picture = lambda: self.shown
-        for element in (self.set_point.element, self.numbers.sheet, self.kept.differences):
+        for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.kept.differences):
             view.shown.mark(Part.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)
@@ -131,6 +133,7 @@ class Plots:
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
         self.set_point.show(self.layers, self.shown)
+        self.fit_numbers.show(self.layers, self.shown)
         self.numbers.show(self.drawn, self.shown)
         self.motion.follow(self.view.curve, self.layers)
         self.measured.show()

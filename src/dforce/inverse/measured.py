@@ -170,9 +170,12 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     several = len(tables) > 1
 
     def made(place: int, table: Table) -> xr.Dataset:
-        curve = curve_of(table, asked, f"curve {place} of {name}" if several else name)
         own = place if several else number
-        return curve.assign_attrs(source | ({} if own is None else {"curve": own}))
+        label = table.label if table.label not in ("", str(own)) else ""
+        called = f"curve {place}{f' ({label} in the file)' if label else ''} of {name}"
+        curve = curve_of(table, asked, called if several else name)
+        numbered = ({} if own is None else {"curve": own}) | ({"label": label} if label and own is not None else {})
+        return curve.assign_attrs(source | numbered)
 
     return [functools.partial(made, place, table) for place, table in enumerate(tables, start=1)]
 

@@ -204,7 +204,10 @@ def split_curves(table: Table, columns: Mapping[str, str], name: str) -> list[Ta
         return [table]  # places that drift from point to point are no map
     order = np.argsort(first)
     parts = [np.flatnonzero(np.ravel(which) == number) for number in order]
-    return [table.part(rows, _position(numbers, int(rows[0]))) for rows in parts]
+    labels = [f"{stacked[rows[0], 0]:g}" if keys == ["curve"] else "" for rows in parts]
+    return [
+        table.part(rows, _position(numbers, int(rows[0])), label) for rows, label in zip(parts, labels, strict=True)
+    ]
 
 
 def _position(numbers: Mapping[str, Column], row: int) -> tuple[float, float] | None:

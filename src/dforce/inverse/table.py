@@ -48,6 +48,8 @@ class Table:
         Line of the file that each row stands in; None where it has no lines.
     position
         Place of the curve on a map, x and y (m).
+    label
+        What the file calls the curve among others; may be empty.
     """
 
     columns: tuple[Column, ...]
@@ -57,12 +59,13 @@ class Table:
     segments: Words | None = None
     lines: np.ndarray[Any, np.dtype[np.int64]] | None = None
     position: tuple[float, float] | None = None
+    label: str = ""
 
     def place(self, row: int) -> str:
         """Return where a row (from 0) stands, for a sentence."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
-    def part(self, rows: Any, position: tuple[float, float] | None = None) -> Table:
+    def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> Table:
         """Return some of the rows."""
         return Table(
             tuple(column._replace(values=column.values[rows]) for column in self.columns),
@@ -72,6 +75,7 @@ class Table:
             None if self.segments is None else self.segments[rows],
             None if self.lines is None else self.lines[rows],
             position or self.position,
+            label or self.label,
         )
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,8 @@ import numpy as np
 from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.instrument import beam
-from dforce.inverse.readers import content_of, tables_in
+from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
+from dforce.inverse.readers import HDF5, content_of, results, tables_in
 from dforce.inverse.table import Column, Floats, Table
 from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import bare, known_unit, scale_to
@@ -31,7 +32,6 @@ ROOM = 298.15  # K
 FEWEST = 12  # points of a spectrum about its peak
 WIDTHS, FEW = 5.0, 20  # f0/Q on both sides of the peak that are fitted, and the fewest points there
 WIDEST = (0.5, 1.5)  # of f0: farther off is no longer this mode alone
-ROUNDS, HALVINGS, CLOSE = 200, 30, 1e-10
 ABOVE = 4.0  # times the level around it that a peak reaches
 DENSITIES = {"m^2/Hz": 1.0, "m/Hz^0.5": 2.0}  # powers that make a power density of them
 VOLTS = {"V^2/Hz": 1.0, "V/Hz^0.5": 2.0}
@@ -47,6 +47,7 @@ NAMES = (
 )
 SMOOTH = 10.0  # spectra that a smoothed point stands for, to find the peak by
 LEVERS = ("static", "mode")
+BEYOND_WINDOWS = 3  # points of a spectrum that are farther apart than Hann's window makes alike
 MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 
@@ -87,14 +88,18 @@ class ThermalTune:
     band: tuple[float, float]
     history: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        units = {"f0": "Hz", "k": "N/m", "Q": "1"}
+        told = (f"{name} = {show(*pair, units[name])}" for name, pair in self.as_table().items())
+        return f"<ThermalTune {', '.join(told)}>"
+
     def as_table(self) -> dict[str, tuple[float, float]]:
         """Return value and error of f0, k and Q by name."""
         return {name: (getattr(self, name), getattr(self, f"{name}_error")) for name in ("f0", "k", "Q")}
 
     def density(self, frequency: Floats) -> Floats:
         """Return the fitted power density (m²/Hz) at frequencies (Hz)."""
-        found = np.array([*np.log([self.f0, self.Q, self.mean_square]), self.background])
-        return _model(found, np.asarray(frequency, dtype=float))[0]
+        return Resonance(self.f0, self.Q, self.mean_square, self.background).density(frequency)
 
 
 @checked
@@ -114,7 +119,7 @@ def thermal_tune(
     ----------
     path
         A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
-        or in volts).
+        or in volts), or the result of :func:`dforce.thermal_spectrum`.
     columns
         Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
     unit
@@ -139,7 +144,8 @@ def thermal_tune(
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
     content, name = content_of(path)
-    table = tables_in(content, name)[0]
+    own = content.startswith(HDF5) and results.is_own(content, name)
+    table = results.spectrum_in(path, name) if own else tables_in(content, name)[0]
     length = None if sensitivity is None else measured(sensitivity, "m/V", "sensitivity")
     warm = measured(ROOM if temperature is None else temperature, "K", "temperature")
     if warm.value <= 0.0 or (length is not None and length.value <= 0.0):
@@ -230,61 +236,79 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
         frequency, power = frequency[inside], power[inside]
     if len(frequency) < FEWEST:
         raise ResultError(f"{name} has {len(frequency)} points of a spectrum, and a fit needs {FEWEST} or more")
-    every = frequency, power
-    start = np.array(_start(frequency, power, name))
-    found, covariance, averages = _minimized(frequency, power, start, name)
+    every, start = (frequency, power), _start(frequency, power, name)
+    fit = _most_likely(frequency, power, start, name)
     for widths in (3.0 * WIDTHS, WIDTHS) if band is None else ():
-        frequency, power = _about(every, found, widths, name)
-        found, covariance, averages = _minimized(frequency, power, np.array([*np.exp(found[:3]), start[3]]), name)
-    f0, Q, mean_square, background = *np.exp(found[:3]), found[3]
-    factor, doubts = _misfit(frequency, power, found)
-    errors = factor * np.sqrt(np.diag(covariance))
-    if not frequency[0] < f0 < frequency[-1] or errors[1] > 0.5:
+        frequency, power = _about(every, fit.peak, widths, name)
+        fit = _most_likely(frequency, power, replace(fit.peak, background=start.background), name)
+    peak = fit.peak
+    factor, doubts = _misfit(power / peak.density(frequency) - 1.0)
+    errors = [factor * error for error in fit.errors]
+    if not frequency[0] < peak.f0 < frequency[-1] or errors[1] > 0.5:
         raise ResultError(f"{name} has no peak that tells f0 and Q; give the band of frequencies around it")
     ends = (float(frequency[0]), float(frequency[-1]))
     history = (
         f"fit: {len(frequency)} points from {units.show(ends[0], 'Hz', 5)} to {units.show(ends[1], 'Hz', 5)}, as of "
-        f"{averages:.3g} averaged spectra",
+        f"{fit.averages:.3g} averaged spectra",
         *doubts,
-        f"f0: {show(f0, f0 * errors[0], 'Hz')}",
-        f"Q: {show(Q, Q * errors[1], '1')}",
+        f"f0: {show(peak.f0, peak.f0 * errors[0], 'Hz')}",
+        f"Q: {show(peak.Q, peak.Q * errors[1], '1')}",
     )
     return ThermalTune(
-        float(f0), float(f0 * errors[0]), 1.0, float(errors[2]), float(Q), float(Q * errors[1]), 1.0, float(mean_square),
-        float(background), averages, ends, history,
+        peak.f0, peak.f0 * errors[0], 1.0, errors[2], peak.Q, peak.Q * errors[1], 1.0, peak.mean_square,
+        peak.background, fit.averages, ends, history,
     )  # fmt: skip
 
 
-def _about(every: tuple[Floats, Floats], found: Floats, widths: float, name: str) -> tuple[Floats, Floats]:
+def _most_likely(frequency: Floats, power: Floats, start: Resonance, name: str) -> FittedResonance:
+    try:
+        return most_likely(frequency, power, start)
+    except ArithmeticError:
+        raise ResultError(
+            f"{name} has a peak that no resonance describes; give the band of frequencies around it"
+        ) from None
+
+
+def _about(every: tuple[Floats, Floats], peak: Resonance, widths: float, name: str) -> tuple[Floats, Floats]:
     """Return the points within so many widths of a peak, and not so far that another mode counts."""
     frequency, power = every
-    f0, Q = float(np.exp(found[0])), float(np.exp(found[1]))
-    half = max(widths * f0 / Q, FEW * float(np.median(np.diff(frequency))))
-    inside = np.abs(frequency - f0) <= min(half, (1.0 - WIDEST[0]) * f0)
+    half = max(widths * peak.f0 / peak.Q, FEW * float(np.median(np.diff(frequency))))
+    inside = np.abs(frequency - peak.f0) <= min(half, (1.0 - WIDEST[0]) * peak.f0)
     if int(inside.sum()) < FEWEST:
         raise ResultError(f"{name} has {int(inside.sum())} points about its peak, and a fit needs {FEWEST} or more")
     return frequency[inside], power[inside]
 
 
-def _misfit(frequency: Floats, power: Floats, found: Floats) -> tuple[float, tuple[str, ...]]:
-    """Return by what errors grow where neighbors are off the fit together, and the sentence that says so.
+def _misfit(rest: Floats) -> tuple[float, tuple[str, ...]]:
+    """Return by what errors grow where neighbors are off the fit together, by a share, and the sentence that says so.
 
-    Then the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another one.
+    A window of the spectra, as Hann's, makes neighbors alike, no farther than by two points. Where they are off the fit
+    farther along, the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another.
     """
-    rest = power / _model(found, frequency)[0] - 1.0
-    together = float((rest[1:] * rest[:-1]).sum() / (rest**2).sum())
-    if together < MISFIT / math.sqrt(len(rest)):
+    together, along = (_correlation(rest, points) for points in (1, BEYOND_WINDOWS))
+    limit = MISFIT / math.sqrt(len(rest))
+    if together < limit:
         return 1.0, ()
     together = min(together, 0.95)
     factor = math.sqrt((1.0 + together) / (1.0 - together))
+    larger = f"all errors are {factor:.1f} times larger for it"
+    if along < limit:
+        return factor, (
+            f"neighbors are alike (correlated by {together:.2f}), as a window of the spectra makes them; {larger}",
+        )
     return factor, (
         f"doubt: neighbors are off the fit together (correlated by {together:.2f}), so this is not the peak of one steady "
-        f"resonance; all errors are {factor:.1f} times larger for it",
+        f"resonance; {larger}",
     )
 
 
-def _start(frequency: Floats, power: Floats, name: str) -> tuple[float, float, float, float]:
-    """Return f0, Q, mean square and background to start from: by the highest smoothed point, and the area about it."""
+def _correlation(rest: Floats, points: int) -> float:
+    """Return how much values so many points apart are alike."""
+    return float((rest[points:] * rest[:-points]).sum() / (rest**2).sum())
+
+
+def _start(frequency: Floats, power: Floats, name: str) -> Resonance:
+    """Return the resonance to start from: by the highest smoothed point, and the area about it."""
     scatter = 0.5 * float(np.diff(np.log(power)).var())  # of neighbors: that of single spectra is 1.6
     count = int(np.clip(round(SMOOTH * scatter), 1, max(len(power) // 20, 1)))
     smooth = np.convolve(power, np.ones(count) / count, mode="same")
@@ -298,52 +322,4 @@ def _start(frequency: Floats, power: Floats, name: str) -> tuple[float, float, f
     near = (frequency > WIDEST[0] * f0) & (frequency < WIDEST[1] * f0)
     area = float(np.clip(smooth[near] - level, 0.0, None).sum()) * step
     height = float(smooth[peak]) - level
-    return f0, max(0.5 * math.pi * f0 * height / area, 0.6), area, level
-
-
-def _model(found: Floats, frequency: Floats) -> tuple[Floats, Floats]:
-    """Return the density, and its derivatives by the logarithms of f0, Q and mean square, and by the background."""
-    f0, Q, mean_square = np.exp(found[:3])
-    r2 = (frequency / f0) ** 2
-    below = (1.0 - r2) ** 2 + r2 / Q**2
-    peak = mean_square * 2.0 / (math.pi * f0 * Q) / below
-    by_f0 = peak * (-1.0 + (-4.0 * (1.0 - r2) * r2 + 2.0 * r2 / Q**2) / below)
-    by_Q = peak * (-1.0 + 2.0 * r2 / Q**2 / below)
-    return peak + found[3], np.stack([by_f0, by_Q, peak, np.ones_like(peak)], axis=1)
-
-
-def _minimized(frequency: Floats, power: Floats, start: Floats, name: str) -> tuple[Floats, Floats, float]:
-    """Return what makes the spectrum most likely, its covariance, and the number of averaged spectra.
-
-    Each point of an averaged spectrum scatters in proportion to what it should be (a gamma distribution), so that the
-    likelihood is that of P. Whittle: the minimum of the sum of ln S + P/S, found by Fisher's scoring. The background is
-    not negative.
-    """
-    found, scale = np.array([*np.log(start[:3]), start[3]]), np.array([1.0, 1.0, 1.0, start[3]])
-    for _ in range(ROUNDS):
-        density, slopes = _model(found, frequency)
-        relative = slopes * scale / density[:, None]
-        here = float(np.sum(np.log(density) + power / density))
-        if not math.isfinite(here):
-            raise ResultError(f"{name} has a peak that no resonance describes; give the band of frequencies around it")
-        free = np.array(
-            [True, True, True, found[3] > 0.0 or float((relative[:, 3] * (power / density - 1.0)).sum()) > 0.0]
-        )
-        inner = relative[:, free]
-        step = np.zeros(4)
-        step[free] = np.linalg.lstsq(inner, power / density - 1.0, rcond=None)[0]
-        step[:3] = np.clip(step[:3], -1.0, 1.0)
-        before = found
-        for halving in range(HALVINGS):
-            found = before + 0.5**halving * step * scale
-            found[3] = max(found[3], 0.0)
-            there = _model(found, frequency)[0]
-            if float(np.sum(np.log(there) + power / there)) <= here:
-                break
-        if float(np.abs(found - before)[:3].max()) < CLOSE:
-            break
-    density, slopes = _model(found, frequency)
-    relative = slopes * scale / density[:, None]
-    scatter = float(np.mean((power / density - 1.0) ** 2)) * len(power) / max(len(power) - 4, 1)
-    covariance = np.linalg.pinv(relative.T @ relative) * scatter
-    return found, np.asarray(covariance, dtype=float), 1.0 / max(scatter, 1e-12)
+    return Resonance(f0, max(0.5 * math.pi * f0 * height / area, 0.6), area, level)

@@ -182,8 +182,9 @@ def _margins(case: Case, paths: Sequence[str], given: Any) -> tuple[dict[str, Ma
         relative = isinstance(value, str) and value.strip().endswith("%")
         unit = "1" if relative or path == "set_point" else case.quantity(path).unit
         size = _parsed(where, value, unit)
-        if not 0.0 < size < (1.0 if relative or path == "set_point" else math.inf):
-            raise ParameterError(f"{where} = {shorten(value)} is not above 0{' and below 1' if relative else ''}")
+        share = relative or path == "set_point"
+        if not 0.0 < size < (1.0 if share else math.inf):
+            raise ParameterError(f"{where} = {shorten(value)} is not above 0{' and below 1' if share else ''}")
         if relative and path == "set_point":
             raise ParameterError(f"{where} = {shorten(value)}; write it as a difference of set points, such as 0.03")
         out[path] = Margin(math.log1p(size) if relative else size, relative)

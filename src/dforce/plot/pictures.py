@@ -153,6 +153,8 @@ class _Drawing:
         axes.set_ylabel(", ".join(words) + (f" ({unit})" if unit != "1" else ""))
         if self.picture.logarithmic:
             axes.set_yscale("log")
+        if self.picture.logarithmic_across:
+            axes.set_xscale("log")
         tidy(axes)
         sizes = np.concatenate([np.ravel(result[name].values) for result in self.layers.values() for name in names])
         without_rounding(axes, sizes, self._rounding(names), scale)

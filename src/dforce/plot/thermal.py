@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
@@ -9,9 +10,8 @@ from matplotlib.figure import FigureBase
 from dforce.core import units
 from dforce.core.errors import checked
 from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure, shown, take, tidy
+from dforce.results.curves import BELOW
 from dforce.results.dataset import reader_unit
-
-BELOW = 30.0  # how far below the lowest resonance the picture begins: white noise alone
 
 
 @checked
@@ -35,16 +35,18 @@ def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> A
     axes = figure.subplots()
     across, text = shown(dataset["frequency"])
     scale, unit = reader_unit(density)
+    fitted_f0, fitted_Q = (np.atleast_1d(dataset[name].values) for name in ("fitted_f0", "fitted_Q"))
+    told = fitted_f0[np.isfinite(fitted_f0)]
     peaks = [
-        f"{units.show(f0, 'Hz', 4)}, Q = {Q:.3g}"
-        for f0, Q in zip(dataset["fitted_f0"].values, dataset["fitted_Q"].values, strict=True)
+        f"{units.show(f0, 'Hz', 4)}, Q = {Q:.3g}" if np.isfinite(f0) else "not told"
+        for f0, Q in zip(fitted_f0, fitted_Q, strict=True)
     ]
     axes.plot(across, density.values / scale, color=BLUE, linewidth=0.7, label="record")
     axes.plot(across, fitted.values / scale, color=VERMILLION, linewidth=1.4, label="\n".join(["fit", *peaks]))
     axes.set_xscale("log")
     axes.set_yscale("log")
-    lowest = float(dataset["fitted_f0"].min() / dataset["frequency"][-1]) * across[-1]
-    axes.set_xlim(max(lowest / BELOW, across[0]), across[-1])
+    lowest = float(told.min() / BELOW / dataset["frequency"][-1]) * across[-1] if len(told) else 0.0
+    axes.set_xlim(max(lowest, across[0]), across[-1])
     axes.set_xlabel(text)
     axes.set_ylabel(axis_text(density, unit))
     axes.legend(loc="upper left", fontsize="small", framealpha=0.85)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ Places = np.ndarray[Any, np.dtype[np.int64]]
 
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 ROUNDING = 1e-6
+BELOW = 30.0  # how far below the strongest resonance a logarithmic picture of a density begins: white noise alone
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 OF_CURVES = {
     "amplitude and phase": ("amplitude", "phase"),
@@ -51,6 +52,11 @@ class Picture:
     together: bool = False
     logarithmic: bool = False
     title: str = field(default="", compare=False)
+
+    @property
+    def logarithmic_across(self) -> bool:
+        """Whether the axis across is logarithmic, too: that of spectral densities, which go over decades of frequency."""
+        return self.logarithmic and self.x == "frequency" and bool({"spectral_density", "fitted_density"} & {*self.y})
 
 
 @dataclass(frozen=True)
@@ -259,3 +265,10 @@ def _parts(
         marks = {i: special[p] for i, p in enumerate(at) if p >= 0 and wanted[p] and special[p] in MARKED}
         yield Line(xs, ys, ", ".join([*([name] if name else []), word]), direction, column, word == "stable", row, at,
                    chosen, marks)  # fmt: skip
+
+
+def start_across(lines: Iterable[Line]) -> float:
+    """Return where a logarithmic picture of densities begins: so far below the highest peak that nothing but noise is left."""
+    tops = [line for line in lines if np.isfinite(line.y).any()]
+    highest = max(tops, key=lambda line: float(np.nanmax(line.y)))
+    return float(highest.x[np.nanargmax(highest.y)]) / BELOW

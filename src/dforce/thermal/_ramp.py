@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 FARTHEST = 1e-6  # m from a0, beyond which no attraction is looked for
 PLACES = 4000
 NEAREST, WIDER = 1e-4, 1.1  # first distance from the end of the barrier, of its zc, and how the next ones grow
+NEVER = 1e-300  # 1/m: a chance of 0 has no logarithm
 RARE = 1e-6  # chance to have snapped in farther out, that is left out
 
 
@@ -115,7 +116,7 @@ def _rates(problem: Problem, end: float, slowest: float) -> tuple[Array, Array]:
         if found is not None:
             away.append(step)
             rates.append(found.rate)
-            if found.rate * step < RARE * slowest:
+            if found.rate * step < RARE * slowest and len(away) > 1:  # a curve takes two
                 return np.array(away), np.array(rates)
         if step > FARTHEST:
             raise ParameterError("no distance is so far that the lever stays free there for long; raise the speed")
@@ -127,7 +128,7 @@ def _moments(away: Array, hazard: Array) -> tuple[float, float]:
     from scipy.interpolate import PchipInterpolator
 
     x = np.concatenate([np.linspace(0.0, away[0], 50)[:-1], np.geomspace(away[0], away[-1], PLACES)])
-    each = np.exp(PchipInterpolator(np.log(away), np.log(hazard))(np.log(np.maximum(x, away[0]))))
+    each = np.exp(PchipInterpolator(np.log(away), np.log(np.maximum(hazard, NEVER)))(np.log(np.maximum(x, away[0]))))
     steps = np.diff(x)
     beyond = np.append(np.cumsum((0.5 * steps * (each[1:] + each[:-1]))[::-1])[::-1], 0.0)
     gone = -np.expm1(-beyond)

@@ -34,6 +34,7 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
 # what a steady motion balances, and one that thermal motion shakes only on long means
 BALANCES = (sampling.sampling, sampling.step_error, sampling.energy_gained)
 FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # what a force curve can be told
+THERMAL_SPECTRUM = inputs.PIECES  # of a free lever, without drive and sample
 
 
 def _is_noisy(seen: Evidence) -> bool:
@@ -62,6 +63,8 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
     else:
         seen = Evidence(case, result)
     pieces = FORCES_ALONE if seen.is_force_curve else PIECES
+    if seen.case.experiment is not None and seen.case.experiment.kind == "thermal_spectrum":
+        pieces = THERMAL_SPECTRUM
     if _is_noisy(seen):
         pieces = tuple(piece for piece in pieces if piece not in BALANCES)
     return Advices(found for piece in pieces if (found := piece(seen)) is not None)

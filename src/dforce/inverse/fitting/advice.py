@@ -27,8 +27,13 @@ SPEC = "this fit's own numbers"
 
 
 def advice_on(found: Fitted) -> list[Advice]:
-    """Return the advice on a fit."""
-    pieces = [_doubts, _lost, _chi2, _minima, _bounds, _unseen, _products, _untold, _together, _sampling]
+    """Return the advice on a fit; what its minimum would tell is not said of one that was stopped on the way there."""
+    on_the_way = found.interrupted and bool(np.isnan(found.certain.covariance).all())
+    pieces = (
+        [_doubts]
+        if on_the_way
+        else [_doubts, _lost, _chi2, _minima, _bounds, _unseen, _products, _untold, _together, _sampling]
+    )
     return [one for piece in pieces if (one := piece(found)) is not None]
 
 

@@ -92,5 +92,11 @@ def _every(case: Case, curves: Mapping[str, Any]) -> dict[str, Any]:
             out[name] = error
             continue
         several = len(found) > 1
-        out |= {f"{name}, curve {n}" if several else name: one for n, one in enumerate(found, 1)}
+        out |= {f"{name}, curve {n}{_label(one)}" if several else name: one for n, one in enumerate(found, 1)}
     return out
+
+
+def _label(curve: xr.Dataset | DForceError) -> str:
+    """Return what its file calls a curve where that is not its place there, in brackets."""
+    label = "" if isinstance(curve, DForceError) else str(curve.attrs.get("label", ""))
+    return f" ({label} in the file)" if label else ""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
 from dforce.inverse.fitting.typed import number_of
 
@@ -196,13 +197,25 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     value = float(given)
     if not (math.isfinite(value) and value > 0.0):
         raise ParameterError(f"the error of '{name}' is {value:g} {unit}; it must be above 0")
-    return value
+    return _below_span(value, data, name, unit)
 
 
 def _height_error(data: xr.Dataset, reading: Reading) -> float:
     value = float((reading.errors or {}).get("height", data.attrs.get("height_error", 0.0)))
     if not (math.isfinite(value) and value >= 0.0):
         raise ParameterError(f"the error of 'height' is {value:g} m; it must not be below 0")
+    return _below_span(value, data, "height", "m")
+
+
+def _below_span(value: float, data: xr.Dataset, name: str, unit: str) -> float:
+    """Return an error that is smaller than what the curve spans; one that is not was mostly typed without its unit."""
+    known = data[name].values[np.isfinite(data[name].values)]
+    span = float(np.ptp(known)) if len(known) else math.inf
+    if 0.0 < span < value:
+        raise ParameterError(
+            f"the error of '{name}' is {units.show(value, unit, 4)}, more than the {units.show(span, unit, 4)} that the curve "
+            "spans: it tells nothing; was the unit left out?"
+        )
     return value
 
 

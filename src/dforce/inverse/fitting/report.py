@@ -124,7 +124,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
             rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
             continue
         told = _both_sides(one, error, unit)
-        if "offset" not in name:
+        if "offset" not in name and math.isfinite(float(one["error"])):
             share = 100.0 * abs(float(one["error"]) / float(one["value"]))
             told += f" ({share:.2g} %)" if share < 99.5 else f" ({share:.0f} %)"
         prior = (

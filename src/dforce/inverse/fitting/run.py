@@ -121,7 +121,8 @@ def fit(
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
         in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and what repeats the fit. After Ctrl-C it holds the best that was met, and ``attrs["interrupted"]`` is 1.
+        case (`case`) and what repeats the fit. After Ctrl-C it holds the best that was met, and ``attrs["interrupted"]`` is 1;
+        stopped on its way to the minimum it has no errors.
 
     Raises
     ------
@@ -211,9 +212,11 @@ class _Search:
             self._bootstrap()
         except KeyboardInterrupt:
             interrupted = True
-            if not self.minima:
-                self.minima = [self._lowest()]
-        certain, passed = self._certainty()
+        if self.minima:
+            certain, passed = self._certainty()
+        else:  # where it was stopped is no minimum, at which alone the derivatives tell errors
+            self.minima = [self._lowest()]
+            certain, passed = self._unknown()
         names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
             self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain,
@@ -306,14 +309,17 @@ class _Search:
         return self._by[1]
 
     def _certainty(self) -> tuple[Certainty, Array]:
-        best, count = self.minima[0], len(self.unknowns)
+        best = self.minima[0]
         if best.prediction is None:
-            return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(
-                count
-            )
+            return self._unknown()
         by = self._derivatives()
         certain = certainty(by, self.unknowns, self.data.correlation)
         return certain, self._passed_on(by, certain, best)
+
+    def _unknown(self) -> tuple[Certainty, Array]:
+        """Return errors of which nothing is known."""
+        count = len(self.unknowns)
+        return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(count)
 
     def _passed_on(self, by: Array, certain: Certainty, best: Minimum) -> Array:
         """Return the errors that those of fixed parameters leave."""

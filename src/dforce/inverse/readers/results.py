@@ -54,6 +54,22 @@ def read(path: str | os.PathLike[str], name: str) -> xr.Dataset | Table:
     return _table(result)
 
 
+def spectrum_in(path: str | os.PathLike[str], name: str) -> Table:
+    """Return the spectrum of a simulated thermal motion as a table.
+
+    Raises
+    ------
+    ResultError
+        When the result is of another kind.
+    """
+    result = read_result(path)
+    if "spectral_density" not in result:
+        raise ResultError(f"{name} is a result of dForce, but no thermal spectrum")
+    wanted = {"frequency": "Hz", "spectral_density": "m^2/Hz"}
+    columns = [Column(column, unit, np.asarray(result[column].values, float)) for column, unit in wanted.items()]
+    return Table(tuple(columns), "result of dForce", "dForce")
+
+
 def _again(result: xr.Dataset) -> xr.Dataset:
     """Return a measured curve with its list of sentences, which a file gives back as an array."""
     result.attrs["history"] = [str(line) for line in np.atleast_1d(result.attrs.get("history", []))]

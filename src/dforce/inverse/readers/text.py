@@ -118,7 +118,7 @@ def _table(lines: Sequence[Line], name: str) -> tuple[Style, list[int]]:
         if rows and (best is None or (len(rows), -rank) > best[:2]):
             best = len(rows), -rank, style, rows
     if best is None:
-        raise ResultError(f"{name} holds no table of numbers")
+        raise ResultError(f"{name} holds no table of numbers{_word_between([lines[place] for place in sample])}")
     style, rows = best[2], best[3]
     if len(rows) * len(style.cells(lines[rows[0]].text)) > MOST_CELLS:
         raise ResultError(f"{name} holds more than {MOST_CELLS} numbers, which is no curve")
@@ -131,6 +131,20 @@ def _table(lines: Sequence[Line], name: str) -> tuple[Style, list[int]]:
     if broken:
         _refuse_broken(lines, broken[0], plain[-1], width, style, name)
     return style, rows
+
+
+def _word_between(lines: Sequence[Line]) -> str:
+    """Return the words between numbers for which rows are none, for a sentence; nothing where there are no such rows."""
+    for line in lines:
+        for style in STYLES:
+            cells = style.cells(line.text) if style.separator else []
+            words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
+            if words and len(cells) - len(words) >= 2:
+                return (
+                    f": '{shorten(words[0], 30)}' in line {line.number} is no number; leave out columns of words, but those of "
+                    "directions"
+                )
+    return ""
 
 
 def _width(lines: Sequence[Line], rows: Sequence[int], style: Style) -> int:
