@@ -120,7 +120,7 @@ def report(outcomes: list[Outcome], asked: float, worst: int) -> None:
     kinds = {status.name: sum(one.status == status for one in outcomes) for status in Status}
     print("status:", ", ".join(f"{name} {count}" for name, count in kinds.items() if count))
     print("off the most beyond the estimate:")
-    for one in sorted(outcomes, key=lambda one: one.estimate / max(one.error, NOTHING))[:worst]:
+    for one in sorted(outcomes, key=lambda one: max(one.estimate, NOTHING) / max(one.error, NOTHING))[:worst]:
         print(
             f"  {one.number:4d} {one.family:42s} {one.status.name:10s} estimated {one.estimate:.1e}, off by {one.error:.1e}"
             f" in {one.quantity}"

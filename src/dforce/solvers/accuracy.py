@@ -108,6 +108,6 @@ def assure(block: Block, values: Array, points: Points) -> None:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break
             found = orbits.find_again(doubtful, times, times / before)
-            doubtful, before = found[orbits.error[found] > accuracy], times
+            doubtful, before = found[orbits.error[found] > SURE * accuracy], times
     points.rows[places], points.monodromy[places] = orbits.rows, orbits.monodromy
     points.residual[places], points.error[places] = orbits.residual, orbits.error
