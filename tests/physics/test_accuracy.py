@@ -57,6 +57,18 @@ def test_the_estimate_tells_the_error_of_a_smooth_motion():
         assert error / 3.0 < float(found.error_estimate) < 3.0 * error
 
 
+def test_a_narrow_attraction_is_met_by_shorter_steps_where_q_adds_up_its_errors():
+    case = df.Case(
+        cantilever=df.Cantilever(f0="19.7 kHz", k="7.95 N/m", Q=3230), drive=df.Drive(A0="845 nm"),
+        tip=df.Tip(radius="20.7 nm"), sample=df.Sample(youngs_modulus="1 kPa"), forces=[df.forces.DMT(hamaker="7.03e-21 J")],
+        experiment=df.experiments.Approach(zc=["1015 nm", "749 nm"]),
+    )  # fmt: skip
+    fixed, exact = (df.run(case.replace("solver.points_per_period", points)).isel(zc=1) for points in (256, 8192))
+    error = off(fixed, exact, case.problem).max()
+    assert error < 1e-4
+    assert error / 3.0 < float(fixed.error_estimate) < 3.0 * error
+
+
 def test_points_do_not_depend_on_those_beside_them():
     whole = df.run(VISCOUS)
     alone = df.run(VISCOUS.replace("experiment.zc", ["12 nm", "6 nm"]))

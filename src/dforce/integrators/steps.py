@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from dforce.integrators.loops import held, interval, seconds
+from dforce.kernel.codegen import FIRST_MODE
 from dforce.kernel.linker import inlined, uncounted
 from dforce.kernel.vocabulary import (
     arrived,
@@ -44,9 +45,11 @@ from dforce.observables.interpolant import cubic, cubic_rate
 PARTS = 8  # of a step beside such a kink
 REACH = 2.0  # steps from it, within which steps are divided
 # second difference of the force over a part, as a share of the forces there, from which on it counts as a spike, and from
-# which on fully; and the same for what it changes in the velocity, of omega A0
+# which on fully; and the same for what it changes in the velocity, of omega A0, where Q is below UNDAMPED: a lever of a higher
+# Q adds up the errors of as many more periods
 SPIKE, SPIKE_FULLY = 0.2, 0.35
 PUSH, PUSH_FULLY = 1e-6, 1e-5
+UNDAMPED, DAMPING = 10.0, FIRST_MODE + 1
 STRIDE = 1.0  # lengths of a step against the distance: a shorter one holds no spike, one of twice that may count fully
 
 
@@ -139,7 +142,7 @@ def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> f
     """
     bend = abs(f0 - 2.0 * fm + f1)
     share = bend / (abs(f0) + 2.0 * abs(fm) + abs(f1) + 1e-300)
-    push = bend * h * yielding(p) / p[1]
+    push = bend * h * yielding(p) / p[1] / min(1.0, UNDAMPED * p[DAMPING])
     counts = smooth((share - SPIKE) / (SPIKE_FULLY - SPIKE)) * smooth((push - PUSH) / (PUSH_FULLY - PUSH))
     return float(counts * smooth(stride / STRIDE - 1.0))
 
