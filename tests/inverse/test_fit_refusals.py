@@ -55,7 +55,10 @@ REFUSED = {
     "bounds of what is fixed": ({"free": [H], "bounds": {E: ["1 GPa", "2 GPa"]}}, "which is not fitted"),
     "sigma of zero": ({"free": [E], "errors": {"amplitude": 0.0}}, "must be above 0"),
     "error of the height without its unit": ({"free": [E], "errors": {"height": 50.0}}, "was the unit left out"),
-    "error of the amplitude without its unit": ({"free": [E], "errors": {"amplitude": "60"}}, "is 60 m, more than the"),
+    "error of the amplitude without its unit": (
+        {"free": [E], "errors": {"amplitude": "60"}},
+        "60 m, more than 1000 times",
+    ),
     "unknown branch": ({"free": [E], "branch": "upper"}, "branch"),
     "profile of what is fixed": ({"free": [H], "profile": [E]}, "which is not fitted"),
     "unknown setting": ({"free": [E], "prior": {}}, "priors"),

@@ -314,8 +314,7 @@ class Block:
 
     def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of the first problem near motions by Newton's method."""
-        count = len(slots.case)
-        room = self._room(count, self.size + 2)
+        count, room = len(slots.case), self._room(len(slots.case), self.size + 2)
         self._solver("find_orbits")(slots, count, False, self._first, self.drive(repeats), orbits, room)
 
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:

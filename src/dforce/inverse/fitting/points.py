@@ -31,6 +31,7 @@ STRETCH = 5.0  # errors of a height to each side: over that the noise of the hei
 NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FEWEST = 8  # points
 RIGHT_ANGLE = 90.0
+MISTYPED = 1000.0  # times what a curve spans: an error so large was typed without its unit
 
 
 @dataclass(frozen=True)
@@ -197,24 +198,24 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     value = float(given)
     if not (math.isfinite(value) and value > 0.0):
         raise ParameterError(f"the error of '{name}' is {value:g} {unit}; it must be above 0")
-    return _below_span(value, data, name, unit)
+    return _of_the_unit(value, data, name, unit)
 
 
 def _height_error(data: xr.Dataset, reading: Reading) -> float:
     value = float((reading.errors or {}).get("height", data.attrs.get("height_error", 0.0)))
     if not (math.isfinite(value) and value >= 0.0):
         raise ParameterError(f"the error of 'height' is {value:g} m; it must not be below 0")
-    return _below_span(value, data, "height", "m")
+    return _of_the_unit(value, data, "height", "m")
 
 
-def _below_span(value: float, data: xr.Dataset, name: str, unit: str) -> float:
-    """Return an error that is smaller than what the curve spans; one that is not was mostly typed without its unit."""
+def _of_the_unit(value: float, data: xr.Dataset, name: str, unit: str) -> float:
+    """Return an error that is not so much larger than what the curve spans that it must have been typed without its unit."""
     known = data[name].values[np.isfinite(data[name].values)]
     span = float(np.ptp(known)) if len(known) else math.inf
-    if 0.0 < span < value:
+    if 0.0 < MISTYPED * span < value:
         raise ParameterError(
-            f"the error of '{name}' is {units.show(value, unit, 4)}, more than the {units.show(span, unit, 4)} that the curve "
-            "spans: it tells nothing; was the unit left out?"
+            f"the error of '{name}' is {units.show(value, unit, 4)}, more than {MISTYPED:g} times the "
+            f"{units.show(span, unit, 4)} that the curve spans; was the unit left out?"
         )
     return value
 
