@@ -120,4 +120,5 @@ def later(block: Block, cases: Indices, start: States, at: Array, spans: Indices
 
 def apart(a: Array, b: Array) -> Array:
     """Return how far states are apart, a row each, relative to the free amplitude; infinite where one is no number."""
-    return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
+    with np.errstate(invalid="ignore"):  # of motions that have gone to infinity
+        return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
