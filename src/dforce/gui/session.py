@@ -161,9 +161,8 @@ class Session:
         await job.go(self.look_at_jobs, LOOKED_EVERY)
         if job.result is not None:
             try:
-                if (
-                    job.result["status"] != df.Status.NOT_COMPUTED
-                ).any():  # else it was stopped before there was anything
+                # one that was stopped before there was anything is not kept
+                if (job.result["status"] != df.Status.NOT_COMPUTED).any():
                     await self.keep(job.result, shown=job.is_of(self.document))
             except df.ResultError as error:
                 job.error = f"this result could not be kept: {error}"

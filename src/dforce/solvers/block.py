@@ -251,8 +251,7 @@ class Block:
         `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods.
         """
         cases, steps = values.shape
-        size, states, branches = self.size, len(self.memory_scale), self.hysteresis
-        periods = self.common * repeats
+        size, states, branches, periods = self.size, len(self.memory_scale), self.hysteresis, self.common * repeats
         counts = np.full(cases, steps, dtype=np.int64) if counts is None else counts
         found = Branch(
             np.full((cases, steps, size), np.nan), np.full((cases, steps, states), np.nan),
@@ -309,8 +308,8 @@ class Block:
                     end, _ = integrator.lock_in(states.motion(s), periods)
                 slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
             return
-        march, room = self._solvers.entry("march"), self._room(count, 1)
-        march(slots, np.arange(count), count, 1, measured, self._first, self.drive(repeats), room)
+        order, room = np.arange(count), self._room(count, 1)
+        self._solvers.entry("march")(slots, order, count, 1, measured, self._first, self.drive(repeats), room)
 
     def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of the first problem near motions by Newton's method."""
