@@ -33,7 +33,8 @@ demo: $(READY)
 check: lint
 	$(BIN)/pytest -n auto --dist loadfile -q -m "not slow and not long" tests/unit tests/forces tests/cli tests/gui $(ARGS)
 
-# ARGS goes to pytest: make test ARGS="tests/unit -x". One process a core; a file's tests stay together, and share what they set up.
+# What .ci/run tests. ARGS goes to pytest: make test ARGS="tests/unit -x". One process a core; a file's tests stay together,
+# and share what they set up.
 test: $(READY) browser
 	$(BIN)/pytest -n auto --dist loadfile $(ARGS)
 
@@ -58,10 +59,10 @@ docs: $(DOCS_READY) browser
 	@DFORCE_SITE=docs/_build/html $(BIN)/pytest -q tests/docs/test_built_pages.py
 	@echo "The documentation is in docs/_build/html/index.html"
 
-# Some minutes: everything that dForce is held against, on a page; ARGS=--quick for the part that tests run.
+# Everything that dForce is held against, on a page; ARGS=--quick for the part that tests run. Then what `make test` leaves out.
 validate: $(READY)
 	$(BIN)/dforce validate -o validation.md $(ARGS)
-	$(BIN)/pytest -n auto --dist loadfile -q -m long
+	$(BIN)/pytest -n auto --dist loadfile -q -m "long or site"
 
 # The pictures of the window in the README and the documentation.
 screenshots: $(READY) browser
@@ -71,7 +72,7 @@ screenshots: $(READY) browser
 # window is made of asks for newer versions of what the rest takes: so each has its tests in an environment of its own.
 # Warnings are no errors here: an old package beside a new one of another project warns of its own use of it.
 test-lowest: $(LOWEST)/.ready $(LOWEST_GUI)/.ready
-	DFORCE_LOWEST=1 $(LOWEST)/bin/pytest -W default --ignore tests/gui --ignore tests/browser $(ARGS)
+	DFORCE_LOWEST=1 $(LOWEST)/bin/pytest -W default -m "not long" --ignore tests/gui --ignore tests/browser $(ARGS)
 	$(LOWEST_GUI)/bin/pytest -W default tests/gui tests/browser
 
 clean:

@@ -22,7 +22,7 @@ import numpy as np
 from dforce.checks.validation.comparison import reference
 from dforce.checks.validation.draws import FAMILIES, Draw, draw
 from dforce.experiments.base import initial_motion
-from dforce.experiments.table import graded, status_of
+from dforce.experiments.table import status_of
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.problem import Problem
 from dforce.results.status import Status
@@ -86,10 +86,9 @@ def compare(drawn: Draw, seed: int, settings: SolverSettings, exactly: str) -> O
     ]
     off = deviations(problem, lot.numbers, lot.tones, *columns)[0]
     estimate = float(found.values["error_estimate"])
-    status = status_of(found, problem)
-    if status == Status.OK:
-        status = Status(int(graded(np.array(estimate), settings.accuracy)))
-    return Outcome(number, drawn.family, status, estimate, float(off.max()), DEVIATIONS[int(off.argmax())])
+    return Outcome(
+        number, drawn.family, status_of(found, problem), estimate, float(off.max()), DEVIATIONS[int(off.argmax())]
+    )
 
 
 def right(one: Outcome) -> bool:
@@ -117,6 +116,11 @@ def report(outcomes: list[Outcome], asked: float, worst: int) -> None:
             f"{name:45s} {len(some):5d}  {sum(map(right, some)):5d}  {sum(map(low, some)):3d}  {len(beyond):6d}  "
             f"{len(unflagged):9d}  {max(one.error for one in some):.1e}"
         )
+    share = 100.0 / max(len(outcomes), 1)
+    print(
+        f"the estimate is right within a factor {FACTOR:g} in {share * sum(map(right, outcomes)):.0f} %, and too low in "
+        f"{share * sum(map(low, outcomes)):.0f} %"
+    )
     kinds = {status.name: sum(one.status == status for one in outcomes) for status in Status}
     print("status:", ", ".join(f"{name} {count}" for name, count in kinds.items() if count))
     print("off the most beyond the estimate:")

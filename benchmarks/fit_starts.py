@@ -9,7 +9,7 @@ import argparse
 import time
 
 import numpy as np
-from fit_errors import ETA, E, H, case, shipped
+from fit_kinds import ETA, FREE, TRUTH, E, H, case_of, shipped
 
 import dforce as df
 
@@ -27,7 +27,7 @@ def main() -> None:
         factors, shift = np.exp(rng.uniform(-np.log(5.0), np.log(5.0), 3)), rng.uniform(-1e-9, 1e-9)
         start = {E: 2e9 * factors[0], H: 6e-20 * factors[1], ETA: 20.0 * factors[2], "zc_offset": shift}
         begun = time.process_time()
-        chi2 = df.fit(case(), shipped(), free=[E, H, ETA], start=start, margin=0).attrs["chi2"]
+        chi2 = df.fit(case_of(TRUTH), shipped(), free=FREE, start=start).attrs["chi2"]
         right += chi2 < RIGHT
         print(number + 1, f"chi2 {chi2:.3f}", f"{time.process_time() - begun:.2f} s CPU", flush=True)
     print(f"{right} of {asked.starts} starts reach the right minimum")

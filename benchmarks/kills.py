@@ -124,7 +124,7 @@ def compare(folder: Path, wanted: dict[str, np.ndarray]) -> None:
     for name, values in wanted.items():
         np.testing.assert_array_equal(store[name].values, values, err_msg=name)
     assert blocks(folder) == len(wanted["status"])
-    assert not list(folder.rglob("*.partial"))
+    assert not list(folder.rglob(".dforce-*.tmp"))
 
 
 def main() -> None:

@@ -165,7 +165,7 @@ def main() -> None:
             return
         a_point, arrays, a_size = stores(Path(name), asked.blocks)
         rate = scheduler(Path(name), asked.tasks) if asked.cluster else None
-    blocks = LARGE / min(_map.SECONDS / a_point, _map.MOST_POINTS)
+    blocks = LARGE / _map.MOST_POINTS
     hours = LARGE * a_point / 3600.0
     print(f"{LARGE:.0e} such points: {hours:.2f} hours of one core, {60 * hours / 64:.1f} minutes of 64; "
           f"{LARGE * a_size / 1e9:.2f} GB, {blocks:.0f} blocks, {arrays * blocks:.0f} files")  # fmt: skip

@@ -15,10 +15,8 @@ import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
-from served import Window, chromium
-
-from dforce.checks.benchmark.many_users import CASE, FIELD, HIGH, LOW, answers
-from dforce.checks.benchmark.server import Server, served
+from many_users import CASE, FIELD, HIGH, LOW, answers
+from served import Server, Window, chromium, served
 
 SWEEP, SWEEPS = 1.5, 4  # s; in more time there would be fewer values of the slider than redraws
 ONE_BY_ONE = """async ([low, high, count]) => {

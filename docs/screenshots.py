@@ -7,10 +7,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from served import Window, chromium
+from served import Window, chromium, served
 
 import dforce as df
-from dforce.checks.benchmark.server import served
 
 TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
 WAIT = 120_000  # ms

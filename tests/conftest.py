@@ -23,6 +23,22 @@ settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True
 settings.load_profile("ci" if os.environ.get("CI") else "here")
 
 
+def pytest_addoption(parser):
+    parser.addoption(
+        "--ulps", type=int, default=0, help="put each number of the levers so many units in the last place off"
+    )
+
+
+def pytest_configure(config):
+    """Let every step round otherwise, so that a test which hangs on last bits fails."""
+    if ulps := config.getoption("ulps"):
+        import last_bits
+
+        patch = pytest.MonkeyPatch()
+        last_bits.put_levers_off(patch, ulps)  # before test modules make their cases
+        config.add_cleanup(patch.undo)
+
+
 @pytest.fixture(autouse=True)
 def no_figure_is_left_open():
     """Close what a test has drawn on pyplot's figures, which stay open by themselves."""

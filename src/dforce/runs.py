@@ -48,7 +48,10 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     ParameterError
         When the case has no experiment, or `resume` is the result of another case.
     """
+    from dforce.results.dataset import get_ready
     from dforce.results.provenance import provenance
+    from dforce.results.significance import with_scales
+    from dforce.results.status import keep_promise
 
     if case.experiment is None:
         raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')
@@ -61,10 +64,13 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
         raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
     usable = resume if resume is not None and MOTION in resume else None
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
+        get_ready()
         data = case.experiment.run(case.problem, case.solver, tell, usable, case)
+        keep_promise(data, case.solver.accuracy)
         data.attrs = provenance(text, case.title) | data.attrs
+        with_scales(data, case.problem)
         data.attrs |= attributes(advice(case, data))
-        if stop.asked:
+        if stop.is_heard:
             data.attrs["interrupted"] = 1
     return data
 

@@ -6,9 +6,8 @@ import os
 import urllib.parse
 
 import pytest
-from served import Window, chromium
+from served import Window, chromium, served
 
-from dforce.checks.benchmark.server import served
 from dforce.gui.server import find_browser
 
 WAIT = 60_000  # ms; generous, so that a loaded machine is not taken for a defect

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from served import Window
+from served import Window, served
 
 import dforce as df
-from dforce.checks.benchmark.server import served
 from dforce.gui.document import FIRST
 
 COLD = 540_000  # ms; some 30 s on a machine that does nothing else

@@ -39,6 +39,7 @@ def test_what_is_typed_is_what_is_computed(window, text, unit, meant):
     [
         ("-1", "is not above 0 nm"), ("abc", "is not a number"), ("10 kg", "kg"), ("1,000", "thousands"), ("", "missing"),
         ("__import__('os')", "is not a number"), ("<img src=x onerror=alert(1)>", "is not a number"),
+        ("12 nm**9**9**9**9", "is not a unit"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_said_at_its_field_and_the_curve_waits(window, text, sentence):

@@ -6,9 +6,9 @@ import contextlib
 
 import numpy as np
 import pytest
+from served import served
 
 import dforce as df
-from dforce.checks.benchmark.server import served
 from dforce.gui.document import FIRST
 
 AMPLITUDE = "drive.A0"

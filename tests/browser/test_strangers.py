@@ -10,9 +10,9 @@ import socket
 import urllib.parse
 
 import pytest
+from served import served
 
 import dforce as df
-from dforce.checks.benchmark.server import served
 from dforce.gui.document import FIRST
 
 
@@ -143,6 +143,22 @@ def test_in_a_class_one_asks_for_no_more_than_others_can_spare(visit, shared):
     error = window.field("experiment.zc.points").locator(".df-error")
     error.wait_for()
     assert "the most that this server computes" in error.inner_text()
+
+
+def test_in_a_class_a_case_reads_no_file_of_the_teacher(visit, shared, tmp_path):
+    secret = tmp_path / "own.csv"
+    secret.write_text("name,f0,k\nits first cell is a secret,1,1\n")
+    window, said = visit(shared), []
+    for name in (secret, tmp_path / "missing.csv"):
+        file = tmp_path / "case.toml"
+        file.write_text(f'[cantilever]\nname = "mine"\nlibrary = "{name}"\nQ = 200\n[drive]\nA0 = "10 nm"\n')
+        window.page.locator(".df-upload input[type=file]").set_input_files(file)
+        sentence = window.page.locator(".q-notification", has_text="file on the server")
+        sentence.wait_for()
+        said.append(sentence.inner_text())
+        sentence.wait_for(state="detached")
+    assert said[0] == said[1]
+    assert "secret" not in said[0]
 
 
 def test_in_a_class_nobody_sees_what_another_typed_or_computed(visit, shared):

@@ -10,13 +10,12 @@ import sys
 import time
 from types import SimpleNamespace
 
+import many_users
 import pytest
+from served import Server
+from table import Table
 from typer.testing import CliRunner
 
-import dforce as df
-from dforce.checks.benchmark import many_users
-from dforce.checks.benchmark.server import Server
-from dforce.checks.benchmark.table import Table
 from dforce.cli import app
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
@@ -25,23 +24,20 @@ pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make 
 with_window = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, reason="NiceGUI is not installed")
 
 
-def test_a_quick_benchmark_gives_ratios_spread_and_machine():
+def test_a_quick_benchmark_gives_times_spread_contact_and_machine():
     done = CliRunner().invoke(app, ["benchmark", "--quick", "--json"])
     assert done.exit_code == 0, done.output
     result = json.loads(done.stdout)
     assert {"platform", "cores", "numba"} <= set(result["machine"])
-    rows = {row["name"]: row for row in result["rows"]}
-    assert all(row["seconds"] > 0.0 and row["spread"] >= 1.0 for row in rows.values())
-    for row in rows.values():
-        if row["to"]:
-            assert row["ratio"] == row["seconds"] / rows[row["to"]]["seconds"]
-    assert result["window"] == []  # it takes a server and its time: the next test
-    assert result["note"].startswith("These figures are rough")
+    far, near = result["rows"]
+    assert all(row["seconds"] > 0.0 and row["spread"] >= 1.0 for row in (far, near))
+    assert far["points"] == 402 and far["in_contact"] == 0.0
+    assert near["points"] == 562 and near["in_contact"] > 0.5
 
 
 @with_window
 def test_few_people_at_the_window_all_see_their_last_value():
-    median, late, slowest, behind, *memory = many_users.measures(*many_users.FEW, lambda name: None)
+    median, late, slowest, behind, *memory = many_users.measures(*many_users.FEW)
     assert median.name == "the window, 5 people at once for 2 s: a value to its curves, median"
     assert median.value is not None
     assert 0.0 < median.value <= late.value <= slowest.value and median.unit == "s"
@@ -67,7 +63,7 @@ def test_what_is_short_is_timed_more_often_by_the_clock_of_the_table():
 
 def test_without_what_the_window_needs_the_benchmark_says_so(monkeypatch):
     monkeypatch.setattr(many_users, "NEEDED", ("numpy", "a_package_that_is_not_there"))
-    (measure,) = many_users.measures(*many_users.FEW, lambda name: None)
+    (measure,) = many_users.measures(*many_users.FEW)
     assert measure.value is None
     assert measure.name == "the window: it needs a_package_that_is_not_there, which is not installed"
 
@@ -105,33 +101,15 @@ def test_people_are_behind_until_they_see_their_last_value_and_what_was_overtake
 
 
 def test_a_table_in_a_pipe_has_a_line_for_each_row(monkeypatch):
-    names = [f"{'a long name of what is timed, ' * 3}number {i}" for i in range(3)]
-    row = {"seconds": 1e-6, "spread": 1.5, "ratio": 2.0, "to": names[0], "limit": 3.0}
-    window = [
-        {"name": "the window: how soon", "value": 0.0521, "unit": "s"},
-        {"name": "none", "value": None, "unit": ""},
-    ]
-    table = {
-        "rows": [row | {"name": name} for name in names], "window": window, "machine": {"cores": "2"}, "note": "a note " * 40,
-    }  # fmt: skip
+    names = [f"{'a long name of the work, ' * 4}number {i}" for i in range(3)]
+    row = {"seconds": 1e-3, "spread": 1.5, "points": 100, "in_contact": 0.71}
+    rows = [row | {"name": name} for name in names]
+    rows[2] |= {"points": 0}
+    table = {"rows": rows, "machine": {"cores": "2"}, "note": "a note " * 40}
     monkeypatch.setattr("dforce.checks.benchmark.benchmark", lambda quick, progress: table)
     head, *lines = CliRunner().invoke(app, ["benchmark"], env={"COLUMNS": "80"}).stdout.splitlines()
-    assert head.split() == ["what", "time", "ratio", "to", "meant", "to", "be", "below", "slowest/best"]
+    assert head.split() == ["work", "time", "points", "in", "contact", "time", "a", "point", "slowest/best"]
     assert [line[: len(name)] for line, name in zip(lines, names, strict=False)] == names
-    assert lines[3:5] == ["the window: how soon  52.1 ms", "none"]
-    assert len(lines) == len(names) + 4
-
-
-def test_accuracy_has_a_price_and_the_exact_values_of_table_1_are_met():
-    done = CliRunner().invoke(app, ["benchmark", "--accuracy", "--quick", "--json"])
-    assert done.exit_code == 0, done.output
-    result = json.loads(done.stdout)
-    # from an independent solution, to the digits known
-    assert result["reference"]["table-1-am"] == pytest.approx([4.0553735e-9, 54.20379], rel=2e-8, abs=5e-6)
-    own = {row["setting"]: row for row in result["rows"] if row["method"] == "periodic rk4"}
-    assert own[1024]["amplitude_error"] < 0.1 * own[128]["amplitude_error"]
-    cheapest = result["cheapest"]["table-1-am"]
-    assert cheapest["amplitude_error"] <= 1e-15 and cheapest["phase_error"] <= 1e-4
-    left, right = df.plot.cost_of_accuracy(result)
-    assert [line.get_label() for line in left.lines] == [line.get_label() for line in right.lines]
-    assert {row["method"] for row in result["rows"]} == {line.get_label() for line in left.lines}
+    assert lines[0].split()[-5:] == ["100", "71%", "10", "us", "1.50"]
+    assert lines[2].split()[-3:] == ["1", "ms", "1.50"]
+    assert len(lines) == len(names) + 2

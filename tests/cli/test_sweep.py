@@ -121,6 +121,18 @@ def test_a_sweep_that_was_stopped_says_how_to_go_on(words, sentence, monkeypatch
     assert sentence in done.stderr
 
 
+def test_a_sweep_that_was_stopped_counts_only_the_points_that_are_done(monkeypatch):
+    sweep = df.sweep
+
+    def stopped(*given: Any, **settings: Any) -> xr.Dataset:
+        result = sweep(*given, **settings)
+        result["status"].values.flat[7:] = df.Status.NOT_COMPUTED
+        return result.assign_attrs(interrupted=1)
+
+    monkeypatch.setattr(df, "sweep", stopped)
+    assert "7 of 36 points in " in dforce("sweep", "map.toml", "-o", "map.nc").stdout
+
+
 def test_the_command_for_many_cases_is_told_where_one_is_expected():
     done = dforce("run", "map.toml")
     assert done.exit_code == 2
@@ -148,7 +160,8 @@ def test_a_table_that_cannot_be_meant_is_one_sentence(over, sentence):
 
 
 def test_a_store_that_another_process_writes_is_one_sentence():
-    held = "import sys; from dforce.results.store import Writer\nwith Writer('map.zarr'): print(flush=True); sys.stdin.read()"
+    held = "import sys; from dforce.results.store_writer import Writer\nwith Writer('map.zarr'): print(flush=True); "
+    held += "sys.stdin.read()"
     with subprocess.Popen([sys.executable, "-c", held], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
         assert other.stdout.readline()

@@ -103,7 +103,7 @@ def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder,
     assert df.load_case(folder / "out.nc") == df.load_case(folder / "case.toml")
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     df.write(result, elsewhere / "out.nc")
-    with pytest.raises(CaseError, match=rf"out\.nc: there is no plug-in 'repulsion\.py': no file {elsewhere}"):
+    with pytest.raises(CaseError, match=rf"out\.nc: the plug-in '{elsewhere}/repulsion\.py': there is no such file"):
         df.load_case(elsewhere / "out.nc")
 
 
@@ -170,13 +170,13 @@ def test_a_failed_change_leaves_the_older_models(folder):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("nothing.py", "there is no plug-in"),
-        ("folder.py", "there is no plug-in"),
+        ("nothing.py", "nothing.py': there is no such file"),
+        ("folder.py", "folder.py' is a folder, not a file"),
         ("case.toml", "is not named like a Python file"),
-        ("https://example.org/force.py", "there is no plug-in"),
+        ("https://example.org/force.py", "there is no such file"),
         ("a\0.py", "is not named like a Python file"),
-        ("x" * 5000 + ".py", "cannot be read|there is no plug-in"),
-        ("huge.py", "is larger than 1000 kB"),
+        ("x" * 5000 + ".py", "cannot be read|there is no such file"),
+        ("huge.py", "is larger than 1 MB"),
     ],
 )
 def test_what_is_no_plugin_is_one_sentence(folder, name, words):
@@ -213,8 +213,7 @@ def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tm
     )  # fmt: skip
     assert ran.stdout.split() == ["repulsion", "True"]
     assert ran.stderr.strip() == (
-        "The force plug-in 'broken' (bad_force) cannot be loaded, so that its models are missing: "
-        "ZeroDivisionError: division by zero"
+        "The force plug-in 'broken' (bad_force) cannot be loaded, so it is missing: ZeroDivisionError: division by zero"
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import base64
+import dataclasses
 import functools
 import io
 import json
@@ -21,6 +22,7 @@ from dforce.gui.document import Document
 from dforce.gui.explore_panel import Panel
 from dforce.gui.parameters import rows_of
 from dforce.gui.results import Shelf
+from dforce.validity import advice_in
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=41")
 OVER = {"sample.youngs_modulus": ["0.5 GPa", "1 GPa", "2 GPa"], "drive.A0": ["8 nm", "10 nm"]}
@@ -194,7 +196,9 @@ def test_states_are_computed_against_a_number_of_the_case(tmp_path):
             assert (panel.props["suggested"]["low"], panel.props["suggested"]["high"]) == ("5 nm", "20 nm")
             send(panel, "compute", {"path": "drive.A0", "low": "8 nm", "high": "12 nm", "points": 3})
             await until(lambda: atlas.result is not None, 60.0)
-            wanted = df.sweep(CASE, over={"drive.A0": ["8 nm", "10 nm", "12 nm"]}, at_set_point=0.8)
+            shares = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 41}
+            case = CASE.replace("experiment.zc", shares)
+            wanted = df.sweep(case, over={"drive.A0": ["8 nm", "10 nm", "12 nm"]}, at_set_point=0.8)
             assert np.allclose(atlas.result["phase"], wanted["phase"], equal_nan=True)
             await until(lambda: panel.props["quantity"] == "peak_force" and panel.props["y"] == "")
             send(panel, "limit", {"on": True})
@@ -226,6 +230,84 @@ def test_a_case_without_an_approach_gets_one_that_suits_it():
     row = next(row for row in rows_of(document, ("drive",)) if row.name == "drive.A0")
     job = sweep_job(document, dwell, row, ("10 nm", "20 nm"), 2)
     assert isinstance(job.case.experiment, df.experiments.Approach)
+
+
+def test_distances_follow_the_free_amplitude_so_that_each_approach_begins_in_free_motion():
+    case = df.example("hysteresis").set("experiment.zc.points=101").replace("experiment.direction", "approach")
+    document = Document.of(case)
+    row = next(row for row in rows_of(document, ("drive",)) if row.name == "drive.A0")
+    result = sweep_job(document, case, row, ("20 nm", "26 nm"), 2).compute()
+    far = case.replace("drive.A0", "26 nm").replace("experiment.zc", ("31 nm", "10 nm"))
+    states = df.at_set_point(df.approach(far, zc={"start": "31.2 nm", "stop": "10 nm", "points": 201}))
+    shown = result.isel(A0=1).dropna("crossing", how="all", subset=["peak_force"])
+    assert shown["regime"].values.tolist() == states["regime"].values.tolist()
+    assert shown["peak_force"].values == pytest.approx(states["peak_force"].values, rel=0.02)
+    assert "begins_in_contact" not in {piece.name for piece in advice_in(result)}
+
+
+async def opened(user, page, result, quantity="peak_force"):
+    """Return the panel after a result that was computed here against the free amplitude is shown in it."""
+    document = page.view.document
+    row = next(row for row in rows_of(document, SECTIONS) if row.name == "drive.A0")
+    page.view.session.atlas.take(result, row, document)
+    page.plots.explorer.open()
+    page.plots.explorer._changed()
+    await until(lambda: element(user, Panel).props["quantity"] == quantity)
+    return element(user, Panel)
+
+
+@pytest.mark.xfail(
+    strict=True, reason="the panel leaves out values of the parameter at which no curve meets the set point"
+)
+def test_the_panel_names_values_without_a_crossing(tmp_path):
+    result = states().copy(deep=True)
+    for name in result.data_vars:
+        if "crossing" in result[name].dims and result[name].dtype.kind == "f":
+            result[name][{"A0": 1}] = np.nan
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            panel = await opened(user, page, result)
+            assert "20 nm" in f"{panel.props['note']} {panel.props['allowed']}"
+
+    asyncio.run(flow())
+
+
+@pytest.mark.xfail(strict=True, reason="the panel does not show the set point, nor dims when another one is chosen")
+def test_the_panel_shows_its_set_point_and_dims_when_another_one_is_chosen(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            panel = await opened(user, page, states())
+            assert panel.props["note"] == ""
+            assert "80 %" in str({name: panel.props[name] for name in ("title", "allowed", "slices", "axes")})
+            page.view.session.look(dataclasses.replace(page.view.document, set_point=0.5))
+            assert panel.props["note"] != ""
+
+    asyncio.run(flow())
+
+
+@pytest.mark.xfail(
+    strict=True, reason="the sentence of a limit speaks of all states, and an approach does not meet all"
+)
+def test_the_sentence_of_a_limit_says_which_states_are_meant():
+    result = states()
+    choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
+    said = explore.allowed(result, choice, explore.Limit(float(result["peak_force"].max())))
+    assert "approach" in said or "branches" in said
+
+
+@pytest.mark.xfail(strict=True, reason="the map of limits in the panel colors whole cells of a coarse grid")
+def test_the_map_of_limits_in_the_panel_ends_at_the_located_boundary():
+    plan = planned()
+    drawn = explore.figure(plan, explore.fitting(plan, explore.Choice()))["data"][0]
+    words = np.array(drawn["text"])
+    x, y = numbers(drawn["x"]) * 1e-9, numbers(drawn["y"])
+    for A0, share in zip(plan["edge_A0"].values, plan["edge_set_point"].values, strict=True):
+        row = words[np.argmin(np.abs(y - share))]
+        for beyond in (0.98, 1.02):  # one of the two is forbidden, and no cell that holds it is green
+            colors = {row[np.argmin(np.abs(x - beyond * A0))]}
+            if beyond > 1.0:
+                assert colors != {explore.NO_LIMIT}
 
 
 def test_a_computation_that_is_stopped_is_no_end_of_the_window(tmp_path):

@@ -6,6 +6,7 @@ import json
 import re
 
 import pytest
+from every import every
 
 import dforce as df
 from dforce.core.units import parse
@@ -17,25 +18,29 @@ MODELS = [
     df.Cantilever, df.Mode, df.Beam, df.Drive, df.Tone, df.Medium, df.Tip, df.Sample, df.Contact, df.SolverSettings,
     *df.experiments.EXPERIMENTS.values(), *df.forces.REGISTRY.values(),
 ]  # fmt: skip
-FIELDS = [pytest.param(field, id=f"{model.__name__}.{field.key}") for model in MODELS for field in fields(model)]
+FIELDS = [(model, field) for model in MODELS for field in fields(model)]
 
 
-@pytest.mark.parametrize("model", MODELS)
+def named(case):
+    return f"{case[0].__name__}.{case[1].key}"
+
+
+@every(MODELS)
 def test_every_parameter_that_a_user_may_give_has_a_field(model):
     shown_keys = {field.key for field in fields(model)}
     assert shown_keys == {key for key in model.keys() if key != "kind"}  # noqa: SIM118
 
 
-@pytest.mark.parametrize("field", FIELDS)
-def test_every_field_has_a_short_label_and_a_sentence(field):
+@every(FIELDS, named)
+def test_every_field_has_a_short_label_and_a_sentence(model, field):
     assert 0 < len(field.label) < 70
     assert field.help.endswith(".")
     assert field.label[0] == field.label[0].upper()
     assert all(shape.kind for shape in field.shapes)
 
 
-@pytest.mark.parametrize("field", FIELDS)
-def test_no_label_is_a_word_of_the_file(field):
+@every(FIELDS, named)
+def test_no_label_is_a_word_of_the_file(model, field):
     words = re.findall(r"[\w']+", field.label.lower())
     assert words[0] not in ("path", "zc", "settle", "inside", "variant", "record", "acts")
     assert "_" not in field.label
@@ -43,8 +48,8 @@ def test_no_label_is_a_word_of_the_file(field):
         assert field.key in ("method", "integrator", "direction")  # words of the field as well as of the file
 
 
-@pytest.mark.parametrize("field", [p for p in FIELDS if p.values[0].quantity is not None])
-def test_every_unit_offered_measures_the_quantity(field):
+@every([case for case in FIELDS if case[1].quantity is not None], named)
+def test_every_unit_offered_measures_the_quantity(model, field):
     for unit in units_of(field, usual_unit(field)):
         text = "1" if unit == "1" else f"1 {unit}"
         assert parse(text, field.unit) >= 0.0

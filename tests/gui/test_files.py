@@ -22,10 +22,10 @@ import dforce as df
 from dforce.gui import error_messages, files, project, uploads
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer, picture
-from dforce.gui.inspecting import inspect
 from dforce.gui.results import Shelf
 from dforce.gui.session import Session
 from dforce.gui.view import Curve
+from dforce.results import hdf5
 from dforce.results.curves import Picture, drawable, pictures_of
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
@@ -235,7 +235,7 @@ def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_p
 
 
 @pytest.mark.parametrize(
-    "data", [b"\x89HDF\r\n\x1a\n", netcdf()[: len(netcdf()) // 2], uploads.HDF5 + bytes(range(256)) * 40],
+    "data", [b"\x89HDF\r\n\x1a\n", netcdf()[: len(netcdf()) // 2], hdf5.START + bytes(range(256)) * 40],
     ids=["signature", "half", "noise"],
 )  # fmt: skip
 def test_a_broken_result_is_refused_in_a_sentence(tmp_path, data):
@@ -479,21 +479,23 @@ def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
 
 
 def test_a_file_is_looked_through_by_the_libraries_that_the_server_has(tmp_path, monkeypatch):
-    (tmp_path / "h5py.py").write_text("print('a library of a user'); raise SystemExit")
+    (tmp_path / "h5py.py").write_text(
+        "import sys, pickle; sys.stdout.buffer.write(pickle.dumps(('a library of a user', []))); raise SystemExit"
+    )
     with monkeypatch.context() as patch:
         patch.chdir(tmp_path)  # files that lie there are none of them
         with pytest.raises(df.ResultError, match="damaged"):
-            inspect(tmp_path / "missing.nc")
+            hdf5.look(hdf5.START, "result")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     with pytest.raises(df.ResultError, match="a library of a user"):
-        inspect(tmp_path / "missing.nc")
+        hdf5.look(hdf5.START, "result")
 
 
 @pytest.mark.parametrize(("name", "value"), [("frozen", True), ("executable", "")])
 def test_a_file_is_not_called_damaged_where_no_process_can_be_started(name, value, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, name, value, raising=False)
     with pytest.raises(df.ResultError, match="no process could be started"):
-        inspect(tmp_path / "result.nc")
+        hdf5.look(hdf5.START, "result")
 
 
 def test_a_system_without_room_for_processes_is_told_of_as_such(tmp_path, monkeypatch):
@@ -502,4 +504,4 @@ def test_a_system_without_room_for_processes_is_told_of_as_such(tmp_path, monkey
 
     monkeypatch.setattr(subprocess, "run", none_left)
     with pytest.raises(df.ResultError, match="no process could be started"):
-        inspect(tmp_path / "result.nc")
+        hdf5.look(hdf5.START, "result")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import stat
 import sys
 
 import pytest
+from every import every
 from starlette.requests import Request
 
 from dforce.gui.security import MOST_BYTES, Guard, kept_secret
@@ -93,8 +95,10 @@ FOREIGN = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("other", FOREIGN)
-@pytest.mark.parametrize("order", ["{other}; {ours}", "{ours}; {other}", "{other};{ours}", "{other}; {ours}; {other}"])
+ORDERS = ("{other}; {ours}", "{ours}; {other}", "{other};{ours}", "{other}; {ours}; {other}")
+
+
+@every(itertools.product(FOREIGN, ORDERS), repr)
 def test_cookies_of_other_programs_lock_nobody_out(other, order):
     cookie = order.format(other=other, ours=OURS)
     assert ask({"host": HOST, "cookie": cookie})[0]["status"] == 200

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import gc
+import re
+import threading
 import time
+import weakref
 from typing import ClassVar
 
 import pytest
+from nicegui.testing.user_simulation import user_simulation
 from simulated import element, send, until, window
 
 import dforce as df
+from dforce.gui import view as views
 from dforce.gui.compute import Job, Live
 from dforce.gui.entry import Entry, SliderElement
+from dforce.gui.pages import Page
 from dforce.gui.session import Session
+from dforce.results.status import repeats
 
 
 def entry(user, path):
@@ -118,6 +126,53 @@ def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_a
     assert 1 < len(beside) <= 1 + len(drawn) / 2
 
 
+def test_a_mistake_that_is_typed_while_a_case_compiles_ends_the_word_that_it_computes(tmp_path, monkeypatch):
+    compiled = threading.Event()
+
+    def compiles(case, overtaken, say):
+        say("compiling ...")
+        compiled.wait(20.0)
+        return Live(None, gave_up=True, compiled=True)
+
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            await until(lambda: not page.view._latest.busy)
+            monkeypatch.setattr(views, "live_curve", compiles)
+            type_into(user, "drive.A0", "7", "nm")
+            await until(lambda: page.view.status)
+            type_into(user, "cantilever.f0", "1e400", "Hz")
+            compiled.set()
+            await until(lambda: not page.view._latest.busy)
+            assert page.view.said.wrong
+            assert page.view.status == ""
+
+    asyncio.run(flow())
+
+
+def test_a_page_that_has_gone_leaves_nothing_in_the_server(tmp_path):
+    left = []
+
+    def root():
+        page = Page(Session({}, tmp_path))
+        page.view._latest.ask = lambda wanted: None
+        left.append({"page": weakref.ref(page), "view": weakref.ref(page.view), "chart": weakref.ref(page.view.main)})
+
+    async def flow():
+        async with user_simulation(root=root) as user:
+            user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: ()
+            await user.open("/")
+            user.client.delete()
+            await user.open("/")  # the simulated browser forgets the first page
+            await asyncio.sleep(0.1)
+            gc.collect()
+            gc.collect()
+            still = [name for name, ref in left[0].items() if ref() is not None]
+            user.client.outbox.stop()
+            assert not still
+
+    asyncio.run(flow())
+
+
 def test_a_slider_hears_what_is_typed_and_not_of_what_it_said_itself(tmp_path):
     async def flow():
         async with window(tmp_path) as (user, page):
@@ -162,7 +217,8 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
             await run  # on a busy machine the result comes a little later
             (kept,) = session.document.results
             result = session.shelf.take(kept.id)
-            assert 0 < int((result["status"] == df.Status.OK).sum()) < 4002
+            # errors of the last points may not be known yet
+            assert 0 < int(repeats(result["status"].values).sum()) < 4002
 
     asyncio.run(flow())
 

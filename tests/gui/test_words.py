@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import re
 
 import pytest
+from every import every
 from simulated import window
 
 import dforce as df
@@ -44,8 +46,10 @@ def values_of(table, path=()):
             yield (*path, key)
 
 
-@pytest.mark.parametrize("path", [*values_of(AIR.table), ("forces", 0, "hamaker"), ("tip", "youngs_modulus")])
-@pytest.mark.parametrize("value", [None, "-1 J", "", "nonsense", "1e300", -1.0, True])
+PATHS = [*values_of(AIR.table), ("forces", 0, "hamaker"), ("tip", "youngs_modulus")]
+
+
+@every(itertools.product(PATHS, (None, "-1 J", "", "nonsense", "1e300", -1.0, True)))
 def test_no_mistake_in_a_field_is_said_in_words_of_the_file(path, value):
     document = AIR.put(path, value)
     try:
@@ -66,19 +70,14 @@ def classes(models):
 SECTIONS = [info.annotation for info in df.Case.model_fields.values()]
 
 
-@pytest.mark.parametrize(
-    "model",
-    dict.fromkeys(
-        classes(
-            [
-                *(one for one in SECTIONS if isinstance(one, type) and issubclass(one, Parameters)),
-                *df.experiments.EXPERIMENTS.values(),
-                *df.forces.REGISTRY.values(),
-            ]
-        )
-    ),
-    ids=lambda model: model.__name__,
-)
+MODELS = [
+    *(one for one in SECTIONS if isinstance(one, type) and issubclass(one, Parameters)),
+    *df.experiments.EXPERIMENTS.values(),
+    *df.forces.REGISTRY.values(),
+]
+
+
+@every(dict.fromkeys(classes(MODELS)))
 def test_no_field_is_explained_in_words_of_the_file(model):
     for field in fields(model):
         shown = [field.label, field.help, *(shape.label for shape in field.shapes)]

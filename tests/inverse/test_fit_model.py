@@ -8,7 +8,7 @@ from fitted_curves import ETA, E, H
 import dforce as df
 from dforce.inverse.fitting import starts
 from dforce.inverse.fitting.certainty import certainty
-from dforce.inverse.fitting.curves import Curves, lean
+from dforce.inverse.fitting.curves import BESIDE_END, Curves, beyond
 from dforce.inverse.fitting.minimize import jacobian
 from dforce.inverse.fitting.model import Model, Prediction
 from dforce.inverse.fitting.points import Reading, measured
@@ -186,11 +186,15 @@ def test_a_given_value_takes_the_place_of_the_one_in_the_case() -> None:
     assert float(fit["value"].sel(parameter=H)) == pytest.approx(0.998e-20, rel=0.005)
 
 
-def test_lost_points_go_on_along_a_straight_line() -> None:
-    rows = np.array([[1.0, 100.0], [2.0, 90.0], [0.0, 0.0], [0.0, 0.0]])
-    leaning = np.array([[0, 0], [0, 0], [1, 0], [1, 0]])
-    lean(rows, np.array([2, 3]), leaning, np.array([0.0, 0.0, 1.0, 2.0]))
-    assert rows[2:] == pytest.approx(np.array([[3.0, 80.0], [4.0, 70.0]]))
+def test_lost_points_leave_a_fold_along_the_chord_that_ends_the_branch() -> None:
+    end, before = np.array([4.0, 100.0]), np.array([0.04, 0.01, 0.0025])
+    known = end + np.sqrt(before)[:, None] * np.array([1.0, -30.0])  # as beside a fold: with the root of the distance
+    behind = np.array([0.0, BESIDE_END, 0.01])
+    values = beyond(end, known, before, behind)
+    chord = np.sqrt(BESIDE_END) * np.array([1.0, -30.0])
+    assert values[0] == pytest.approx(end) and values[1] == pytest.approx(end - chord)
+    # a point that lies so far behind the end is excluded by more than any noise
+    assert values[2] == pytest.approx(end - 0.01 / BESIDE_END * chord)
 
 
 def test_a_model_whose_branch_ends_early_counts_lost_points() -> None:

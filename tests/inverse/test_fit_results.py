@@ -267,12 +267,16 @@ def test_a_comparison_needs_the_same_data(air: xr.Dataset, tmp_path: Path) -> No
 
 def test_points_beside_jumps_are_left_out_and_branches_found_where_they_are_not_named() -> None:
     data = fc.data_of("stiff")
-    named = df.fit(fc.case_of("stiff"), data, free=[H], search=False, nuisance=["zc_offset"])
+    named, two = (
+        df.fit(fc.case_of("stiff"), data, free=[H], search=False, nuisance=["zc_offset"], margin=margin)
+        for margin in (None, 2)
+    )
     bare = data.drop_vars("branch").assign_coords(direction=("point", np.full(126, "approach")))
     found = df.fit(fc.case_of("stiff"), bare, free=[H], search=False, nuisance=["zc_offset"])
     np.testing.assert_array_equal(found["branch"], data["branch"])
-    assert named.attrs["points"] == 126 - 4
-    np.testing.assert_array_equal(found["used"], named["used"])
+    # a jump that is found may lie a point beside; branches that are named are taken as they are
+    assert [one.attrs["points"] for one in (named, found, two)] == [126, 126 - 2, 126 - 4]
+    assert (found["used"] >= two["used"]).all()
 
 
 def test_lost_points_are_no_success() -> None:

@@ -94,7 +94,8 @@ def test_a_start_far_off_finds_the_same_minimum(seed: int, stiff: xr.Dataset) ->
     assert fit.attrs["chi2"] == pytest.approx(stiff.attrs["chi2"], abs=1e-3)
     apart = (fit["value"] - stiff["value"]) / stiff["error"]
     assert float(abs(apart).max()) < 0.01
-    assert fit.attrs["evaluations"] < 45  # none is spent on the last digits of minima that are not the best
+    # none is spent on the last digits of minima that are not the best
+    assert fit.attrs["evaluations"] < stiff.attrs["evaluations"] + 20
 
 
 def test_forgotten_phase_offset_shows_in_chi2() -> None:

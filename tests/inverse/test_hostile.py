@@ -133,5 +133,5 @@ def test_anything_at_all_is_tables_or_a_sentence(content):
 def test_a_folder_and_a_missing_file_are_sentences(tmp_path):
     with pytest.raises(df.ResultError, match="there is no file"):
         df.read_measured(tmp_path / "nothing.csv")
-    with pytest.raises(df.ResultError, match="cannot be read"):
+    with pytest.raises(df.ResultError, match="is a folder, not a file"):
         df.read_measured(tmp_path)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.colors import to_hex
 from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli import app
+from dforce.plot import plans
 
 
 def hertz(modulus: float, k: float = 1.0, Q: float = 100.0, A0: float = 20e-9, f0: float = 50e3) -> df.Case:
@@ -223,6 +226,73 @@ def test_a_picture_shows_the_plan(protein):
     plt.close("all")
 
 
+def color_at(axes, x, y):
+    canvas = axes.figure.canvas
+    canvas.draw()
+    column, row = axes.transData.transform((x, y))
+    return to_hex(np.asarray(canvas.buffer_rgba())[-1 - round(row), round(column), :3] / 255.0)
+
+
+def test_the_picture_is_green_up_to_the_located_boundaries_and_not_beyond():
+    vary = {"drive.A0": {"start": "1 nm", "stop": "3 nm", "points": 5}}
+    found = df.plan(SOFT.replace("solver.accuracy", 1e-4), vary, [0.7, 0.8, 0.9], {"peak_force": "< 100 pN"})
+    axes = df.plot.plan(found)
+    across = found.edge_set_point.isin(found.set_point) & (found.edge_set_point < 0.9) & (found.edge_set_point > 0.7)
+    assert across.any()
+    step = 0.15 * 0.5  # nm, of the grid's step
+    for A0, share in zip(1e9 * found.edge_A0[across].values, found.edge_set_point[across].values, strict=True):
+        assert color_at(axes, A0 - step, share) == plans.ALLOWED
+        assert color_at(axes, A0 + step, share) != plans.ALLOWED
+    plt.close("all")
+
+
+def test_green_ends_a_margin_before_the_located_boundary():
+    vary = {"drive.A0": {"start": "1 nm", "stop": "3 nm", "points": 5}}
+    limits = {"peak_force": "< 100 pN", "margin": {"drive.A0": "5 %"}}
+    found = df.plan(SOFT.replace("solver.accuracy", 1e-4), vary, [0.8, 0.9, 0.95], limits)
+    axes = df.plot.plan(found)
+    edge = 1e9 * float(found.edge_A0[found.edge_set_point == 0.9][0])  # 1.821 nm: with its margin 1.734 nm
+    assert color_at(axes, edge / 1.045, 0.9) != plans.ALLOWED
+    assert color_at(axes, edge / 1.06, 0.9) == plans.ALLOWED
+    plt.close("all")
+
+
+AIR = df.example("figure-3-air")
+
+
+def test_a_plan_knows_stable_states_that_no_approach_meets():
+    vary, limits = {"drive.A0": ["8 nm", "10 nm", "12 nm"]}, {"peak_force": "< 200 pN"}
+    found = df.plan(AIR, vary, [0.7, 0.8, 0.9], limits)
+    one = found.sel(set_point=0.8).isel(A0=1)
+    branches = df.branches(AIR, zc=("16 nm", "3 nm"))
+    states = df.at_set_point(branches, 0.8)
+    wanted = sorted(states.peak_force.values[states.stable.values].tolist())
+    np.testing.assert_allclose(sorted(one.peak_force.values.tolist()), wanted, rtol=2e-3, atol=1e-14)
+    assert one.limit_hit.values.tolist() == ["", "peak_force"]
+    assert one.others.values.all()
+    assert "stable states on the branches" in found.attrs["findings"]
+    assert "another stable state exists that fails: peak_force, 398 pN" in found.attrs["findings"]
+    alone = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], limits | {"states": "one"})
+    assert not alone.allowed.any()
+
+
+def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
+    monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 0)
+    found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})
+    assert "the states that approach and retract meet" in found.attrs["findings"]
+    assert found.sizes["state"] == 1
+
+
+def test_a_setting_without_room_is_not_recommended_and_a_sentence_says_what_would_help(tmp_path: Path):
+    file = tmp_path / "plan.toml"
+    file.write_text(TEXT.replace("points = 4", "points = 2").replace("0.85, ", ""))
+    done = dforce(str(file))
+    assert done.exit_code == 0
+    assert "most room" not in done.stdout
+    assert "No setting is recommended" in done.stdout and "widen a range" in done.stdout
+    assert "drive.A0 1 nm to 2 nm" in done.stdout
+
+
 VARY = {"drive.A0": ["1 nm", "2 nm", "3 nm"]}
 
 
@@ -262,8 +332,8 @@ def test_set_points_are_shares(shares):
 
 TEXT = f"""{SOFT.replace("solver.accuracy", 1e-4).to_toml()}
 [plan]
-vary = {{ "drive.A0" = {{ start = "1 nm", stop = "2 nm", points = 3 }} }}
-set_points = [0.8, 0.9]
+vary = {{ "drive.A0" = {{ start = "1 nm", stop = "2 nm", points = 4 }} }}
+set_points = [0.8, 0.85, 0.9]
 [plan.limits]
 peak_force = "< 100 pN"
 """
@@ -284,6 +354,11 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(tmp_path: Path, monkey
     Path("none.toml").write_text(TEXT.replace("100 pN", "1 fN"))
     none = dforce("none.toml")
     assert none.exit_code == 1
+    assert re.search(
+        r"kept nowhere: at best it is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 0.9",
+        none.stdout,
+    )
+    assert "Searched were drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
     assert "peak_force stands in the way" in none.stderr
     assert "least violation: A0" in none.stdout
 

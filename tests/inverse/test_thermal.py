@@ -147,7 +147,7 @@ def test_a_windowed_spectrum_of_one_resonance_is_not_doubted_and_its_errors_hold
 
 def test_another_result_of_dforce_is_no_spectrum(tmp_path):
     other = df.write(df.dwell(df.example("figure-3-air"), "9 nm"), tmp_path / "dwell.nc")
-    with pytest.raises(df.ResultError, match="is a result of dForce, but no thermal spectrum"):
+    with pytest.raises(df.ResultError, match=r"is a result of dForce, but .* no thermal spectrum"):
         df.thermal_tune(other)
 
 

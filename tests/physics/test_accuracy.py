@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import dforce as df
 from dforce.checks.validation.draws import draw
 from dforce.observables.deviation import DEVIATIONS, deviations
+from dforce.results.status import keep_promise
+from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import Lot
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
@@ -15,6 +18,40 @@ VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples lea
     forces=[df.forces.DMT(hamaker="1e-22 J"), df.forces.KelvinVoigt(viscosity="100 Pa s")],
     experiment=df.experiments.Approach(zc=["12 nm", "9 nm", "6 nm"]),
 )  # fmt: skip
+
+
+def deceiving(f0, k, Q, A0, frequency, radius, zc, forces, **more):
+    """Return a dwell whose steps pass by what the force changes over, so that errors with other samples agree by chance."""
+    return df.Case(
+        cantilever=df.Cantilever(f0=f0, k=k, Q=Q), drive=df.Drive(A0=A0, **({"frequency": frequency} if frequency else {})),
+        tip=df.Tip(radius=radius), forces=forces, experiment=df.experiments.Dwell(zc=zc), **more,
+    )  # fmt: skip
+
+
+WALL = deceiving(  # as steep as it is, 256 samples find no motion, and 1024 one that 16384 do not find
+    72.63847695538646e3, 0.13492114613044262, 3.366884759799423, 34.7910333733334e-9, 75.46292929246627e3,
+    2.393772342854361e-9, 11.227977733161657e-9,
+    [df.forces.LennardJones(work_of_adhesion=1.1721813963044927e-3, equilibrium=0.15709369026518174e-9),
+     df.forces.Electrostatic(bias=0.3044806142041953, contact_potential=0.01308685032897934)],
+).set("solver.points_per_period=1024", "solver.accuracy=1e-4")  # fmt: skip
+DECEIVING = {
+    "wall": WALL,
+    "wall narrower than a step": deceiving(
+        16.13209795923675e3, 0.5331919595276513, 2.866350429750651, 53.338285391162613e-9, None, 46.8e-9,
+        31.58911247402061e-9,
+        [df.forces.Morse(bond_energy=9.600238445047949e-20, decay=5.964877501455228e9, bond_length=0.29286004509645495e-9)],
+    ),
+    "contact of a soft sphere": deceiving(
+        191.35190101155065e3, 4.552735042790219, 157.3044148351977, 28.350561614886286e-9, None, 15.631183462253006e-9,
+        24.87474434105427e-9, [df.forces.Tatara(), df.forces.VanDerWaals(hamaker=8.534260132942081e-20)],
+        sample=df.Sample(youngs_modulus=9.983832733127573e9, poisson_ratio=0.5, radius=6.583174943866965e-9),
+    ).set("drive.excitation=base"),
+    "crest between two layers": deceiving(
+        96.85287596441043e3, 0.10376154147379764, 2.0529389775257165, 25.051387998128598e-9, None, 2.8e-9,
+        17.410939246718886e-9,
+        [df.forces.Solvation(amplitude=74.1472978596062e-12, molecule=0.35273978912086635e-9, phase="182.34925814367863 deg")],
+    ),
+}  # fmt: skip
 
 
 def off(result, exact, problem):
@@ -69,6 +106,44 @@ def test_a_narrow_attraction_is_met_by_shorter_steps_where_q_adds_up_its_errors(
     assert error / 3.0 < float(fixed.error_estimate) < 3.0 * error
 
 
+@pytest.mark.parametrize("case", DECEIVING.values(), ids=DECEIVING)
+def test_no_motion_is_called_ok_beyond_its_accuracy(case):
+    found, exact = df.run(case), df.run(case.replace("solver.points_per_period", 65_536))
+    assert exact.status == df.Status.OK
+    assert float(exact.error_estimate) < 1e-6
+    if found.status == df.Status.OK:
+        error = off(found, exact, case.problem).max()
+        assert error < case.solver.accuracy
+        assert error / 3.0 < float(found.error_estimate) < case.solver.accuracy
+
+
+def test_an_estimate_above_the_accuracy_is_never_ok(monkeypatch):
+    """A dwell, a curve, a sweep along the frequency: with samples that are never enough."""
+    monkeypatch.setattr("dforce.solvers.accuracy.MOST_SAMPLES", 512)
+    rough = VISCOUS.replace("solver.accuracy", 1e-7)
+    sweep = {"kind": "frequency_sweep", "frequency": ["50 kHz", "50.1 kHz"], "zc": "6 nm"}
+    for experiment in ({"kind": "dwell", "zc": "6 nm"}, {"kind": "approach", "zc": ["9 nm", "6 nm"]}, sweep):
+        found = df.run(rough.replace("experiment", experiment))
+        beyond = found.error_estimate.values > 1e-7
+        assert beyond.any()
+        assert (found.status.values[beyond] == df.Status.INACCURATE).all()
+    swept = df.sweep(rough.replace("experiment", {"kind": "dwell", "zc": "6 nm"}), {"cantilever.Q": [100.0, 120.0]})
+    assert (swept.status == df.Status.INACCURATE).all()
+
+
+def test_a_status_that_escaped_is_corrected_at_the_end():
+    result = xr.Dataset(
+        {"status": ("zc", np.array([0, 0, 1, 6], np.int8)), "error_estimate": ("zc", [2e-4, 5e-5, 1.0, 1.0])}
+    )
+    keep_promise(result, 1e-4)
+    assert result.status.values.tolist() == [
+        df.Status.INACCURATE,
+        df.Status.OK,
+        df.Status.NOT_SETTLED,
+        df.Status.INACCURATE,
+    ]
+
+
 def test_points_do_not_depend_on_those_beside_them():
     whole = df.run(VISCOUS)
     alone = df.run(VISCOUS.replace("experiment.zc", ["12 nm", "6 nm"]))
@@ -93,7 +168,7 @@ def test_what_cannot_be_kept_is_told(monkeypatch):
 def test_numbers_that_are_far_off_are_no_numbers(monkeypatch):
     for module in ("accuracy", "sample_counts"):
         monkeypatch.setattr(f"dforce.solvers.{module}.MOST_SAMPLES", 512)
-    monkeypatch.setattr("dforce.experiments.table.WORTHLESS", 1e-9)
+    monkeypatch.setattr("dforce.results.status.WORTHLESS", 1e-9)
     found = df.run(VISCOUS.set("solver.accuracy=1e-8", "experiment.zc=['6 nm']"))
     assert (found.status == df.Status.UNRESOLVED).all()
     assert np.isnan(found.peak_force).all()
@@ -104,3 +179,32 @@ def test_samples_that_are_given_stay():
     assert given.solver.accuracy is None
     assert df.Case.from_toml(given.to_toml(complete=True)).solver.accuracy is None
     assert VISCOUS.set("solver.points_per_period=256", "solver.accuracy=1e-4").solver.accuracy == 1e-4
+
+
+@pytest.mark.parametrize(
+    "frequency", ["50 kHz", "49.7 kHz", "50.3 kHz"]
+)  # Q = 100 at resonance hides how numbers are rounded
+@pytest.mark.parametrize("start", ["free", "rest", {"amplitude": "9 nm", "phase": "80 deg"}])
+def test_a_curve_of_a_sweep_is_that_of_its_single_run_at_any_drive_frequency(frequency, start):
+    case = VISCOUS.replace("drive.frequency", frequency).replace("experiment.start", start)
+    alone, swept = df.run(case), df.sweep(case, {"cantilever.Q": [100.0, 120.0]})
+    for name in ("amplitude", "phase", "peak_force", "motion", "status"):
+        np.testing.assert_array_equal(swept[name].isel(Q=0), alone[name])
+
+
+@pytest.mark.parametrize("frequency", ["49.7 kHz", "50.3 kHz"])
+def test_a_dwell_of_a_sweep_is_its_single_run_at_any_drive_frequency(frequency):
+    case = VISCOUS.replace("drive.frequency", frequency).replace("experiment", {"kind": "dwell", "zc": "9 nm"})
+    alone, swept = df.run(case), df.sweep(case, {"cantilever.Q": [100.0, 120.0]})
+    for name in ("amplitude", "phase", "peak_force", "status"):
+        np.testing.assert_array_equal(swept[name].isel(Q=0), alone[name])
+
+
+@pytest.mark.parametrize("ulps", [-2, -1, 0, 1, 2])
+def test_last_bits_of_a_frequency_do_not_decide_how_many_samples_are_taken(ulps):
+    second = 400e3 * (1.0 + ulps * np.finfo(float).eps)  # 8 times the first: 32 samples of its period are 256
+    modes = [{"f0": 50e3, "k": 1.0, "Q": 100}, {"f0": second, "k": 40.0, "Q": 2.0}]
+    problem = df.Case(cantilever={"modes": modes}, drive={"A0": 10e-9}).problem
+    settings = df.SolverSettings(points_per_period=64)
+    assert sample_count(problem, settings) == 256
+    assert Lot.of([problem]).samples(settings)[0] == 256

@@ -96,7 +96,7 @@ def test_lever_stays_beyond_the_distances_that_are_known():
     assert pytest.approx(3.0) == problem.at_height(1.0).modes[0].Q
     assert pytest.approx(2.0) == problem.at_height(-1.0).modes[0].Q
     assert problem.at_height(20e-9).heights is None
-    assert case().problem.at_height(1.0).modes[0].Q == 2.5
+    assert pytest.approx(2.5) == case().problem.at_height(1.0).modes[0].Q
 
 
 def test_drift_is_written_and_read_again():
@@ -202,7 +202,7 @@ def test_a_fit_finds_the_sample_below_a_lever_that_drifts():
     # the search ends where it gains less than 1e-3 of a standard deviation
     assert float(found["value"][0]) == pytest.approx(50e6, abs=1e-2 * float(found["error"][0]))
     assert found.attrs["chi2"] < 1e-3
-    steady = case({"zc": [0.0, 1.0], "Q": [2.5, 2.5]}, excitation="base").replace("sample.youngs_modulus", 80e6)
+    steady = case({"zc": [0.0, 1e-3], "Q": [2.5, 2.5]}, excitation="base").replace("sample.youngs_modulus", 80e6)
     other = df.fit(steady, data, free=["sample.youngs_modulus"], nuisance=["zc_offset", "phase_offset"])
     assert other.attrs["chi2"] > 1e3
 
@@ -245,7 +245,7 @@ def test_a_mistake_in_a_file_is_one_sentence(text, words, tmp_path, monkeypatch)
 def test_a_file_that_is_none_and_one_beside_numbers_are_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for given, words in (
-        ({"file": "none.csv"}, "cannot be read: No such file"),
+        ({"file": "none.csv"}, "there is no such file"),
         ({"file": "seen.txt"}, "its name has to end in .csv"),
         ({"file": "seen.csv", "Q": [2.0, 3.0]}, "has both file and Q; give only one of them"),
         ({"Q": [2.0, 3.0]}, "zc"),

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from last_bits import put_levers_off
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import solve_discrete_lyapunov
 
@@ -321,6 +322,21 @@ def test_unstable_states_have_no_noise_and_fragile_ones_much():
     fragile = states.where(states.stable, drop=True)
     nearest = fragile.phase_noise.values[np.nanargmin(fragile.escape.values), 0]
     assert nearest > 3.0 * np.nanmedian(fragile.phase_noise.values)
+
+
+@pytest.mark.parametrize("ulps", [0, 1, -1, 2, -2])
+def test_stability_multipliers_escape_and_noise_are_one_decision_whatever_the_last_bits(monkeypatch, ulps):
+    put_levers_off(monkeypatch, ulps)
+    states = df.run(df.example("figure-3-branches"))
+    [fold] = np.flatnonzero(states.special.values == "fold")
+    beside = df.noise(states.isel(point=slice(fold - 5, fold + 6)), "1 kHz")
+    stable = beside.stable.values
+    assert len(set(stable[:5])) == len(set(stable[6:])) == 1 and stable[0] != stable[-1]
+    assert not stable[5]  # where both meet there is neither
+    assert np.array_equal(beside.multiplier_modulus.values.max(axis=1) < 1.0, stable)
+    assert np.array_equal(np.isfinite(beside.phase_noise.values[:, 0]), stable)
+    assert np.array_equal(np.isfinite(beside.escape.values), stable)
+    assert beside.multiplier_modulus.values[5].max() == pytest.approx(1.0, abs=1e-5)
 
 
 def test_detector_adds_its_density_times_the_bandwidth():

@@ -179,6 +179,54 @@ def test_the_stiff_sample_has_one_jump_at_its_fold_whatever_the_step():
         assert np.abs(folds - jump).min() < SAME_JUMP * 30e-9
 
 
+LINGERING = df.Case(  # at its second fold, on the way back, the motion leaves so slowly that it seems to have settled
+    cantilever=df.Cantilever(f0="350 kHz", k="40 N/m", Q=400), drive=df.Drive(A0="30 nm"), tip=df.Tip(radius="20 nm"),
+    sample=df.Sample(youngs_modulus="1.2 GPa", poisson_ratio=0.3), forces=[df.forces.DMT(hamaker="7.1e-20 J")],
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("points", [22, 201, 211])
+def test_a_jump_is_listed_where_the_motion_lingers_beside_its_fold(points):
+    zc = np.linspace(36e-9, 15e-9, points)
+    found = df.approach(LINGERING, zc=zc, direction="both")
+    exact = df.approach(LINGERING.replace("solver.points_per_period", 2048), zc=zc, direction="both")
+    assert found.jump_direction.values.tolist() == ["approach", "retract"]
+    assert exact.jump_direction.values.tolist() == ["approach", "retract"]
+    for name in ("jump_zc", "jump_before", "jump_after"):
+        np.testing.assert_allclose(found[name], exact[name], rtol=0, atol=1e-3 * 30e-9)
+
+
+def neighbors(result, block):
+    """Give the numbers of neighbors that are ok, and whether the state of the first, followed, is that of the second."""
+    zc, one, nothing = result.zc.values, np.array([0]), np.empty((1, 0))
+    x = result.motion.values / block.scales_of(one, zc[:1])
+    for i in np.flatnonzero((result.status.values[:-1] == 0) & (result.status.values[1:] == 0)):
+        found = block.follow(one, States(x[[i]], nothing, nothing), zc[[i]], zc[None, [i + 1]])
+        yield i, found.done[0] == 1 and np.abs(found.last_x[0] - x[i + 1]).max() < 1e-3
+
+
+@pytest.mark.parametrize("number", range(24, 32))
+def test_neighbors_on_different_states_have_a_jump_between_them(number):
+    rng = np.random.default_rng([7, number])
+    A0, R, f0, k, Q, modulus, hamaker = (
+        np.exp(rng.uniform(*np.log(limits)))
+        for limits in ((5e-9, 60e-9), (5e-9, 40e-9), (5e4, 4e5), (1, 50), (50, 800), (2e8, 2e10), (1e-20, 3e-19))
+    )  # fmt: skip
+    case = df.Case(
+        cantilever=df.Cantilever(f0=f0, k=k, Q=Q), drive=df.Drive(A0=A0), tip=df.Tip(radius=R),
+        sample=df.Sample(youngs_modulus=modulus), forces=[df.forces.DMT(hamaker=hamaker)],
+    )  # fmt: skip
+    block = Block.of_one(case.problem, case.solver, 10)
+    for way, zc in (("approach", np.linspace(1.3, 0.3, 24) * A0), ("retract", np.linspace(0.3, 1.3, 24) * A0)):
+        found = df.approach(case, zc=zc, direction=way)
+        listed = found.jump_zc.values if "jump_zc" in found else np.empty(0)
+        for i, same in neighbors(found, block):
+            low, high = sorted(found.zc.values[[i, i + 1]])
+            between = ((listed >= low) & (listed <= high)).any()
+            moved = abs(np.diff(found.motion.values[[i, i + 1], 0])[0])
+            assert same or between or moved < 0.04 * A0
+
+
 def test_escape_falls_like_a_square_root_towards_a_fold():
     case = df.example("hysteresis")
     states = df.branches(case, zc={"start": "25 nm", "stop": "8 nm"})

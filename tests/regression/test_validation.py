@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from every import every
 from typer.testing import CliRunner
 
 import dforce as df
@@ -17,7 +18,8 @@ from dforce.forces import REGISTRY
 ENTRIES = [entry for table in published.TABLES for entry in published.entries(table)]
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: f"{entry['group']}: {entry['what']}")
+@pytest.mark.timeout(1800)  # some compile
+@every(ENTRIES, lambda entry: f"{entry['group']}: {entry['what']}")
 def test_published_value_is_met(entry):
     check = published.check(entry)
     assert check.met, f"{check.found!r} is off {check.expected!r} by {check.error:.2g}, more than {check.limit:.2g}"

@@ -368,8 +368,8 @@ def test_text_that_needs_escapes_survives():
         ("# nothing", "the case is empty"),
         ("a =", "the case is not TOML"),
         ("\0\1\2", "the case is not TOML"),
-        ("a = " + "[" * 100_000, "the case is nested too deeply"),
-        ("x." * 5000 + "y = 1", "case has no parameter 'x'"),
+        ("a = " + "[" * 100_000, "the case is not TOML: it is nested too deeply"),
+        ("x." * 5000 + "y = 1", "the case is not TOML: line 1 has a key of more than 12 parts"),
         ("x = 1", "case has no parameter 'x'; known: about, cantilever"),
         ("[drive]\nA0 = '1 nm'", "cantilever (the cantilever: one mode, several, or a beam) is missing"),
         ("cantilever = 3\ndrive = 4", "cantilever = 3 is not a table of parameters"),
@@ -421,7 +421,7 @@ def test_a_file_that_cannot_be_written_is_one_sentence_and_leaves_nothing(tmp_pa
     [
         (b"", "case.toml: the case is empty"),
         (b"\x89PNG\r\n\x1a\n\xff", "is not a text file in UTF-8"),
-        (b"#" * 1_000_001, "case.toml: the file is larger than 1000 kB"),
+        (b"#" * 1_000_001, "case.toml' is larger than 1 MB, so it is not read as a case"),
         (
             b"[tip]\nradius = -1\n[cantilever]\nf0=1\nk=1\nQ=1\n[drive]\nA0=1e-9",
             "case.toml: tip.radius = -1 m is not above 0 nm",
@@ -444,10 +444,10 @@ def test_a_result_that_is_not_one_is_not_taken_for_a_case_file(tmp_path):
 
 
 def test_what_is_not_a_file_is_one_sentence(tmp_path):
-    assert "is a directory" in refusal(CaseError, load_case, tmp_path)
+    assert "is a folder" in refusal(CaseError, load_case, tmp_path)
     assert "did you mean the example 'figure-3-air'?" in refusal(CaseError, load_case, tmp_path / "figure-3-ari.toml")
     assert "there is no file" in refusal(CaseError, load_case, tmp_path / "zzz")
-    assert "there is no file" in refusal(CaseError, load_case, "a\0b")
+    assert "cannot be read" in refusal(CaseError, load_case, "a\0b")
     assert "cannot be read" in refusal(CaseError, load_case, "x" * 10_000)
 
 

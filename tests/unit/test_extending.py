@@ -1,7 +1,10 @@
-"""The worked example of CONTRIBUTING is an experiment like those that are shipped."""
+"""The worked examples of CONTRIBUTING are an experiment and an observable like those that are shipped."""
 
 import importlib.util
+import os
 import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -37,3 +40,30 @@ def test_the_experiment_of_contributing_runs_from_a_case_and_agrees_with_an_appr
     assert (result["settling_periods"] > 100).all()  # Q is 255
     np.testing.assert_allclose(result["amplitude"][0], known["amplitude"][0], rtol=1e-5)  # free: one state
     assert df.report(result).findings
+
+
+USED = """
+import dforce as df
+from dforce.core.quantities import OBSERVABLES
+from dforce.observables.deviation import DEVIATIONS
+
+found = df.run(df.example("table-1-am"))
+assert found.asymmetry.attrs["units"] == OBSERVABLES["asymmetry"].unit == "m"
+assert float(found.asymmetry) == found.max_deflection + found.min_deflection - 2.0 * found.mean_deflection != 0.0
+assert "asymmetry" in DEVIATIONS
+"""
+
+
+def test_the_observable_of_contributing_is_in_results_and_counts_in_the_estimate(tmp_path: Path) -> None:
+    row, formula = (block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if '"asymmetry"' in block)
+    package = tmp_path / "dforce"
+    shutil.copytree(Path(df.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    for name, before, line in (
+        ("core/quantities.py", '    Observable("peak_force"', row.rstrip() + ",\n"),
+        ("observables/finish.py", '        "peak_force": ', formula),
+    ):
+        text = (package / name).read_text(encoding="utf-8")
+        assert text.count(before) == 1
+        (package / name).write_text(text.replace(before, line + before), encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", USED], check=True, env=environment, timeout=120)

@@ -2,11 +2,14 @@
 
 import ast
 import functools
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+
+import counts
 
 import dforce
 
@@ -37,6 +40,13 @@ LEVEL = {module: level for level, modules in enumerate(LEVELS) for module in mod
 # These show what others compute; what computes is closed to them.
 EDGE = ("cli", "gui")
 INSIDE = ("kernel", "integrators", "solvers")
+
+# Circles that stand until the solvers are written anew, and two that their rooms still have.
+LEFT = {
+    frozenset({"solvers.block", "solvers.beside"}),
+    frozenset({"inverse.planner", "inverse._plan_result"}),
+    frozenset({"inverse.fitting.run", "inverse.fitting.advice", "inverse.fitting.result"}),
+}
 
 # `import dforce` must be quick, so these wait until something needs them.
 HEAVY = (
@@ -155,6 +165,21 @@ def test_cli_and_gui_never_touch_kernels_or_solvers() -> None:
         if component(target) in INSIDE
     ]
     assert not wrong, "\n".join(wrong)
+
+
+def test_files_import_each_other_in_no_circle() -> None:
+    found = {frozenset(circle) for circle in counts.circles(counts.trees())}
+    assert found <= LEFT, "\n".join(" > ".join(circle) for circle in found - LEFT)
+
+
+def test_every_place_that_the_map_names_is_there() -> None:
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "architecture.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([a-z_]+/[a-z_/]*(?:\.py)?|[a-z_]+\.py)`", page))
+    assert len(named) > 30
+    assert not [place for place in sorted(named) if not (PACKAGE / place).exists() and not (root / place).exists()]
+    rooms = {path.name for path in PACKAGE.iterdir() if path.is_dir() and (path / "__init__.py").exists()}
+    assert rooms <= {place.rstrip("/") for place in named}
 
 
 def test_nobody_reads_what_another_folder_calls_its_own() -> None:

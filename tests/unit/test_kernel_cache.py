@@ -17,10 +17,12 @@ import pytest
 from numba.core.registry import cpu_target
 
 import dforce as df
-from dforce.core import units
+from dforce.core import log, units
 from dforce.core.errors import ParameterError
+from dforce.core.places import not_own, not_own_by
 from dforce.kernel import Kernel, cache, whole
 from dforce.kernel.cache_files import CODE, keep, kept
+from dforce.kernel.texts import remembered
 
 NUMBERS = itertools.count()
 TEXT = """
@@ -193,6 +195,118 @@ def test_a_numba_without_what_is_used_compiles_in_its_own_way(text, monkeypatch)
         assert not whole.is_part(part.library)
     finally:
         whole.way.cache_clear()
+
+
+POSIX = pytest.mark.skipif(os.name != "posix", reason="Windows keeps the folders of its users apart")
+
+
+def give_away(place, monkeypatch):
+    """Let a file or a folder belong to another user than the one who runs dForce."""
+    if os.geteuid() == 0:
+        os.chown(place, 12345, -1)
+    else:
+        monkeypatch.setattr(os, "geteuid", lambda: 12345)
+
+
+def opened(place, monkeypatch):
+    """Let others write to a file or a folder."""
+    place.chmod(place.stat().st_mode | 0o020)
+
+
+OTHERS = {
+    "a folder of another user": (lambda folder: folder, give_away, "belongs to another user"),
+    "a folder that a group may write to": (lambda folder: folder, opened, "other users may write to it"),
+    "a kernel's folder of another user": (lambda folder: next(folder.glob("*/kernel_*.py")).parent, give_away, "another user"),
+    "a kernel's folder for a group": (lambda folder: next(folder.glob("*/kernel_*.py")).parent, opened, "may write to it"),
+}  # fmt: skip
+
+
+@POSIX
+@pytest.mark.parametrize("which", OTHERS)
+def test_code_that_others_may_have_written_is_not_run_and_that_is_said_once(folder, text, which, monkeypatch):
+    assert started(text).outer(1.0) > 0.0
+    find, change, words = OTHERS[which]
+    heard = []
+    cache._say_not_used.cache_clear()
+    with log.listening(heard.append):
+        change(find(folder), monkeypatch)
+        for _ in range(2):
+            module = started(text)
+            assert module.outer(1.0) > 0.0
+    assert not str(module.__file__).startswith(str(folder))
+    assert len(heard) == 1
+    assert words in heard[0]
+    assert str(find(folder)) in heard[0]
+
+
+@POSIX
+@pytest.mark.parametrize("change", [give_away, opened])
+def test_a_file_of_code_that_others_may_have_written_is_passed_over(folder, text, change, monkeypatch):
+    assert counts_after(text) == (0, 1)
+    [path] = folder.rglob(f"outer-*{CODE}")
+    change(path, monkeypatch)
+    assert kept(path) is None
+    assert path.exists()
+
+
+def counts_after(text):
+    module = started(text)
+    module.outer(1.0)
+    return counts(module)
+
+
+@POSIX
+@pytest.mark.parametrize("umask", [0o002, 0o000])
+def test_what_is_kept_is_open_to_its_owner_alone_and_used_again(tmp_path, text, umask, monkeypatch):
+    monkeypatch.setenv("DFORCE_CACHE_DIR", str(tmp_path / "deep" / "kernels"))
+    before = os.umask(umask)
+    try:
+        assert counts_after(text) == (0, 1)
+        assert counts_after(text) == (1, 0)
+    finally:
+        os.umask(before)
+    assert not_own(tmp_path / "deep" / "kernels") == ""
+
+
+@POSIX
+def test_texts_of_others_are_not_composed_into_code(folder, monkeypatch):
+    force = df.forces.Hertz().bind({"tip.radius": 2e-9, "contact.a0": 0.2e-9, "contact.E_eff": 1e9})
+    assert remembered(["a test"], [force], lambda: "own text") == "own text"
+    [file] = (folder / cache.TEXTS).iterdir()
+    keep(file, b"text of others")
+    assert remembered(["a test"], [force], lambda: "own text") == "text of others"
+    opened(folder / cache.TEXTS, monkeypatch)
+    assert remembered(["a test"], [force], lambda: "own text") == "own text"
+
+
+@POSIX
+def test_definitions_of_units_that_others_may_have_written_are_not_loaded(tmp_path, monkeypatch):
+    place = tmp_path / "units"
+    place.mkdir(mode=0o700)
+    asked = []
+    monkeypatch.setattr(units, "_cache_folder", lambda where: place)
+    monkeypatch.setattr("pint.UnitRegistry", lambda cache_folder=None: asked.append(cache_folder))
+    units.registry.__wrapped__()
+    opened(place, monkeypatch)
+    units.registry.__wrapped__()
+    assert asked == [place, None]
+
+
+def test_windows_has_no_owners_to_ask(tmp_path, monkeypatch):
+    found = os.stat_result((0o100777, 0, 0, 1, 12345, 0, 0, 0, 0, 0))
+    monkeypatch.setattr("dforce.core.places.os.name", "nt")
+    assert not_own_by(found) == ""
+
+
+@pytest.mark.parametrize(
+    ("owner", "user", "words"),
+    [(0, 1000, ""), (1000, 1000, ""), (1000, 0, "another user"), (1001, 1000, "another user")],
+)
+def test_root_is_no_stranger_and_a_user_is_one_to_root(owner, user, words, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: user, raising=False)
+    monkeypatch.setattr("dforce.core.places.os.name", "posix")
+    said = not_own_by(os.stat_result((0o40700, 0, 0, 1, owner, 0, 0, 0, 0, 0)))
+    assert said == (f"it belongs to {words}" if words else "")
 
 
 def test_code_of_other_python_is_passed_over(folder, text):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.results.curves import Picture, pictures_of, rounding
+from dforce.results.curves import Picture, pictures_of
+from dforce.results.significance import largest_error
 
 
 @functools.cache
@@ -80,5 +81,5 @@ def test_what_is_rounding_throughout_is_a_line_at_zero(draw):
 def test_what_is_small_but_no_rounding_keeps_its_axis():
     result = df.run(df.example("figure-3-air"))
     largest, mean = (float(np.abs(result[name]).max()) for name in ("min_force", "mean_force"))
-    assert 0.0 < rounding(result, "mean_force") < mean < 0.1 * largest
-    assert rounding(result, "drift") == 0.0
+    assert 0.0 < largest_error(result, "mean_force") < mean < 0.1 * largest
+    assert largest_error(result, "drift") == 0.0

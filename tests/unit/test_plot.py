@@ -273,20 +273,10 @@ def test_a_given_figure_is_drawn_on():
     assert upper.figure is figure
 
 
-def costs():
-    row = {"case": "table-1-am", "method": "periodic rk4", "setting": 64.0, "seconds": 1e-3}
-    rows = [
-        row | {"amplitude_error": 1e-13, "phase_error": 1e-2},
-        row | {"amplitude_error": 1e-15, "phase_error": 1e-4},
-    ]
-    return {"rows": rows, "reference": {"table-1-am": (1e-8, 90.0)}}
-
-
 PICTURES = {
     "amplitude_phase": lambda figure: plot.amplitude_phase(synthetic.approach(), figure=figure),
     "basins": lambda figure: plot.basins(df.run(df.example("figure-3-basins").set(*FEW)), figure=figure),
     "branches": lambda figure: plot.branches(df.run(df.example("figure-3-branches")), figure=figure),
-    "cost_of_accuracy": lambda figure: plot.cost_of_accuracy(costs(), figure=figure),
     "curve": lambda figure: plot.curve(synthetic.approach(), ["amplitude", "peak_force", "contact_time"], figure),
     "draw": lambda figure: plot.draw(synthetic.dwell(), Picture("time", ("force", "indentation"), True), figure),
     "fit": lambda figure: plot.fit(fitted_curves.result(), figure),

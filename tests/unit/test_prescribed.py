@@ -165,3 +165,12 @@ def test_a_curve_that_is_none_is_one_sentence():
 def test_a_law_without_a_value_gives_no_number_there():
     curve = df.force_curve(case(F.Custom(law="sqrt(d - 1e-9)")), distance=[2e-9, 0.5e-9, 1.5e-9])
     assert np.isnan(curve.force.values).tolist() == [[False, True, False]] * 2
+
+
+def test_the_force_along_a_motion_is_summed_up_and_drawn():
+    time, distance = tap(samples=401)
+    result = df.force_along(case(F.DMT(hamaker=2e-20), F.KelvinVoigt()), time=time, distance=distance)
+    found = {one.name: one.value for one in df.summary(result)}
+    assert found["peak_force"] == float(result.force.max())
+    assert found["energy"] == float(result.energy[-1]) > 0.0
+    assert [axes.get_ylabel().split()[0] for axes in df.plot.overview(result)] == ["distance", "force"]

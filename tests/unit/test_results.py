@@ -218,7 +218,7 @@ def _cut(share):
     ("make", "sentence"),
     [
         (lambda path: None, "there is no file"),
-        (lambda path: path.mkdir(), "cannot be read"),
+        (lambda path: path.mkdir(), "is a folder, not a file"),
         (lambda path: path.write_bytes(b""), "is empty"),
         (lambda path: path.write_text("a,b\n1,2\n"), "is not a netCDF file"),
         (lambda path: path.write_bytes(b"CDF\x01" + bytes(40)), "older netCDF-3 kind"),

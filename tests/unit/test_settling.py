@@ -1,7 +1,10 @@
-"""How far states are apart from each other."""
+"""How far states are apart from each other, and motions that find none."""
 
 import numpy as np
+import pytest
 
+import dforce as df
+from dforce.observables.misfit import reach
 from dforce.solvers.settling import apart
 
 
@@ -9,3 +12,31 @@ def test_states_without_end_are_infinitely_far_apart_and_nobody_is_warned():
     a = np.array([[0.1, 0.2], [np.inf, 0.0], [np.nan, 0.0]])
     b = np.array([[0.1, 0.5], [np.inf, 0.0], [0.0, 0.0]])
     np.testing.assert_allclose(apart(a, b), [0.3, np.inf, np.inf])
+
+
+@pytest.fixture
+def over_a_wall():
+    """A lever whose Q makes up for the smallest errors at the wall: with 288 samples per period they feed its motion."""
+    attraction = df.forces.LennardJones(
+        work_of_adhesion="1.7546037989277972 mJ/m^2", equilibrium="0.2691850223493876 nm"
+    )
+    charge = df.forces.Electrostatic(bias="181.55919386587357 mV", contact_potential="48.75373209811934 mV")
+    return df.Case(
+        cantilever=df.Cantilever(f0="283.0849427937044 kHz", k="14.738263484911492 N/m", Q=24434.967443070498),
+        drive=df.Drive(A0="18.327881650290562 nm"),
+        tip=df.Tip(radius="4.9052252122917175 nm"),
+        forces=[attraction, charge],
+    )
+
+
+def test_the_drive_keeps_up_no_more_than_free_motion_at_resonance(over_a_wall):
+    assert reach(over_a_wall.problem) == pytest.approx(18.327881650290562e-9, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_motion_fed_by_the_errors_of_too_few_samples_is_found_anew_with_more(over_a_wall):
+    found = df.dwell(over_a_wall, zc="16.255451470725316 nm")
+    fine = df.dwell(over_a_wall.replace("solver.points_per_period", 4608), zc="16.255451470725316 nm")
+    assert int(found.status) == df.Status.OK
+    assert float(found.max_deflection) < 18.33e-9
+    np.testing.assert_allclose(found.amplitude, fine.amplitude, rtol=1e-6)

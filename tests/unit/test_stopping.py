@@ -1,16 +1,23 @@
 """SIGTERM stops a run as Ctrl-C does, and what was computed is kept."""
 
+import ast
+import ctypes
+import importlib
 import math
 import os
 import signal
+import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
 import dforce as df
 from dforce import runs
-from dforce.core.stopping import SAME, at_end, late_stop_waits, sigterm_as_ctrl_c
+from dforce.core import stopping
+from dforce.core.parallel import Crew
+from dforce.core.stopping import SAME, at_end, heard, late_stop_waits, look, sigterm_as_ctrl_c, unbroken
 from dforce.findings.summary import count_status
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -26,6 +33,15 @@ def ctrl_c():
 
 def terminate():
     os.kill(os.getpid(), signal.SIGTERM)
+
+
+@ctypes.CFUNCTYPE(None)
+def terminate_unheard():
+    """Be terminated in a function that C calls: what it raises goes no further."""
+    terminate()
+
+
+swallowing = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 
 def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(monkeypatch):
@@ -128,3 +144,160 @@ def test_a_result_without_a_point_says_so_wherever_it_is_read():
     ):
         with pytest.raises(df.ParameterError, match="stopped before its first point"):
             reader(empty)
+
+
+@swallowing
+def test_a_stop_that_somebody_swallows_is_raised_at_the_next_look(monkeypatch):
+    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", math.inf)
+
+    def watch(done, total, note):
+        if done and not swallowed:
+            swallowed.append(done)
+            terminate_unheard()
+
+    swallowed = []
+    result = df.run(df.example("figure-3-air"), progress=watch)
+    assert swallowed
+    assert result.attrs["interrupted"] and count_status(result)[df.Status.NOT_COMPUTED]
+
+
+@swallowing
+def test_a_stop_behind_one_that_was_swallowed_is_raised_anew(monkeypatch):
+    monkeypatch.setattr(stopping, "SAME", 0.0)
+    with sigterm_as_ctrl_c():
+        terminate_unheard()
+        with pytest.raises(KeyboardInterrupt):
+            terminate()
+        heard()
+        terminate()  # one that was heard is followed by what keeps the results
+
+
+def test_a_run_forgets_the_stop_that_ended_the_one_before():
+    with pytest.raises(KeyboardInterrupt), late_stop_waits():
+        terminate()
+    with late_stop_waits():
+        look()
+        at_end(True)
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """Return a function that writes a module which can be imported."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def write(name, *lines):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+        (tmp_path / f"{name}.py").write_text("\n".join(["import os, signal", *lines]), encoding="utf-8")
+
+    return write
+
+
+def test_an_import_is_not_broken_off_and_the_stop_comes_right_behind(module):
+    module("stopped_here", "os.kill(os.getpid(), signal.SIGTERM)", "whole = True")
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c():
+        found = importlib.import_module("stopped_here")
+        while time.monotonic() < begun + 10.0:
+            time.sleep(0.01)
+    assert found.whole
+    assert time.monotonic() - begun < 5.0
+
+
+def test_a_program_that_is_itself_imported_is_stopped_at_once(module):
+    module(
+        "a_program", "from dforce.core.stopping import sigterm_as_ctrl_c", "with sigterm_as_ctrl_c():",
+        "    os.kill(os.getpid(), signal.SIGTERM)", "    raise AssertionError('this went on')",
+    )  # fmt: skip
+    with pytest.raises(KeyboardInterrupt):
+        importlib.import_module("a_program")
+
+
+def test_a_compilation_is_not_broken_off_and_the_stop_comes_right_behind():
+    done = []
+    with sigterm_as_ctrl_c():
+        with pytest.raises(KeyboardInterrupt), unbroken():
+            terminate()
+            done.append(1)
+        heard()
+        look()
+    assert done
+
+
+def test_a_job_that_compiles_ends_where_it_looks_once_the_work_is_stopped():
+    reached, ended = threading.Event(), []
+
+    def job():
+        reached.set()
+        try:
+            while True:
+                look()
+                time.sleep(0.01)
+        finally:
+            ended.append(1)
+
+    def stop(*_):
+        if reached.wait(10.0):
+            raise KeyboardInterrupt
+
+    assert not Crew(1, lambda *_: stop() if not ended else None, 1).run([job])
+    assert ended
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_program_that_goes_on_is_told_that_its_result_was_stopped(number, capsys):
+    df.run(df.example("figure-3-air"), progress=lambda *_: os.kill(os.getpid(), number))
+    told = capsys.readouterr().err
+    assert "Stopped by " + ("SIGTERM" if number == signal.SIGTERM else "Ctrl-C") in told
+    assert "attrs['interrupted'] = 1" in told
+    df.run(df.example("figure-3-air"))
+    assert "Stopped" not in capsys.readouterr().err
+
+
+def test_whoever_catches_a_stop_says_that_it_was_heard():
+    catches = [
+        (f"{file.name}:{node.lineno}", ast.unparse(node))
+        for file in Path(df.__file__).parent.rglob("*.py")
+        if file.parent.name != "gui"  # whose threads hear no signals
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ExceptHandler)
+        and node.type is not None
+        and "KeyboardInterrupt" in ast.unparse(node.type)
+    ]
+    assert catches
+    assert [place for place, text in catches if "heard()" not in text] == []
+
+
+@pytest.fixture
+def slow_estimates(monkeypatch):
+    """Let the estimate of errors take without end, with looks, and return what happens meanwhile, in order."""
+    seen = []
+
+    def without_end(block, values, points):
+        seen.append(points.cycles.shape[1])
+        while True:
+            terminate()
+            block.watch()
+            time.sleep(0.01)
+
+    monkeypatch.setattr("dforce.solvers.accuracy.assure", without_end)
+    monkeypatch.setattr("dforce.solvers.accuracy.GRACE", 0.2)
+    return seen
+
+
+def test_a_stop_after_the_last_point_waits_for_no_estimates_and_all_points_are_kept(slow_estimates, tmp_path):
+    case = df.example("figure-3-air").replace("experiment.direction", "approach")
+    begun = time.monotonic()
+    part = df.run(case, progress=lambda *_: None)
+    assert time.monotonic() - begun < 60.0
+    assert slow_estimates[0] == part.sizes["zc"], "all points were there"
+    assert part.attrs["interrupted"] and count_status(part) == {df.Status.INACCURATE: part.sizes["zc"]}
+    assert part.amplitude.notnull().all() and part.error_estimate.isnull().all()
+
+
+def test_a_run_goes_on_with_points_whose_errors_are_not_known(slow_estimates, monkeypatch):
+    case = df.example("figure-3-air").replace("experiment.direction", "approach")
+    part = df.run(case, progress=lambda *_: None)
+    monkeypatch.undo()
+    rest, whole = df.run(case, resume=part), df.run(case)
+    assert rest.equals(whole)
+    assert count_status(rest) == {df.Status.OK: whole.sizes["zc"]}

@@ -17,7 +17,8 @@ import xarray as xr
 import dforce as df
 from dforce.maps import _executors
 from dforce.maps._map import Map
-from dforce.results import store as stores
+from dforce.results.store_plan import Blocks
+from dforce.results.store_writer import Writer
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 
@@ -48,8 +49,8 @@ def store(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cut every map into blocks of two cases."""
-    monkeypatch.setattr("dforce.maps._map.MOST_POINTS", 36)
+    """Cut the map over OVER into blocks of two cases."""
+    monkeypatch.setattr("dforce.maps._map.BLOCKS", 10)
 
 
 def same(store: xr.Dataset, memory: xr.Dataset) -> None:
@@ -118,8 +119,7 @@ def test_a_store_that_was_stopped_goes_on(store):
     with pytest.raises(df.ParameterError, match="so it cannot be continued"):
         df.sweep(case(), OVER, store=store, resume=True, at_set_point=0.8)
     same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
-    with pytest.raises(df.ParameterError, match="complete; there is nothing to continue"):
-        df.sweep(case(), OVER, store=store, resume=True)
+    same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
 
 
 def test_a_complete_store_of_another_case_says_so(store):
@@ -132,7 +132,7 @@ def test_a_complete_store_of_another_case_says_so(store):
 
 @pytest.mark.usefixtures("small")
 def test_only_one_run_writes_a_store(store):
-    with stores.Writer(store), pytest.raises(df.ResultError, match="is open in another run"):
+    with Writer(store), pytest.raises(df.ResultError, match="is open in another run"):
         df.sweep(case(), OVER, store=store)
 
 
@@ -140,18 +140,19 @@ KILLED = """
 import os, signal, sys
 import dforce as df
 import dforce.maps._map
-from dforce.results.store import Writer
+from dforce.results.store_files import Files
 
-dforce.maps._map.MOST_POINTS = 36
-path, blocks, keep, seen = sys.argv[1], int(sys.argv[2]), Writer._keep, set()
+dforce.maps._map.BLOCKS = 10
+path, blocks, write, records = sys.argv[1], int(sys.argv[2]), Files.write, []
 
-def kept(writer, name, place):
-    keep(writer, name, place)
-    seen.add(str(place))
-    if len(seen) > blocks:
+def written(files, content):
+    if len(records) == blocks and any("status/c/" in key for key in content):
+        write(files, dict(list(content.items())[:2]))
         os.kill(os.getpid(), signal.SIGKILL)
+    write(files, content)
+    records.extend(key for key in content if key.startswith("checksums/blocks/c/"))
 
-Writer._keep = kept
+Files.write = written
 df.sweep(df.Case.from_toml(sys.stdin.read()), store=path, workers=1, quantities=sys.argv[3:] or None)
 """
 
@@ -203,13 +204,12 @@ def test_a_store_of_objects_goes_on_after_its_writer_was_killed_inside_a_block(b
     with pytest.raises(df.ResultError, match="is there already; go on with it"):
         df.sweep(swept, store=url)
     same(df.sweep(swept, store=url, resume=True), df.sweep(swept, quantities=["amplitude"]))
-    with pytest.raises(df.ParameterError, match="complete; there is nothing to continue"):
-        df.sweep(swept, store=url, resume=True)
+    same(df.sweep(swept, store=url, resume=True), df.sweep(swept, quantities=["amplitude"]))
 
 
 @pytest.mark.usefixtures("small")
 def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
-    put, left = stores.Writer._fitted, [40]
+    put, left = Writer._fitted, [40]
 
     def full(*arguments: Any) -> Any:
         left[0] -= 1
@@ -218,7 +218,7 @@ def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
         return put(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(stores.Writer, "_fitted", full)
+        patch.setattr(Writer, "_fitted", full)
         with pytest.raises(df.ResultError, match="no space left on device; the blocks that are done are kept"):
             df.sweep(case(), OVER, store=store)
     assert (df.read(store).status == df.Status.OK).any()
@@ -301,18 +301,33 @@ def test_a_store_that_is_none_is_one_sentence(tmp_path):
 
 
 def test_blocks_are_known_one_by_one_however_many_there_are():
-    blocks = stores.Blocks({"a": 10**6, "b": 10**6}, {"a": 1, "b": 100})
+    blocks = Blocks({"a": 10**6, "b": 10**6}, {"a": 1, "b": 100})
     assert next(blocks.places()) == {"a": slice(0, 1), "b": slice(0, 100)}  # a list of them would fill the memory
-    assert blocks.count == 10**10
+    assert np.prod(blocks.counts) == 10**10
 
 
-def test_a_block_has_some_seconds_of_work(store):
+@pytest.mark.parametrize(
+    ("lengths", "points", "blocks"),
+    [
+        ((15,), 9, 15),
+        ((600,), 9, 120),
+        ((40, 50), 9, 120),
+        ((3, 1000, 7), 9, 126),
+        ((1_000_000,), 9, 138),
+        ((5,), 10**6, 5),
+    ],
+)
+def test_the_number_of_blocks_follows_from_the_grid_alone(lengths, points, blocks, store):
     from dforce.maps._result import Layout
     from dforce.maps.axes import make_axes
 
-    over = {"tip.radius": np.linspace(4e-9, 6e-9, 40), "drive.A0": np.linspace(6e-9, 9e-9, 50)}
-    layout = Layout(case(), make_axes(case(), over))
-    lengths = {
-        seconds: Map(case(), layout, None, None, store)._blocks(seconds).block for seconds in (1e-3, 0.04, 100.0)
+    starts = {"tip.radius": 5e-9, "drive.A0": 5e-9, "cantilever.Q": 100.0}
+    over = {
+        path: {"start": start, "stop": 2 * start, "points": n}
+        for (path, start), n in zip(starts.items(), lengths, strict=False)
     }
-    assert lengths == {1e-3: {"radius": 40, "A0": 50}, 0.04: {"radius": 2, "A0": 50}, 100.0: {"radius": 1, "A0": 1}}
+    zc = {"start": "12 nm", "stop": "6 nm", "points": points}
+    swept = case(experiment=df.experiments.Approach(zc=zc))
+    cut = Map(swept, Layout(swept, make_axes(swept, over)), None, None, store).blocks()
+    assert np.prod(cut.counts) == blocks
+    assert list(cut.sizes.values()) == list(lengths)

@@ -128,7 +128,7 @@ def test_a_mistake_in_values_is_one_sentence(values, sentence):
         ("drive.A0\n", "holds no case"),
         ("drive.A0,tip.radius\n1e-9\n", "case 1 of .* has 1 values"),
         ("drive.A0,drive.A0\n1e-9,2e-9\n", "names drive.A0 twice"),
-        (None, "cannot be read"),
+        (None, "there is no file '.*cases.csv'"),
     ],
 )
 def test_a_mistake_in_a_file_of_rows_is_one_sentence(text, sentence, tmp_path, monkeypatch):

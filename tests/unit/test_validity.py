@@ -9,9 +9,12 @@ import timeit
 import numpy as np
 import pytest
 import xarray as xr
+from every import every
+from typer.testing import CliRunner
 
 import dforce as df
 from dforce.case.paths import value_at
+from dforce.cli import app
 from dforce.core.units import parse
 from dforce.results.status import Status
 from dforce.validity import PIECES, advice_in
@@ -104,6 +107,7 @@ def states(count):
     return CALM, xr.Dataset({"amplitude": (("state", "tone"), np.ones((count, 1)))})
 
 
+RELATIVE = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 5}
 CONE = {"tip__half_angle": "20 deg", "sample__thickness": "1 um"}
 TONE2 = {"cantilever": {"modes": [{"f0": 5e4, "k": 0.9, "Q": 100}, {"f0": 31e4, "k": 35, "Q": 200}]}}
 BEAM = {
@@ -126,6 +130,8 @@ KEPT = {"min_distance": 0.4e-9, "max_indentation": 0.0}
 SPEAKS = {
     "unusual_value": [
         over(cantilever__k="40 kN/m"), over(tip__radius="10 um"), over(cantilever__f0="50 Hz"),
+        over(drive__frequency=48.9), over(sample__youngs_modulus=1),
+        over(experiment={"kind": "frequency_sweep", "zc": "5 nm", "frequency": [40, 60]}),
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
     "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9)],
@@ -196,6 +202,10 @@ SPEAKS = {
         tapping(over(cantilever={"beam": BEAM | {"modes": 2, "Q": [200, 400]}}), mean_deflection=12e-9),
     ],
     "drive_off_resonance": [over(drive__frequency="48 kHz")],
+    "begins_in_contact": [
+        over(case=AIR, drive__A0="12 nm"), over(case=AIR, experiment__zc=RELATIVE | {"start": 1.01}),
+        tapping(AIR, (12e-9, 11e-9), min_distance=[0.1e-9, -0.2e-9]),
+    ],
     "small_amplitude": [over(drive__A0="0.2 nm")],
     "thermal_amplitude": [over(cantilever__k="0.01 N/m"), over(**TONE2, drive={"tones": [{"A0": 5e-9}, {"A0": 1e-10}]})],
     "thermal_motion_and_force": [tapping(CALM, max_indentation=1e-10), tapping(AIR, min_distance=0.2e-9, max_indentation=0.0)],
@@ -307,6 +317,11 @@ SILENT = {
         ),
     ],
     "drive_off_resonance": [CALM, over(drive__frequency="48.9 kHz"), over(drive__frequency="40 kHz", cantilever__Q=2)],
+    "begins_in_contact": [
+        CALM, AIR, over(case=AIR, drive__A0="12 nm", experiment__direction="retract"),
+        over(case=AIR, drive__A0="12 nm", experiment__zc=RELATIVE), tapping(AIR, (12e-9, 11e-9), min_distance=[2e-9, -0.2e-9]),
+        tapping(AIR, (12e-9, 11e-9), min_distance=[0.2e-9, 0.2e-9]),
+    ],
     "small_amplitude": [CALM, over(drive__A0="0.5 nm")],
     "thermal_amplitude": [CALM, over(drive__A0="1 nm"), over(cantilever__k="0.01 N/m", medium={"temperature": "4 K"})],
     "thermal_motion_and_force": [CALM, tapping(CALM, max_indentation=0.3e-9), tapping(AIR, **KEPT)],
@@ -338,9 +353,7 @@ def given(example):
 
 
 def pairs(table):
-    return [
-        pytest.param(name, example, id=f"{name}-{i}") for name, row in table.items() for i, example in enumerate(row)
-    ]
+    return [(name, example) for name, row in table.items() for example in row]
 
 
 def test_advice_does_not_ask_for_the_flow_of_a_mode_that_takes_no_part():
@@ -358,12 +371,28 @@ def test_distances_as_shares_of_the_free_amplitude_are_those_in_meters():
     assert [piece.name for piece in told[0]] == [piece.name for piece in told[1]]
 
 
+def test_a_curve_that_begins_in_contact_is_told_by_the_dataset_the_command_line_and_sweeps(tmp_path):
+    case = AIR.replace("drive.A0", "13 nm").set("experiment.zc.points=23")
+    result = df.run(case)
+    (piece,) = [one for one in advice_in(result) if one.name == "begins_in_contact"]
+    assert "begins at 12 nm" in piece.text and "the closest distance there is" in piece.text
+    (tmp_path / "case.toml").write_text(case.to_toml())
+    assert "begins at 12 nm" in CliRunner().invoke(app, ["check", str(tmp_path / "case.toml")]).stdout
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out.nc")])
+    assert "advice: The approach begins at 12 nm" in done.stdout + done.stderr
+    over = {"drive.A0": ["8 nm", "13 nm"]}
+    for more in ({}, {"at_set_point": 0.8}, {"at_set_point": 0.8, "store": tmp_path / "map.zarr"}):
+        grid = df.sweep(case, over=over, **more)
+        (piece,) = [one for one in advice_in(grid) if one.name == "begins_in_contact"]
+        assert piece.text.startswith("At drive.A0 = 13 nm: The approach begins at 12 nm")
+
+
 def test_every_piece_has_a_case_where_it_speaks_and_one_where_it_is_silent():
     assert set(SPEAKS) == set(SILENT) == set(BY_NAME)
     assert all(SPEAKS.values()) and all(SILENT.values())
 
 
-@pytest.mark.parametrize(("name", "example"), pairs(SPEAKS))
+@every(pairs(SPEAKS), lambda pair: pair[0])
 def test_it_speaks(name, example):
     case, result = given(example)
     piece = BY_NAME[name](Evidence(case, result))
@@ -378,7 +407,7 @@ def test_it_speaks(name, example):
     parse(1.0, piece.unit)
 
 
-@pytest.mark.parametrize(("name", "example"), pairs(SILENT))
+@every(pairs(SILENT), lambda pair: pair[0])
 def test_it_is_silent(name, example):
     assert BY_NAME[name](Evidence(*given(example))) is None
 

@@ -17,12 +17,27 @@ from dforce_docs import (
     offline,
     public_names,
     quantities,
+    readers,
     validation,
 )
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register everything with Sphinx."""
-    for part in (mathml, commands, forces, quantities, cases, cli, costs, misprints, offline, public_names, validation):
+    parts = (
+        mathml,
+        commands,
+        forces,
+        quantities,
+        cases,
+        cli,
+        costs,
+        misprints,
+        offline,
+        public_names,
+        readers,
+        validation,
+    )
+    for part in parts:
         part.setup(app)
     return {"parallel_read_safe": False, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""The directive `costs`: what dForce costs on the machine that builds the pages, as a picture and a table.
+"""The directive `costs`: what dForce costs on the machine that builds the pages, as a table.
 
 It is measured quickly while the pages are built, with few people at the window. To show a longer measurement, name the file
 that ``dforce benchmark --json > FILE`` wrote in the environment variable DFORCE_BENCHMARK.
@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from dforce.checks.benchmark import benchmark, many_users
+from dforce.checks.benchmark import benchmark
 from dforce_docs.declared import list_table
 
-PICTURE = "generated/pictures/costs.png"
+sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
+import many_users
 
 
 def measured() -> dict[str, Any]:
@@ -28,22 +29,8 @@ def measured() -> dict[str, Any]:
     given = os.environ.get("DFORCE_BENCHMARK")
     if given:
         return json.loads(Path(given).read_text(encoding="utf-8"))
-    window = many_users.measures(*many_users.FEW, lambda name: None)
+    window = many_users.measures(*many_users.FEW)
     return benchmark(quick=True) | {"window": [asdict(measure) for measure in window]}
-
-
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw the times as bars on a logarithmic axis, the first row on top."""
-    figure, axes = plt.subplots(figsize=(8.0, 0.32 * len(rows) + 0.8), layout="constrained")
-    names = [row["name"] for row in rows]
-    axes.barh(range(len(rows)), [row["seconds"] * 1e6 for row in rows], color="#4477aa")
-    axes.set(xscale="log", xlabel="time (µs)", ylim=(len(rows) - 0.4, -0.6))
-    axes.set_yticks(range(len(rows)), names, fontsize="small")
-    axes.grid(axis="x", color="#dddddd", linewidth=0.6)
-    axes.set_axisbelow(True)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=160)
-    plt.close(figure)
 
 
 def time_text(seconds: float) -> str:
@@ -64,29 +51,22 @@ def measured_text(measure: dict[str, Any]) -> str:
 
 
 class Costs(SphinxDirective):
-    """The picture and the table."""
+    """The tables of times and of the window."""
 
     def run(self) -> list[nodes.Node]:
-        """Measure, draw, and return both."""
+        """Measure, and return the tables."""
         found = measured()
-        draw(found["rows"], Path(self.env.srcdir) / PICTURE)
         machine = ", ".join(f"{key} {value}" for key, value in found["machine"].items())
-        rows = [
-            (
-                row["name"],
-                time_text(row["seconds"]),
-                f"{row['spread']:.2f}",
-                f"{row['ratio']:.3g} × {row['to']}" if row["ratio"] else "",
+        rows = []
+        for row in found["rows"]:
+            points = row["points"]
+            of_points = (
+                (points, f"{row['in_contact']:.0%}", time_text(row["seconds"] / points)) if points else ("",) * 3
             )
-            for row in found["rows"]
-        ]
-        table = list_table(("what", "best time", "slowest / best", "compared"), rows)
-        caption = f"Best time of each row of the table, on a logarithmic axis: shorter is better. {machine}."
-        many_users = list_table(
-            ("the window", "measured"), [(one["name"], measured_text(one)) for one in found["window"]]
-        )
-        figure = f".. figure:: /{PICTURE}\n   :alt: times\n   :class: force-figure\n\n   {caption}\n"
-        return self.parse_text_to_nodes(f"```{{eval-rst}}\n{figure}\n{table}\n\n{many_users}\n```\n\n{found['note']}")
+            rows.append((row["name"], time_text(row["seconds"]), *map(str, of_points), f"{row['spread']:.2f}"))
+        table = list_table(("work", "best time", "points", "in contact", "time a point", "slowest / best"), rows)
+        window = list_table(("the window", "measured"), [(one["name"], measured_text(one)) for one in found["window"]])
+        return self.parse_text_to_nodes(f"```{{eval-rst}}\n{table}\n\n{window}\n```\n\n{machine}. {found['note']}")
 
 
 def setup(app: Sphinx) -> None:

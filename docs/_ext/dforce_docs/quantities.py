@@ -21,17 +21,19 @@ from dforce.core.quantities import (
     RECONSTRUCTED,
     TRACES,
     Observable,
+    Quantity,
 )
 from dforce_docs.declared import list_table
 
 KNOWN = {**OBSERVABLES, **DRIFTING, **TRACES, **NOISES, **JUMPS, **RECONSTRUCTED, **MEASURED, **FITS}
-HEADER = ("name in the Dataset", "symbol", "stored in", "over", "meaning")
+HEADER = ("name in the Dataset", "symbol", "stored in", "over", "meaning", "scale of its error")
 
 
-def _row(quantity: Observable) -> tuple[str, ...]:
+def _row(quantity: Quantity) -> tuple[str, ...]:
     symbol = f":math:`{quantity.symbol}`" if quantity.symbol else ""
     unit = "–" if quantity.unit in ("1", "") else quantity.unit
-    return f"``{quantity.name}``", symbol, unit, ", ".join(quantity.dims), quantity.doc
+    scale = quantity.scale.value if isinstance(quantity, Observable) else "–"
+    return f"``{quantity.name}``", symbol, unit, ", ".join(quantity.dims), quantity.doc, scale
 
 
 class Quantities(SphinxDirective):
@@ -47,7 +49,10 @@ class Quantities(SphinxDirective):
             raise ExtensionError(f"{self.get_location()}: no result holds {', '.join(unknown)}")
         here = self.env.metadata[self.env.docname]
         here["quantities"] = " ".join([here.get("quantities", ""), *names])
-        table = list_table(HEADER, [_row(KNOWN[name]) for name in names], "16 9 9 10 56")
+        rows, widths = [_row(KNOWN[name]) for name in names], "16 9 9 10 40 16"
+        if not any(isinstance(KNOWN[name], Observable) for name in names):  # nothing in the last column
+            rows, widths = [row[:-1] for row in rows], "16 9 9 10 56"
+        table = list_table(HEADER[: len(rows[0])], rows, widths)
         return self.parse_text_to_nodes(f"```{{eval-rst}}\n{table}\n```")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-import tomllib
+import itertools
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self
 import pydantic
 
 from dforce.case._fit import Data, Fit
+from dforce.case._html import html_of
 from dforce.case._python import script_of
 from dforce.case._sweep import Sweep
 from dforce.case._text import text_of, value_of
@@ -19,27 +20,40 @@ from dforce.case.paths import changed, place_of, quantity_at
 from dforce.core import units
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.core.files import beside, folder
+from dforce.core.marks import file_name, words
 from dforce.core.parameters import Parameters, Part, Quantity, part
 from dforce.core.refusals import refusal
+from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force, load_plugin
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Noise, Readout, Sample, Tip
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 
-MOST_BYTES = 1_000_000  # a larger file is not a case
+MOST_FORCES = 20
 THERMAL = ("dwell", "thermal_spectrum")  # experiments that simulate thermal motion
 NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
+SHOWN = (
+    "cantilever",
+    "drive",
+    "readout",
+    "tip",
+    "sample",
+    "contact",
+    "medium",
+    "noise",
+    "forces",
+    "experiment",
+    "solver",
+)  # sections of a notebook's table, in this order
 
 
 class About(Parameters):
     """Where a case comes from and what it is good for, as it was written; it changes nothing in the run."""
 
-    source: str = pydantic.Field(default="", max_length=4000, description="where the parameters come from")
-    shows: str = pydantic.Field(default="", max_length=4000, description="one sentence on what the case shows")
-    unsaid: str = pydantic.Field(
-        default="", max_length=4000, description="what the source leaves unsaid, and what was chosen"
-    )
+    source: str = words("", max_length=4000, description="where the parameters come from")
+    shows: str = words("", max_length=4000, description="one sentence on what the case shows")
+    unsaid: str = words("", max_length=4000, description="what the source leaves unsaid, and what was chosen")
 
 
 class Case(Parameters):
@@ -56,8 +70,8 @@ class Case(Parameters):
 
     title_of: ClassVar[str] = "case"
 
-    title: str = pydantic.Field(default="", max_length=300, description="what the case is, in a line")
-    plugins: Part[tuple[str, ...]] = part(
+    title: str = words("", max_length=300, description="what the case is, in a line")
+    plugins: Part[tuple[str, ...]] = file_name(
         (), max_length=20, description="Python files with force models of your own, beside the case file"
     )
     about: Part[About | None] = part(None, description="source of the case, what it shows, what is unsaid")
@@ -69,7 +83,7 @@ class Case(Parameters):
     contact: Part[Contact] = part(Contact(), description="where contact begins")
     medium: Part[Medium] = part(Medium(), description="what the cantilever moves in: a name or a table")
     noise: Part[Noise] = part(Noise(), description="noise of the lever and of the detector")
-    forces: Part[tuple[Force, ...]] = part((), max_length=20, description="tip–sample forces, which add up")
+    forces: Part[tuple[Force, ...]] = part((), max_length=MOST_FORCES, description="tip–sample forces, which add up")
     experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
     solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
     sweep: Part[Sweep | None] = part(None, description="which parameters `dforce sweep` varies, for many cases at once")
@@ -98,7 +112,9 @@ class Case(Parameters):
     def _forces_by_model(cls, given: Any) -> Any:
         if isinstance(given, Force | dict) or not isinstance(given, Iterable) or isinstance(given, str):
             raise ParameterError(f"= {shorten(given)} is not a list of forces; write [[forces]] in a file")
-        items = list(given)
+        items = list(itertools.islice(given, MOST_FORCES + 1))
+        if len(items) > MOST_FORCES:
+            raise ParameterError(f"has more than {MOST_FORCES} forces")
         models = [item.get("model") if isinstance(item, dict) else None for item in items]
         return tuple(
             _built(
@@ -243,9 +259,8 @@ class Case(Parameters):
 
     def _repr_html_(self) -> str:
         """Show the parameters in a notebook: symbol, value with unit, meaning; defaults in gray."""
-        from dforce.case._html import html_of
-
-        return html_of(self)
+        shows = self.about.shows if self.about is not None and self.about.shows else ""
+        return html_of(self.title, shows, {name: getattr(self, name) for name in SHOWN})
 
     @checked
     def to_toml(self, complete: bool = False) -> str:
@@ -279,12 +294,8 @@ class Case(Parameters):
         ParameterError
             When it is TOML but not a case.
         """
-        if len(text) > MOST_BYTES:
-            raise CaseError(f"the case has {len(text)} characters; more than {MOST_BYTES} are not read")
         try:
-            table = tomllib.loads(text)
-        except RecursionError:
-            raise CaseError("the case is nested too deeply") from None
+            table = read_toml(text)
         except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
             raise CaseError(f"the case is not TOML: {shorten(str(error), 200)}") from None
         if not table:

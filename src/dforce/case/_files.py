@@ -8,11 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dforce import library
-from dforce.case._case import MOST_BYTES, Case
+from dforce.case._case import Case
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
-from dforce.core.files import beside, reason, write_whole
-from dforce.results.files import HDF5, is_whole
-from dforce.results.store import is_store, local_place, open_store
+from dforce.core.files import beside, read_input, write_whole
+from dforce.core.toml import LONGEST
+from dforce.results import hdf5
+from dforce.results.files import MOST_BYTES as MOST_BYTES_OF_RESULT
+from dforce.results.files import is_whole
+from dforce.results.store import is_store, open_store
+from dforce.results.store_files import local_place
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,30 +50,19 @@ def load_case(path: str | os.PathLike[str]) -> Case:
             place = local_place(path)
             with beside(None if place is None else place.resolve().parent):
                 return Case.from_toml(str(open_store(path).attrs["case"]))
-        if file.is_dir():
-            raise CaseError(f"'{name}' is a directory, not a case file")
-        if file.exists() and not file.is_file():
-            raise CaseError(f"'{name}' is not an ordinary file")
-        if not file.is_file():
-            raise CaseError(f"there is no file '{name}'{_example_hint(file.name)}")
-        with file.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-            if content.startswith(HDF5):
-                content += stream.read()
-    except CaseError:
-        raise
     except ResultError as error:
         raise CaseError(str(error)) from None
-    except (OSError, ValueError) as error:
-        raise CaseError(f"'{name}' cannot be read: {reason(error)}") from None
+    try:
+        content = read_input(path, "case", LONGEST, CaseError, larger={hdf5.START: MOST_BYTES_OF_RESULT})
+    except CaseError as error:
+        missing = str(error).startswith("there is no file")
+        raise CaseError(f"{error}{_example_hint(file.name) if missing else ''}") from None
     try:
         with beside(file.resolve().parent):
-            if content.startswith(HDF5):
+            if content.startswith(hdf5.START):
                 return Case.from_toml(_case_of_results(content))
             if file.suffix.lower() == ".nc":
                 raise CaseError("the file is damaged, or no file of results: it does not begin like one")
-            if len(content) > MOST_BYTES:
-                raise CaseError(f"the file is larger than {MOST_BYTES // 1000} kB, so it is not a case")
             return Case.from_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise CaseError(f"'{name}' is not a text file in UTF-8") from None

@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal, Self
 import pydantic
 
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Parameters, Part, part
+from dforce.core.marks import file_name, words
+from dforce.core.parameters import Parameters, Part
 
 MOST_FREE = 20  # parameters of a fit
 LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
@@ -19,29 +20,32 @@ class Data(Parameters):
 
     title_of: ClassVar[str] = "data"
 
-    file: str = pydantic.Field(
-        default="", max_length=1000, description="file of the curve, beside the case file: .csv, .txt, .h5, ..."
+    file: str = file_name(
+        "",
+        max_length=1000,
+        through_named=True,
+        description="file of the curve, beside the case file: .csv, .txt, .h5, ...",
     )
-    columns: Part[dict[str, str]] = part(
+    columns: Part[dict[str, str]] = words(
         {},
         description='names of the file\'s columns by what they hold, such as { height = "ZSnsr", amplitude = "Amp" }',
     )
-    units: Part[dict[str, str]] = part(
+    units: Part[dict[str, str]] = words(
         {}, description='units of columns that do not say theirs, such as { height = "nm" }'
     )
-    phase_convention: str = pydantic.Field(
-        default="", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
+    phase_convention: str = words(
+        "", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
     )
-    use: Part[dict[str, Any]] = part(
+    use: Part[dict[str, Any]] = words(
         {},
         description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }, or several ranges, '
         '[["-40 nm", "-10 nm"], ["0 nm", "5 nm"]]; left out: all',
     )
 
-    read: Part[dict[str, Any]] = part(
+    read: Part[dict[str, Any]] = words(
         {}, description='how else the file is read, as by df.read_measured, such as { sensitivity = "52 nm/V" }'
     )
-    calibrate: Part[dict[str, Any]] = part(
+    calibrate: Part[dict[str, Any]] = words(
         {}, description='how the curve is calibrated, as by df.calibrate, such as { free_amplitude = "30 nm" }'
     )
 
@@ -65,38 +69,41 @@ class Fit(Parameters):
 
     title_of: ClassVar[str] = "fit"
 
-    free: Part[tuple[str, ...]] = part(
+    free: Part[tuple[str, ...]] = words(
         (), max_length=MOST_FREE, description="paths of the parameters to fit, such as sample.youngs_modulus"
     )
-    nuisance: Part[tuple[str, ...]] = part(
+    nuisance: Part[tuple[str, ...]] = words(
         ("zc_offset", "A0", "phase_offset"), max_length=MOST_FREE,
         description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2, which is "
         "fitted alike where this is left as it is",
     )  # fmt: skip
-    priors: Part[dict[str, Any]] = part(
+    priors: Part[dict[str, Any]] = words(
         {},
         description='values and errors known beforehand, which frees the parameter, such as { "cantilever.Q" = "180(4)" }',
     )
-    bounds: Part[dict[str, Any]] = part(
+    bounds: Part[dict[str, Any]] = words(
         {}, description='bounds, such as { "sample.youngs_modulus" = ["10 MPa", "100 GPa"] }'
     )
-    start: Part[dict[str, Any]] = part({}, description="where the fit starts; left out: at the values of the case")
-    given: Part[dict[str, Any]] = part(
+    start: Part[dict[str, Any]] = words({}, description="where the fit starts; left out: at the values of the case")
+    given: Part[dict[str, Any]] = words(
         {},
         description='values that stay fixed and their errors, which are passed on, such as { "cantilever.k" = "2.7(2) N/m" }',
     )
-    errors: Part[dict[str, Any]] = part(
+    errors: Part[dict[str, Any]] = words(
         {},
         description='standard deviations of amplitude, phase and height; left out, or "from free part": as the data say',
     )
     branch: Literal["measured", "attractive", "repulsive"] = pydantic.Field(
         default="measured", description="measured: each point on its own branch; else one branch alone"
     )
-    margin: int = pydantic.Field(default=2, ge=0, le=1000, description="points beside each jump that are left out")
+    margin: int | None = pydantic.Field(
+        default=None, ge=0, le=1000,
+        description="points beside each jump that are left out; left out: 1, or 0 where the data have a column branch",
+    )  # fmt: skip
     search: bool = pydantic.Field(
         default=True, description="whether several starts around the given one are tried; false: that one alone"
     )
-    profile: Part[tuple[str, ...]] = part(
+    profile: Part[tuple[str, ...]] = words(
         (), max_length=MOST_FREE, description="parameters whose errors are found by going there: asymmetric, and slower"
     )
 

@@ -3,39 +3,23 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from dforce.core import units
 from dforce.core.notation import html_symbol
 from dforce.core.parameters import Parameters
 from dforce.forces import Force
 
-if TYPE_CHECKING:
-    from dforce.case._case import Case
-
-SECTIONS = (
-    "cantilever",
-    "drive",
-    "readout",
-    "tip",
-    "sample",
-    "contact",
-    "medium",
-    "noise",
-    "forces",
-    "experiment",
-    "solver",
-)
 LEFT = 'style="text-align: left"'
 
 
-def html_of(case: Case) -> str:
-    """Return a case as HTML; text that a user wrote is escaped, and what is a default is gray."""
-    head = f"<strong>{html.escape(case.title)}</strong>" if case.title else ""
-    shows = f"<br>{html.escape(case.about.shows)}" if case.about is not None and case.about.shows else ""
-    rows = "".join(row for name in SECTIONS for row in _section(name, getattr(case, name)))
-    return f"<div>{head}{shows}<table><tbody>{rows}</tbody></table></div>"
+def html_of(title: str, shows: str, sections: Mapping[str, Any]) -> str:
+    """Return a case as HTML; text that a user wrote is escaped, and defaults are gray."""
+    head = f"<strong>{html.escape(title)}</strong>" if title else ""
+    below = f"<br>{html.escape(shows)}" if shows else ""
+    rows = "".join(row for name, content in sections.items() for row in _section(name, content))
+    return f"<div>{head}{below}<table><tbody>{rows}</tbody></table></div>"
 
 
 def _section(name: str, content: Any) -> Iterator[str]:

@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal, Self
 import pydantic
 
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Parameters, Part, part
+from dforce.core.marks import file_name, words
+from dforce.core.parameters import Parameters, Part
 from dforce.core.refusals import refusal
 
 MOST_VALUES = 10_000_000  # of a parameter; more are a slip of the keyboard
@@ -19,8 +20,8 @@ class Range(Parameters):
 
     title_of: ClassVar[str] = "range"
 
-    start: float | str = pydantic.Field(description="first value: a number in SI, or text with a unit")
-    stop: float | str = pydantic.Field(description="last value")
+    start: float | str = words(description="first value: a number in SI, or text with a unit")
+    stop: float | str = words(description="last value")
     points: int = pydantic.Field(ge=1, le=MOST_VALUES, description="number of values")
     spacing: Literal["linear", "log"] = pydantic.Field(
         default="linear", description="linear: by equal steps; log: by equal factors"
@@ -32,7 +33,7 @@ class Sweep(Parameters):
 
     title_of: ClassVar[str] = "sweep"
 
-    over: Part[dict[str, Range | tuple[Any, ...]]] = part(
+    over: Part[dict[str, Range | tuple[Any, ...]]] = words(
         {},
         description="values by the path of a parameter, for all combinations of them: a list, or "
         '{ start, stop, points, spacing = "log" }',
@@ -42,9 +43,10 @@ class Sweep(Parameters):
         description="combinations: all combinations of the values of `over`; cases: its lists are equally long, and each place "
         "in them is a case",
     )
-    rows: str = pydantic.Field(
-        default="",
+    rows: str = file_name(
+        "",
         max_length=1000,
+        through_named=True,
         description="instead of `over`, a CSV file beside the case file, with a case in each row; its first row holds paths",
     )
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-import tomllib
 from typing import Any
 
 import tomli_w
 
 from dforce.core import units
 from dforce.core.parameters import Parameters, Quantity
+from dforce.core.toml import read_toml
 from dforce.experiments import Experiment
 from dforce.forces import Force
 
@@ -114,8 +114,8 @@ def _key(key: str) -> str:
 def value_of(text: str) -> Any:
     """Return what an assignment's right side means: a TOML value where it is one, else the text itself."""
     try:
-        value = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        value = read_toml(f"value = {text}")
+    except ValueError:
         return text
     # a date is text here, and what spills over into a second line is no value
     return value["value"] if list(value) == ["value"] and _is_data(value["value"]) else text

@@ -17,6 +17,7 @@ import typer
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.log import listening
+from dforce.core.stopping import heard
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -136,6 +137,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             code = BAD_INPUT
             cause: Exception = error
         except KeyboardInterrupt:
+            heard()
             say("dforce: stopped")
             raise typer.Exit(STOPPED) from None
         except (typer.Exit, BrokenPipeError):  # a broken pipe: its reader has seen enough

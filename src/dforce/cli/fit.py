@@ -11,7 +11,7 @@ import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._report import advice_as_json, advice_of, quoted
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say, tell
-from dforce.core.files import check_target
+from dforce.core.files import check_target, named
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 
@@ -99,7 +99,7 @@ def fit(
 
 def _named(case: df.Case) -> list[Path]:
     """Return the file of the measured curve that a case names."""
-    return [] if case.data is None or not case.data.file else [(case.folder or Path()) / case.data.file]
+    return [] if case.data is None or not case.data.file else [named(case.data.file, "data.file", case.folder)]
 
 
 def _holds_several(case: df.Case, file: str) -> bool:
@@ -176,6 +176,7 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
     columns = [name for name in every if name in result]
     return {
         "title": result.attrs["title"],
+        "holds_for": result.attrs["holds_for"],
         **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},
         "parameters": {
             name: {

@@ -11,6 +11,7 @@ import dforce as df
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Traceback, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
+from dforce.core.quantities import NONE
 from dforce.core.stopping import late_stop_waits
 from dforce.core.units import show
 
@@ -61,12 +62,15 @@ def plan(
     stopped = bool(found.attrs.get("interrupted"))
     code = STOPPED if stopped else DONE if allowed else SOME_POINTS_FAILED
     if json:
-        print_json({"allowed": allowed, "states": _states(found), "exit_code": code, **points})
+        said = found.attrs.get("findings", "").splitlines()
+        print_json({"allowed": allowed, "states": _states(found), "exit_code": code, "findings": said, **points})
         return code
     if not quiet:
         tell(f"{allowed} of {_states(found)} states are allowed")
         for name, point in points.items():
-            tell(f"{NAMED[name]}: {_text(found, point)}")
+            tell(f"{NAMED[name]}: {_text(_at(found, name), point)}")
+        for sentence in found.attrs.get("findings", "").splitlines():
+            tell(sentence)
         written = [str(path) for path in (output, plot) if path is not None]
         if written:
             typer.echo(f"written: {', '.join(written)}")
@@ -81,25 +85,32 @@ def _states(found: xr.Dataset) -> int:
     return int((found["limit_hit"] != "no state").sum())
 
 
+def _at(found: xr.Dataset, name: str) -> xr.Dataset:
+    """Return the point that a plan names so."""
+    places = found[name].values.nonzero()
+    return found.isel({dim: int(place[0]) for dim, place in zip(found[name].dims, places, strict=True)})
+
+
 def _point(found: xr.Dataset, name: str) -> dict[str, Any]:
     """Return the point that a plan names so, SI values by name."""
-    places = found[name].values.nonzero()
-    point = found.isel({dim: int(place[0]) for dim, place in zip(found[name].dims, places, strict=True)})
-    names = [str(dim) for dim in found[name].dims if dim != "state"]
+    point, names = _at(found, name), [str(dim) for dim in found[name].dims if dim != "state"]
     values = {key: float(point[key]) for key in (*names, "zc")}
     values |= {key: float(point[key].values.ravel()[0]) for key in TOLD}
     return values | {"room": float(point["room"]), "regime": str(point["regime"].values),
                      "limit_hit": str(point["limit_hit"].values)}  # fmt: skip
 
 
-def _text(found: xr.Dataset, point: dict[str, Any]) -> str:
+def _text(point: xr.Dataset, values: dict[str, Any]) -> str:
     """Return a point for a reader."""
+    from dforce.results.significance import is_none
+
     words = []
-    for name, value in point.items():
+    for name, value in values.items():
         if isinstance(value, str):
             words += [f"{name.replace('_', ' ')} {value}"] if value else []
             continue
-        unit = str(found[name].attrs.get("units", "1"))
+        unit = str(point[name].attrs.get("units", "1"))
         shown = f"{value:.4g}°" if unit == "degree" else show(value, unit, 4)
+        shown = NONE if is_none(point, name).ravel()[0] else shown
         words.append(f"{name.replace('_', ' ')} {shown}{' margins' if name == 'room' else ''}")
     return ", ".join(words)

@@ -135,9 +135,10 @@ def read(
 ) -> int:
     """Read a measured curve, calibrate it, and say what was done.
 
-    Text, HDF5, results of dForce, Nanosurf's .nid and, with the extra dforce[readers], Igor's .ibw. What a file does not
-    tell is asked for, never guessed; what is typed here goes before what the case says. Exit code 1: the curve was
-    read, but not calibrated.
+    Files: HDF5 (.h5, .hdf5), text (.csv, .tsv, .txt, .dat, .asc), Igor binary wave of Asylum Research (.ibw), Nanosurf .nid,
+    result of dForce (.nc), text of Bruker's NanoScope and text of JPK (.txt), and those of installed packages. Some need the
+    extra dforce[readers]. If something is missing, dForce asks; it never guesses. What is typed here goes before the case.
+    Exit code 1: the curve was read, but not calibrated.
     """
     from dforce.case import Data
     from dforce.inverse.fitting.load import calibration_of, reading_of

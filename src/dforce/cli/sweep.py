@@ -25,7 +25,6 @@ from dforce.cli._terminal import (
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
-from dforce.core.units import parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +60,7 @@ def sweep(
             "--at-set-point",
             metavar="SHARE",
             show_default=False,
-            help="Keep only the states in which the amplitude is this share of the free amplitude, such as 0.8.",
+            help="Keep only the states in which the amplitude is this share of the free amplitude, such as 0.8 or 80%.",
         ),
     ] = None,
     workers: Annotated[
@@ -111,7 +110,7 @@ def sweep(
                 progress=bar,
                 workers=None if workers is None else whole_number("--workers", workers, 1, MOST_WORKERS),
                 quantities=None if keep is None else [name.strip() for name in keep.split(",")],
-                at_set_point=None if at_set_point is None else parse(at_set_point, "1"),
+                at_set_point=at_set_point,
                 store=output if in_blocks else None,
                 client=cluster,
                 resume=resume if in_blocks else df.read(output) if resume else None,
@@ -153,8 +152,10 @@ def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
     """Return what a sweep gave, in lines for a reader."""
     sizes = ", ".join(f"{name} {size}" for name, size in result.sizes.items())
     points = int(result["status"].size)
+    done = points - counted(result).get(df.Status.NOT_COMPUTED, 0)
+    share = f"{points}" if done == points else f"{done} of {points}"
     lines = [source.case.title] if source.case.title else []
-    return [*lines, f"{points} points in {seconds:.3g} s, over {sizes}"]
+    return [*lines, f"{share} points in {seconds:.3g} s, over {sizes}"]
 
 
 def _answer(

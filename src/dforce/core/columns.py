@@ -9,8 +9,10 @@ from pathlib import Path
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
+from dforce.core.files import read_input
 
 MOST_BYTES = 1_000_000  # a larger file is no small table
+LONGEST_HEADING = 200  # characters
 HEADING = re.compile(r"\s*(.*?)\s*(?:\[(.*)\]|\((.*)\))?\s*")
 
 
@@ -25,13 +27,7 @@ def lines_of(file: Path, key: str) -> list[str]:
     what = f"{key} = '{shorten(file.name)}'"
     if file.suffix != ".csv":
         raise ParameterError(f"{what} is no CSV file: its name has to end in .csv")
-    try:
-        content = file.read_bytes()
-    except (OSError, ValueError) as error:
-        said = error.strerror if isinstance(error, OSError) else str(error)
-        raise ParameterError(f"{what} cannot be read: {said}") from None
-    if len(content) > MOST_BYTES:
-        raise ParameterError(f"{what} is too large: it has more than {MOST_BYTES // 1000} kB")
+    content = read_input(file, "table of a case", MOST_BYTES, ParameterError, name=what)
     try:
         return content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
@@ -78,7 +74,7 @@ def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, li
 
 def _heading(cell: str, known: Mapping[str, str], what: str) -> tuple[str, str]:
     """Return the name and the unit of a column; the unit is empty where none is given."""
-    match = HEADING.fullmatch(cell)
+    match = HEADING.fullmatch(cell) if len(cell) <= LONGEST_HEADING else None
     name, unit = (match[1], match[2] or match[3] or "") if match else (cell, "")
     if name not in known:
         raise ParameterError(f"{what} has a column '{shorten(name)}'; allowed are {', '.join(known)}")

@@ -1,4 +1,4 @@
-"""Files are written whole or not at all: a library gives bytes, and these are put in their place in one step."""
+"""Files of users: read by one opener, within a limit; written whole or not at all, put in their place in one step."""
 
 from __future__ import annotations
 
@@ -8,16 +8,22 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from pathlib import Path
 
-from dforce.core.errors import ResultError, checked, shorten
+from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
 
+READ_ONLY = sum(getattr(os, flag, 0) for flag in ("O_RDONLY", "O_BINARY", "O_CLOEXEC", "O_NOCTTY", "O_NONBLOCK"))
+CHUNK = 65_536  # bytes that are read at once where the system gives no size
 SUFFIXES = (".nc", ".csv")  # of results
+FOR_GUESTS = (
+    "is the name of a file on the server, which guests may not read; leave it out and give the values themselves"
+)
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
 ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
 
+guests_only = False  # whether this process answers guests, whose cases may read no file of this computer
 
 _folder: ContextVar[Path | None] = ContextVar("folder", default=None)
 
@@ -35,6 +41,96 @@ def beside(folder: str | os.PathLike[str] | None) -> Iterator[None]:
 def folder() -> Path:
     """Return the folder that the files of a case are looked for in at this moment."""
     return _folder.get() or Path.cwd()
+
+
+def read_input(
+    path: str | os.PathLike[str],
+    what: str,
+    most_bytes: int,
+    error: type[DForceError],
+    *,
+    name: str = "",
+    larger: Mapping[bytes, int] | None = None,
+) -> bytes:
+    """Return the bytes of a file that a user gave: a regular file, or a link to one, no larger than its kind may be.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        The kind of file, for the sentence on one that is too large: ``"case"``.
+    most_bytes
+        The largest size of this kind; no more than that is read.
+    error
+        The error that is raised.
+    name
+        What the file is called in sentences; left out: its path in quotes.
+    larger
+        The largest sizes of files that begin in other ways.
+
+    Raises
+    ------
+    DForceError
+        The given one, with one sentence: no such file, a folder, a device or pipe, too large, or not to be read.
+    """
+    missing = error(f"{name}: there is no such file" if name else f"there is no file {in_quotes(path)}")
+    name = name or in_quotes(path)
+    try:
+        descriptor = os.open(path, READ_ONLY)
+        with os.fdopen(descriptor, "rb", buffering=0) as file:
+            status = os.fstat(descriptor)
+            if stat.S_ISDIR(status.st_mode):
+                raise error(f"{name} is a folder, not a file")
+            if not stat.S_ISREG(status.st_mode):
+                raise error(f"{name} is not an ordinary file: devices and pipes are not read")
+            parts = [file.read(min(CHUNK, most_bytes + 1)) or b""]
+            most_bytes = next(
+                (most for start, most in (larger or {}).items() if parts[0].startswith(start)), most_bytes
+            )
+            left = most_bytes + 1 - len(parts[0])
+            while left > 0 and status.st_size <= most_bytes and parts[-1]:  # some files of the system have no size
+                parts.append(file.read(min(left, max(status.st_size, CHUNK))) or b"")
+                left -= len(parts[-1])
+            if left <= 0 or status.st_size > most_bytes:
+                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, so it is not read as a {what}")
+    except FileNotFoundError:
+        raise missing from None
+    except IsADirectoryError:
+        raise error(f"{name} is a folder, not a file") from None
+    except DForceError:
+        raise
+    except (OSError, ValueError) as failed:
+        raise error(f"{name} cannot be read: {reason(failed)}") from None
+    return b"".join(parts)
+
+
+def in_quotes(path: str | os.PathLike[str]) -> str:
+    """Return the name of a file, for a sentence."""
+    return f"'{shorten(str(path), 200)}'"
+
+
+def _in_bytes(size: int) -> str:
+    """Return a size in words."""
+    for scale, unit in ((1_000_000_000, "GB"), (1_000_000, "MB"), (1000, "kB")):
+        if size >= scale:
+            return f"{size / scale:g} {unit}"
+    return f"{size} bytes"
+
+
+def named(path: str | os.PathLike[str], key: str, beside: Path | None = None) -> Path:
+    """Return the file that a case names under a key, in the folder given or the one of this moment.
+
+    Every file that a case names is found here.
+
+    Raises
+    ------
+    ParameterError
+        Where the case is a guest's; the sentence is the same whether the file exists or not.
+    """
+    if guests_only:
+        raise ParameterError(f"{key} {FOR_GUESTS}")
+    return (beside or folder()) / path
 
 
 @checked
@@ -77,11 +173,13 @@ def reason(error: OSError | ValueError) -> str:
 
 
 @checked
-def write_whole(path: str | os.PathLike[str], content: bytes | memoryview, *, overwrite: bool = True) -> None:
+def write_whole(
+    path: str | os.PathLike[str], content: bytes | memoryview, *, overwrite: bool = True, sync_folder: bool = True
+) -> None:
     """Write a file whole or not at all.
 
     After a failure, Ctrl-C or a power cut `path` is what it was before. What a process that was killed while writing has
-    left in the folder is removed.
+    left in the folder is removed. With `sync_folder` off, a power cut soon after may undo the whole write.
 
     Raises
     ------
@@ -103,7 +201,8 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview, *, ov
                 temporary.replace(target)
             else:
                 _move_beside(temporary, target)
-            _sync_folder(target.parent)
+            if sync_folder:
+                _sync_folder(target.parent)
     except FileExistsError:
         raise
     except (OSError, ValueError) as error:

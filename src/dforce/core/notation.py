@@ -27,6 +27,7 @@ FUNCTIONS = (
 UPRIGHT = ("mathrm", "text", "operatorname", "mathit")
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+LONGEST, DEEPEST = 4000, 20  # characters of an equation, and groups in groups; beyond that it is shown as it was typed
 TOKEN = re.compile(r"\\[a-zA-Z]+\*?|\\.|[{}^_&]|\s+|[^\\{}^_&\s]", re.DOTALL)
 CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
 
@@ -34,6 +35,8 @@ CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
 @checked
 def plain_math(latex: str) -> str:
     """Return an equation in LaTeX as text; the cases of a piecewise one stand on lines of their own."""
+    if len(latex) > LONGEST:
+        return latex
     latex = CASES.sub(lambda match: "\n" + _cases(match[1]), latex)
     lines = [_Reader(line).everything() for line in latex.split("\n")]
     return "\n".join(_spaced(line) for line in lines if line.strip())
@@ -42,7 +45,8 @@ def plain_math(latex: str) -> str:
 @checked
 def html_symbol(latex: str) -> str:
     """Return a symbol in LaTeX as HTML with subscripts and superscripts, safe to show whatever it holds."""
-    return _Reader(html.escape(latex, quote=True), _html_script).everything().strip()
+    escaped = html.escape(latex, quote=True)
+    return escaped if len(escaped) > LONGEST else _Reader(escaped, _html_script).everything().strip()
 
 
 def _html_script(text: str, sign: str) -> str:
@@ -68,7 +72,7 @@ class _Reader:
     def __init__(self, latex: str, script: Callable[[str, str], str] | None = None) -> None:
         self.tokens = TOKEN.findall(latex)
         self.script = script or _script
-        self.place = 0
+        self.place = self.depth = 0
 
     def everything(self) -> str:
         """Return all of it."""
@@ -95,15 +99,19 @@ class _Reader:
 
     def one(self) -> str:
         """Return the next token or group as text."""
-        token = self.tokens[self.place]
+        token: str = self.tokens[self.place]
         self.place += 1
-        if token == "{":
-            return self.group()
-        if token in "^_":
-            return self.script(self.argument(), token)
         if token.isspace():
             return " "
-        return self.command(token[1:].rstrip("*")) if token.startswith("\\") else token
+        if self.depth == DEEPEST or not token.startswith(("{", "^", "_", "\\")):
+            return token
+        self.depth += 1
+        if token == "{":
+            text = self.group()
+        else:
+            text = self.script(self.argument(), token) if token in "^_" else self.command(token[1:].rstrip("*"))
+        self.depth -= 1
+        return text
 
     def command(self, name: str) -> str:
         """Return what a command stands for."""

@@ -11,11 +11,13 @@ import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 
+from dforce.core.stopping import heard, watching
+
 LOOK = 0.05  # s between looks at the jobs
 
 
-class Stopped(Exception):
-    """The work was stopped."""
+class Stopped(BaseException):
+    """The work was stopped: no error, so that nothing on the way takes it for one."""
 
 
 class Crew:
@@ -64,6 +66,7 @@ class Crew:
                     future.result()
                 self.progress(self.done, self.total, note)
         except KeyboardInterrupt:
+            heard()
             self._stopped.set()
             return False
         except BaseException:
@@ -75,8 +78,9 @@ class Crew:
 
     def _quiet(self, job: Callable[[], None]) -> None:
         try:
-            if not self._stopped.is_set():
-                job()
+            with watching(self.watch):
+                if not self._stopped.is_set():
+                    job()
         except Stopped:
             pass
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args, get_origin
@@ -19,11 +20,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
 import pydantic
 from pydantic_core import PydanticUndefined
 
-from dforce.core import units
+from dforce.core import files, units
 from dforce.core.errors import ParameterError, checked, nearest, shorten
+from dforce.core.marks import may_be_read
 from dforce.core.refusals import refusal
 
 TOLD = 6  # digits of a number in a sentence
+# The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
+# for a distance of 12. Each is far beyond what an instrument has.
+UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
+NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
 
 if TYPE_CHECKING:
     # What type checkers see of a field: what it is once it is read, and what may be given for it.
@@ -95,11 +101,14 @@ class Quantity:
             schema["symbol"] = self.symbol
 
     def check(self, value: float) -> None:
-        """Raise :class:`ParameterError` when an SI value is outside the bounds."""
+        """Raise :class:`ParameterError` when an SI value is outside the bounds, or beyond the utmost size of its unit."""
+        utmost = UTMOST.get(self.unit)
+        least = -utmost if utmost is not None and self.low is None and self.above is None else self.low
+        most = utmost if self.high is None and self.below is None else self.high
         for bound, broken, words in (
-            (self.low, operator.lt, "is below"),
+            (least, operator.lt, "is below"),
             (self.above, operator.le, "is not above"),
-            (self.high, operator.gt, "is above"),
+            (most, operator.gt, "is above"),
             (self.below, operator.ge, "is not below"),
         ):
             if bound is None:
@@ -111,6 +120,34 @@ class Quantity:
                 # one that lies beyond the bound by less than that is told in full
                 told = brief if broken(units.parse(brief, self.unit), edge) else units.show(value, self.unit)
                 raise ParameterError(f"= {told} {words} {limit}")
+
+    def read(self, given: object) -> float:
+        """Return the SI value of a number or a text with a unit; one beyond the bounds is met with what was likely meant.
+
+        Raises
+        ------
+        ParameterError
+            When it cannot be read, or is outside the bounds.
+        """
+        value = units.parse(given, self.unit)
+        if self.unit == "1" and isinstance(given, str) and given.rstrip().endswith("%") and self.bounds()[1] > 1.0:
+            raise ParameterError(f"is '{shorten(given)}', but it is no share; write a number without %")
+        try:
+            self.check(value)
+        except ParameterError as error:
+            raise ParameterError(f"{error}{self._meant(given, value)}") from None
+        return value
+
+    def _meant(self, given: object, value: float) -> str:
+        """Return what may have been meant by a number that lost its unit, as the end of a sentence."""
+        if isinstance(given, str) and not NO_UNIT.fullmatch(given):
+            return ""
+        usual = "%" if self.unit == "1" else units.usual_unit(self.unit)
+        try:
+            self.check(units.parse(f"{value!r} {usual}", self.unit))
+        except ParameterError:
+            return ""
+        return units.percent_hint(value) if usual == "%" else f"; did you mean '{value:g} {usual}'?"
 
     def bounds(self) -> tuple[float, float]:
         """Return the lower and upper bound in SI, infinite where there is none."""
@@ -304,6 +341,8 @@ class Parameters(pydantic.BaseModel):
     def _text_to_si(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
         name = info.field_name or ""
         quantity = cls.quantities().get(name)
+        if files.guests_only and may_be_read(field := cls.model_fields[name]) and given != field.default:
+            raise ParameterError(files.FOR_GUESTS)
         if quantity is None:
             if isinstance(given, bool) and not _takes_bool(cls.model_fields[name].annotation):
                 raise ParameterError(f"= {shorten(given)} is not allowed here")  # pydantic takes true for 1
@@ -314,14 +353,8 @@ class Parameters(pydantic.BaseModel):
             return given
         one = isinstance(given, str | type) or getattr(given, "shape", None) == ()
         if not one and hasattr(given, "__iter__"):
-            return tuple(cls._one(item, quantity) for item in given)  # such as the Q of every mode
-        return cls._one(given, quantity)
-
-    @staticmethod
-    def _one(given: Any, quantity: Quantity) -> float:
-        value = units.parse(given, quantity.unit)
-        quantity.check(value)
-        return value
+            return tuple(map(quantity.read, given))  # such as the Q of every mode
+        return quantity.read(given)
 
     def needed(self, field: str) -> float:
         """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""

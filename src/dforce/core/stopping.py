@@ -1,17 +1,31 @@
-"""SIGTERM, which batch queues, `timeout` and a shutdown send, stops a run as Ctrl-C does: what was computed is kept."""
+"""Stops: Ctrl-C, and SIGTERM, which batch queues, `timeout` and a shutdown send. What was computed is kept.
+
+A stop raises KeyboardInterrupt at once. Two things are not broken off, because half of them breaks whatever follows: an
+import and a compilation. There the stop waits, and is raised right behind. Code of others may swallow an exception, so a stop
+is due until :func:`heard` is called by who keeps what was computed; each :func:`look` raises one that is still due.
+"""
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import math
 import signal
+import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from types import FrameType
 from typing import Any
 
-SAME = 1.0  # s within which a second Ctrl-C is the first one: `timeout` sends it to the process and to its group
+from dforce.core import log
+
+SAME = 1.0  # s within which a second signal is the first one: `timeout` sends it to the process and to its group
+AGAIN = 0.05  # s between tries to raise a stop that waits for an import or a compilation
+IMPORTS = "<frozen importlib"  # how the files of Python's own importer begin
+SENTENCE = "Stopped by {}: what was computed is kept. A result that is not whole has attrs['interrupted'] = 1."
+_watching: ContextVar[Callable[[], None] | None] = ContextVar("watching", default=None)
 
 
 class Ending:
@@ -21,14 +35,24 @@ class Ending:
     ----------
     asked
         Whether a stop came, and waits.
+    is_due, is_heard
+        Whether a stop came that nobody has seen to yet, and one that somebody has.
+    by
+        Name of the last signal that was a stop.
     """
 
     def __init__(self) -> None:
-        self.asked = False
+        self.asked, self.by = False, ""
         self._inside = 0
         self._reached = False
-        self._stopped = -math.inf
-        self._terminated = False
+        self._unbroken = 0
+        self._imports = 0  # under way around the outermost context
+        self.forget()
+
+    def forget(self, imports: int = 0) -> None:
+        """Take the next signal for a first one, inside of so many imports."""
+        self._came, self._number, self._imports = -math.inf, 0, imports
+        self.is_due = self._waits = self._tried_again = self.is_heard = False
 
     @contextlib.contextmanager
     def lasting(self) -> Iterator[None]:
@@ -42,29 +66,64 @@ class Ending:
             self._inside -= 1
             self._reached = self._reached and self._inside > 0
 
+    @contextlib.contextmanager
+    def unbroken(self) -> Iterator[None]:
+        """Let a stop wait until the context ends."""
+        self._unbroken += 1
+        try:
+            yield
+        finally:
+            self._unbroken -= 1
+        self.look()
+
     def reached(self, here: bool) -> None:
         """Take note whether the end is reached."""
         self._reached = here and self._inside > 0
         if self.asked and not self._reached:
-            self.asked = False
+            self.asked, self.is_heard, self.is_due = False, False, True
+        self.look()
+
+    def come(self, number: int, frame: FrameType | None) -> None:
+        """Raise KeyboardInterrupt at a stop, unless it has to wait: a handler of signals."""
+        if self._tried_again:
+            self._tried_again = False
+            if self._waits:
+                self._raise(frame)
+            return
+        now = time.monotonic()
+        # no later SIGTERM may disturb what keeps the results; a person who presses Ctrl-C again wants no more of it
+        if now - self._came < SAME or (self.is_heard and number == signal.SIGTERM):
+            return
+        self._came, self._number, self.by = now, number, signal.Signals(number).name
+        if self._reached and not self.asked:
+            self.asked = self.is_heard = True
+            return
+        self.is_due, self.is_heard = True, False
+        self._raise(frame)
+
+    def _raise(self, frame: FrameType | None) -> None:
+        """Raise KeyboardInterrupt, or try again soon where an import or a compilation would be broken off."""
+        self._waits = self._unbroken > 0 or imports_around(frame) > self._imports
+        if not self._waits:
+            raise KeyboardInterrupt
+        # `threading` itself may be what is broken off here, with a lock in its hands
+        _thread.start_new_thread(self._try_again, (signal.Signals(self._number),))
+
+    def _try_again(self, number: signal.Signals) -> None:
+        time.sleep(AGAIN)
+        self._tried_again = True
+        _thread.interrupt_main(number)  # does nothing where the handler is the system's own by now
+
+    def look(self) -> None:
+        """Raise KeyboardInterrupt where a stop is due."""
+        if self.is_due:
+            self._waits = False
             raise KeyboardInterrupt
 
-    def hear(self, number: int, frame: FrameType | None) -> None:
-        """Raise KeyboardInterrupt at the first SIGTERM and at each Ctrl-C, unless it has to wait: a handler of signals."""
-        before, self._stopped = self._stopped, time.monotonic()
-        # no later SIGTERM may disturb what keeps the results; a person who presses Ctrl-C again wants no more of it
-        again = self._terminated if number == signal.SIGTERM else self._stopped - before < SAME
-        self._terminated |= number == signal.SIGTERM
-        if again:
-            return
-        if self._reached and not self.asked:
-            self.asked = True
-            return
-        raise KeyboardInterrupt
-
-    def forget(self) -> None:
-        """Take the next signal for a first one."""
-        self._stopped, self._terminated = -math.inf, False
+    def hear(self) -> None:
+        """Take a stop that is due for heard."""
+        self.is_heard |= self.is_due
+        self.is_due = self._waits = False
 
 
 _ending = Ending()
@@ -75,44 +134,112 @@ def late_stop_waits() -> Iterator[Ending]:
     """Let a stop (Ctrl-C, SIGTERM) that comes once a run inside has all its points wait until the context ends.
 
     Before that it ends the run, as :func:`sigterm_as_ctrl_c` says. What the context gives says in `asked` whether one came.
-    In another thread than the main one, which hears no signals, nothing waits.
+    In another thread than the main one, which hears no signals, nothing waits. In a program, which goes on with the result, a
+    sentence says that it was stopped.
     """
     if not _in_main_thread():
         yield Ending()
         return
-    with sigterm_as_ctrl_c(), _ending.lasting():
+    with sigterm_as_ctrl_c() as outermost, _ending.lasting():
         yield _ending
+        if outermost and _ending.is_heard:
+            log.announce(SENTENCE.format("Ctrl-C" if _ending.by == signal.SIGINT.name else _ending.by))
 
 
 def at_end(here: bool) -> None:
-    """Say whether a run has all its points.
+    """Say whether a run has all its points; a look as well.
 
     Raises
     ------
     KeyboardInterrupt
-        When it has not after all, and a stop came since.
+        When a stop is due, or came after the last point where that was not the last one after all.
     """
     if _in_main_thread():
         _ending.reached(here)
 
 
-@contextlib.contextmanager
-def sigterm_as_ctrl_c() -> Iterator[None]:
-    """Raise KeyboardInterrupt at the first SIGTERM while the context lasts; later ones must not disturb what keeps the results.
+def look() -> None:
+    """Look whether the work of this thread is to stop: so does what takes seconds.
 
-    A handler that the program has set itself stays, and so does Python's own where this is not the main thread.
+    Raises
+    ------
+    KeyboardInterrupt
+        In the main thread, when a stop is due; elsewhere what the function given to :func:`watching` raises.
     """
-    usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
-    ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]
-    if signal.SIGTERM in ours:
-        _ending.forget()
-    for number in ours:
-        signal.signal(number, _ending.hear)
+    if _in_main_thread():
+        _ending.look()
+    watch = _watching.get()
+    if watch is not None:
+        watch()
+
+
+@contextlib.contextmanager
+def watching(watch: Callable[[], None]) -> Iterator[None]:
+    """Let each :func:`look` in this thread call a function as well, which raises when the work is to stop."""
+    token = _watching.set(watch)
     try:
         yield
     finally:
+        _watching.reset(token)
+
+
+def heard() -> None:
+    """Say that a stop was heard: who catches KeyboardInterrupt keeps what was computed, and no look raises it again."""
+    if _in_main_thread():
+        _ending.hear()
+
+
+def was_stopped() -> bool:
+    """Say whether a stop has come since the outermost context that hears stops began."""
+    return _ending.is_heard or _ending.is_due
+
+
+@contextlib.contextmanager
+def until_stopped() -> Iterator[None]:
+    """End what is inside at a stop, which is heard then."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        heard()
+
+
+@contextlib.contextmanager
+def unbroken() -> Iterator[None]:
+    """Let a stop wait while the context lasts, and raise it then: for what leaves a mess where it is broken off."""
+    if not _in_main_thread():
+        yield
+        return
+    with _ending.unbroken():
+        yield
+
+
+@contextlib.contextmanager
+def sigterm_as_ctrl_c() -> Iterator[bool]:
+    """Raise KeyboardInterrupt at the first SIGTERM while the context lasts; later ones must not disturb what keeps the results.
+
+    A handler that the program has set itself stays, and so does Python's own where this is not the main thread. What the
+    context gives says whether this is the outermost one that hears stops.
+    """
+    usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
+    ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]
+    if ours:
+        _ending.forget(imports_around(sys._getframe()))
+    for number in ours:
+        signal.signal(number, _ending.come)
+    try:
+        yield bool(ours)
+    finally:
         for number in ours:
             signal.signal(number, usual[number])
+
+
+def imports_around(frame: FrameType | None) -> int:
+    """Return how many frames around one are Python's importer at work."""
+    count = 0
+    while frame is not None:
+        count += frame.f_code.co_filename.startswith(IMPORTS)
+        frame = frame.f_back
+    return count
 
 
 def _in_main_thread() -> bool:

@@ -15,15 +15,22 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dforce.core.errors import UnitError, checked, shorten
-from dforce.core.places import user_folder
+from dforce.core.errors import ParameterError, UnitError, checked, shorten
+from dforce.core.places import not_own, user_folder
 
 if TYPE_CHECKING:
     import pint
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*?)\s*", re.DOTALL)
-UNIT = re.compile(r"[\w µμÅ°%*/^().·-]{0,40}")  # what a unit may be spelled with; pint sees nothing else
-EXPONENT = re.compile(r"(?:\*\*|\^)\s*-?\d{2,}")  # no physical unit has an exponent of two digits
+# What a unit is: names, 1, and groups of them, multiplied or divided, each with at most one small power. pint sees nothing
+# else, because it computes what it reads, and a tower of powers takes it minutes.
+LONGEST_UNIT = 40  # characters
+_NAME = r"(?:[^\W\d]\w*|°\w*|%|1(?!\w))"
+_POWER = r"(?:\s?(?:\*\*|\^)\s?(?:[+-]?\d(?:\.\d)?|\(\s?[+-]?\d(?:\.\d|\s?/\s?\d)?\s?\))(?![\w.*^]))?"
+_TIMES = r"(?:\s?[*/·.]\s?|\s)"
+_PRODUCT = rf"{_NAME}{_POWER}(?:{_TIMES}{_NAME}{_POWER})*"
+_FACTOR = rf"(?:{_NAME}|\(\s?{_PRODUCT}\s?\)){_POWER}"
+UNIT = re.compile(rf"{_FACTOR}(?:{_TIMES}{_FACTOR})*")
 
 # What a reader likes to see, from the SI unit that a quantity is stored in.
 SHOWN: dict[str, tuple[str, ...]] = {
@@ -53,7 +60,7 @@ PREFIXED = {
 }  # fmt: skip
 QUICK: dict[str, tuple[str, float]] = {
     prefix + unit: (unit, PREFIXES[prefix]) for unit, prefixes in PREFIXED.items() for prefix in ("", *prefixes.split())
-} | {"rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0)}
+} | {"": ("1", 1.0), "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0)}
 
 
 @functools.cache
@@ -62,7 +69,9 @@ def registry() -> pint.UnitRegistry[Any]:
     import pint
 
     try:
-        return pint.UnitRegistry(cache_folder=_cache_folder(Path(pint.__file__)))
+        folder = _cache_folder(Path(pint.__file__))
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return pint.UnitRegistry(cache_folder=None if not_own(folder) else folder)  # pint keeps pickles, which are code
     except Exception:  # what was kept is cut short, or may not be written: the definitions are read anew  # noqa: BLE001
         return pint.UnitRegistry()
 
@@ -81,14 +90,14 @@ def unit_scale(unit: str) -> tuple[float, float]:
     """
     if unit in QUICK:
         return QUICK[unit][1], 0.0
-    if not UNIT.fullmatch(unit) or EXPONENT.search(unit):
-        raise UnitError(f"'{shorten(unit, 40)}' is not a unit")
+    if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(" ".join(unit.split())):
+        raise UnitError(f"'{shorten(unit, LONGEST_UNIT)}' is not a unit")
     quantity = registry().Quantity
     try:
         one = quantity(1.0, _pint_unit(unit)).to_base_units()
         zero = quantity(0.0, _pint_unit(unit)).to_base_units()
     except Exception as error:  # pint raises a dozen kinds, tokenizer errors of Python among them
-        raise UnitError(f"'{shorten(unit, 40)}' is not a known unit") from error
+        raise UnitError(f"'{shorten(unit, LONGEST_UNIT)}' is not a known unit") from error
     return _decimal(float(one.magnitude - zero.magnitude)), float(zero.magnitude)
 
 
@@ -204,6 +213,30 @@ def parse(given: object, unit: str) -> float:
 SUGGESTED = {
     "m": "nm", "Hz": "kHz", "N": "nN", "Pa": "GPa", "J/m^2": "mJ/m^2", "s": "us", "rad": "deg", "m/s": "um/s",
 }  # fmt: skip
+
+
+def parse_share(given: object, name: str) -> float:
+    """Return a share, above 0 and at most 1, of a number or a text such as ``"80 %"``; `name` begins each sentence.
+
+    Raises
+    ------
+    ParameterError
+        For anything else; a number of percent is met with what to write.
+    """
+    try:
+        value = parse(given, "1")
+    except UnitError as error:
+        raise UnitError(f"{name} {error}") from None
+    if not value > 0.0:
+        raise ParameterError(f"{name} = {shorten(given)} is not above 0")
+    if value > 1.0:
+        raise ParameterError(f"{name} = {shorten(given)} is above 1{percent_hint(value)}")
+    return value
+
+
+def percent_hint(value: float) -> str:
+    """Return what to write for a number that may have been meant in percent, as the end of a sentence."""
+    return f"; did you mean {value / 100.0:g} or '{value:g} %'?" if 1.0 < value <= 100.0 else ""
 
 
 def parse_all(given: object, unit: str) -> list[float]:

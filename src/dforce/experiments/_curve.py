@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.quantities import MOTION, REPEATS
-from dforce.experiments.base import Progress, Start, initial_motion
+from dforce.core.stopping import heard
+from dforce.experiments.base import Progress, Start, initial_motions
 from dforce.experiments.motion import COMPONENT, components, motions, states_of
 from dforce.experiments.table import Table
 from dforce.results.status import REPEATING, Status
@@ -78,7 +79,7 @@ class Curve:
     def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
         """Return the curve; raise TooFewSamples where more of them may help."""
         from dforce.experiments.table import statuses
-        from dforce.solvers.accuracy import assure
+        from dforce.solvers.accuracy import assure, assure_in_grace
         from dforce.solvers.protocols import Stepwise, actual, make_protocol
         from dforce.solvers.quasi_static_walk import CHUNK, Walk
         from dforce.solvers.sample_counts import TooFewSamples
@@ -106,10 +107,11 @@ class Curve:
                 raise TooFewSamples
 
         def watch() -> None:
-            progress(done, total, self.note(float(values[min(done, total - 1)])))
+            # the last point is done once its accuracy is known: until then a stop need not wait
+            progress(min(done, total - 1), total, self.note(float(values[min(done, total - 1)])))
 
         block.watch = watch
-        first = initial_motion(block.integrator(0, float(values[0])), self.start)
+        [first] = initial_motions(block, values[:1], self.start)
         solver = make_protocol(self.protocol, block, values[None], [first], told, self.carry)
         table = Table(tuple(self.coords), self.coords, block.lot.example, block.harmonics)
         kept: list[Jump] = []
@@ -128,23 +130,27 @@ class Curve:
             solver.run()
             progress(total, total, "")
         except KeyboardInterrupt:
-            pass
-        reached, block.watch = int(solver.done[0]), unwatched
-        assure_to(reached)
+            heard()
+        reached = int(solver.done[0])
+        checked = assured + assure_in_grace(block, values[None, assured:reached], solver.points[assured:reached])
+        block.watch = unwatched
         table.put_points(self.visits[begun:reached], solver.points, slice(begun, reached), block, values)
         for place in self.visits[reached:]:
             table.status[place] = Status.NOT_COMPUTED
         kept_motions = self._motions(solver.points, table, begun, reached, values, earlier)
         data = table.dataset(self._jumps(kept + solver.jumps[0]) | kept_motions, components(block.lot.example))
         data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.protocol, block)}
-        if reached < total:
+        if min(checked, reached) < total:
             period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
             data.attrs |= {"interrupted": 1, PERIOD: period}
         return data
 
     def _taken(self, earlier: xr.Dataset) -> int:
-        """Return how many points an interrupted result has."""
-        return sum(int(earlier["status"].values[place]) != Status.NOT_COMPUTED for place in self.visits)
+        """Return how many points an interrupted result has, up to the first whose accuracy is not known."""
+        left = earlier["status"].values == Status.NOT_COMPUTED
+        if "error_estimate" in earlier:  # of orbits alone
+            left |= (earlier["status"].values == Status.INACCURATE) & np.isnan(earlier["error_estimate"].values)
+        return next((number for number, place in enumerate(self.visits) if left[place]), len(self.visits))
 
     def _resume(self, solver: Any, table: Table, earlier: xr.Dataset, taken: int, values: Array) -> list[Jump]:
         """Take over points of an interrupted result, and the motion at the last of them; return the jumps before it."""

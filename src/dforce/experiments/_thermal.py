@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dforce.core.errors import ParameterError
+from dforce.core.stopping import heard
 from dforce.experiments.base import Progress, initial_motion
-from dforce.experiments.dwell import MOST_SAMPLES, Dwell, record_spectrum, record_traces
+from dforce.experiments.recording import Record, record_spectrum, record_traces
 from dforce.experiments.table import Table
 from dforce.instrument.noise import detector_readings
 from dforce.results.status import Status
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dforce.solvers import SolverSettings
 
 
-def thermal_dwell(dwell: Dwell, problem: Problem, settings: SolverSettings, progress: Progress) -> xr.Dataset:
+def thermal_dwell(asked: Record, problem: Problem, settings: SolverSettings, progress: Progress) -> xr.Dataset:
     """Return traces, spectrum and scalars of a dwell under thermal noise, all of one run; see :class:`Experiment`.
 
     It settles for the periods asked for, or ten decay times of the slowest mode; then scalars are means over
@@ -32,42 +32,39 @@ def thermal_dwell(dwell: Dwell, problem: Problem, settings: SolverSettings, prog
     from dforce.solvers.langevin import Langevin
     from dforce.solvers.transient import LATE, Steady, decay_periods, march, observe
 
-    integrator = Langevin(problem, settings, dwell.harmonics)
-    integrator.place(dwell.zc)
-    table = Table((), {}, problem, dwell.harmonics)
+    integrator = Langevin(problem, settings, asked.harmonics)
+    integrator.place(asked.zc)
+    table = Table((), {}, problem, asked.harmonics)
 
     def watch() -> None:
         progress(0, 1, "periods")
 
     periods = settings.periods if settings.settle == "fixed" else LATE * decay_periods(problem)
-    count = dwell.recorded_periods + (periods if dwell.record == "all" else 0)
-    if count * integrator.points > MOST_SAMPLES:
-        raise ParameterError(
-            f"a record of {count} periods with {integrator.points} samples each is too long; "
-            'lower experiment.recorded_periods, or record = "settled"'
-        )
+    count = asked.periods + (periods if asked.whole else 0)
+    asked.check_length(count, integrator.points)
     try:
         watch()
-        first = initial_motion(integrator, dwell.start)
+        first = initial_motion(integrator, asked.start)
         late, _ = march(integrator, first, periods, watch)
         motion, rows = observe(integrator, late, settings.measured_periods, watch)
     except KeyboardInterrupt:
-        data = table.dataset().assign_coords(zc=dwell.zc)
+        heard()
+        data = table.dataset().assign_coords(zc=asked.zc)
         data.attrs["interrupted"] = 1
         return data
     even = weights([tone.frequency for tone in problem.tones], len(rows))
     added = detector_readings(
         problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)
     )
-    values = finish(problem, integrator.scales, dwell.harmonics, rows, even, even @ added)
+    values = finish(problem, integrator.scales, asked.harmonics, rows, even, even @ added)
     values |= {"settling_periods": float(periods), "drift": np.nan}
     # it never settles: the balances of a steady motion hold on long means only
     table.put((), Steady(values, motion, settled=False, repeats=False), problem)
     table.status[()] = Status.OK if motion.is_finite else Status.FAILED
-    data = table.dataset().assign_coords(zc=dwell.zc)
+    data = table.dataset().assign_coords(zc=asked.zc)
     data.attrs["samples_per_period"] = integrator.points
     if motion.is_finite:
-        motion = record_traces(data, integrator, first if dwell.record == "all" else motion, count)
-        record_spectrum(data, integrator, motion, dwell.recorded_periods)
+        motion = record_traces(data, integrator, first if asked.whole else motion, count)
+        record_spectrum(data, integrator, motion, asked.periods)
     progress(1, 1, "")
     return data

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, Self
 
 import numpy as np
@@ -17,13 +18,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.instrument import Cantilever, Medium, Readout
+    from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
+    from dforce.solvers.block import Block
     from dforce.solvers.integrator import Integrator, Motion
 
 Progress = Callable[[int, int, str], None]  # points done, points in all, what is being done
 
 MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
+MOST_SHARE = 50.0  # of the free amplitude; more are per cent
 
 
 class Grid(Parameters):
@@ -48,8 +52,10 @@ class RelativeGrid(Parameters):
     of: Literal["drive.A0"] = pydantic.Field(
         description="what the distances are shares of: the first tone's free amplitude"
     )
-    start: float = pydantic.Field(ge=-1e3, le=1e3, description="first average distance as a share of A0, such as 1.15")
-    stop: float = pydantic.Field(ge=-1e3, le=1e3, description="last average distance as a share of A0")
+    start: float = pydantic.Field(
+        ge=-MOST_SHARE, le=MOST_SHARE, description="first average distance as a share of A0, such as 1.15"
+    )
+    stop: float = pydantic.Field(ge=-MOST_SHARE, le=MOST_SHARE, description="last average distance as a share of A0")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
     def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -227,3 +233,21 @@ def initial_motion(integrator: Integrator, start: Start, period: int = 0) -> Mot
     elif start == "rest":
         amplitudes[:] = 0.0
     return with_amplitudes(integrator, amplitudes, period)
+
+
+def initial_motions(block: Block, at: Array, start: Start) -> list[Motion]:
+    """Return the motions that `start` asks for, of each problem of a block at its value of the parameter.
+
+    A problem alone starts as the same one in a sweep, to the last bit.
+    """
+    from dforce.solvers.block import FREQUENCY
+
+    tones = block.lot.example.tones
+    if block.parameter == FREQUENCY or len(tones) > 1:
+        return [initial_motion(block.integrator(case, value), start) for case, value in enumerate(at.tolist())]
+    lot, rest = block.lot.at_heights(at), initial_motion(block.integrator(0, float(at[0])), "rest")
+    if isinstance(start, InitialMotion):
+        rows = lot.moving(tones[0].mode, start.amplitude, start.phase)
+    else:
+        rows = lot.free() if start == "free" else lot.moving(tones[0].mode, 0.0, 0.0)
+    return [replace(rest, y=tuple(row)) for row in rows.tolist()]

@@ -11,8 +11,10 @@ import pydantic
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError
+from dforce.core.marks import words
 from dforce.core.parameters import Number, Parameters, Part, Quantity, param
 from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.stopping import heard
 from dforce.experiments.base import CaseLike, MotionExperiment, Progress, whole_range
 
 if TYPE_CHECKING:
@@ -54,14 +56,14 @@ class Branches(MotionExperiment):
     zc: Part[Annotated[Span | float, pydantic.BeforeValidator(_span_of_pair)]] = param(
         unit="m", symbol="z_c", doc="range {start, stop} of average distances; one distance where a parameter is given"
     )
-    parameter: str | None = pydantic.Field(
-        default=None, max_length=200, title="Parameter to vary instead of the distance",
+    parameter: str | None = words(
+        None, max_length=200, title="Parameter to vary instead of the distance",
         examples=["sample.youngs_modulus", "drive.A0", "drive.frequency", "cantilever.Q", "tip.radius"],
         description="path of the parameter to vary in place of zc, such as sample.youngs_modulus; "
         "a drive frequency is varied at constant driving force",
     )  # fmt: skip
-    start: float | str | None = pydantic.Field(default=None, description="value of the parameter to start at")
-    stop: float | str | None = pydantic.Field(default=None, description="value of the parameter to end at")
+    start: float | str | None = words(None, description="value of the parameter to start at")
+    stop: float | str | None = words(None, description="value of the parameter to end at")
     largest_step: float = pydantic.Field(
         default=0.01,
         gt=0.0,
@@ -155,6 +157,7 @@ class Branches(MotionExperiment):
                     pass
             progress(total, total, "")
         except KeyboardInterrupt:
+            heard()
             data = self._dataset(among, curves + kept, quantity, searched)
             begun = np.array([curve.begun for curve in curves + kept], dtype=int)
             data.attrs |= {"interrupted": 1, UNDER_WAY: np.array(under_way), BEGUN: begun}

@@ -10,7 +10,7 @@ import numpy as np
 
 from dforce.core.quantities import OBSERVABLES
 from dforce.results.dataset import describe
-from dforce.results.status import Status
+from dforce.results.status import Status, graded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from dforce.solvers.block import Block
     from dforce.solvers.points import Points
     from dforce.solvers.transient import Steady
-
-
-WORTHLESS = 1e-2  # of a quantity's scale: with a larger error a point has no numbers
 
 
 def status_of(found: Steady, problem: Problem) -> Status:
@@ -36,15 +33,14 @@ def status_of(found: Steady, problem: Problem) -> Status:
     columns = {name: np.asarray(value)[None] for name, value in found.values.items()}
     if is_wrong(problem, columns, found.settled, is_orbit)[0]:
         return Status.UNRESOLVED
-    return (Status.OK if found.repeats else Status.NOT_REPEATING) if found.settled else Status.NOT_SETTLED
-
-
-def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.int8]]:
-    """Return what became of points by their estimated errors; with no accuracy promised nothing follows from them."""
-    if accuracy is None:
-        return np.full(error.shape, Status.OK, dtype=np.int8)
-    lost = (error > WORTHLESS) & np.isfinite(error)
-    return np.where(lost, Status.UNRESOLVED, np.where(error > accuracy, Status.INACCURATE, Status.OK)).astype(np.int8)
+    if not found.settled:
+        return Status.NOT_SETTLED
+    if not found.repeats:
+        return Status.NOT_REPEATING
+    if "error_estimate" not in found.values:
+        return Status.OK
+    (grade,) = graded(np.atleast_1d(found.values["error_estimate"]), found.accuracy).tolist()
+    return next(status for status in Status if status == grade)
 
 
 def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.dtype[np.int8]]:
@@ -94,7 +90,11 @@ class Table:
         if not len(places):
             return
         columns = {name: column[0, which] for name, column in points.columns(block, values[None]).items()}
-        self._write(places, columns, statuses(points, block, values[None])[0, which])
+        became = statuses(points, block, values[None])[0, which]
+        if block.settings.accuracy is not None:  # a run that was stopped knows the errors of its last points not yet
+            unknown = (points.is_orbit & np.isnan(points.error))[0, which]
+            became[unknown & (became == Status.OK)] = Status.INACCURATE
+        self._write(places, columns, became)
 
     def take_over(self, earlier: xr.Dataset, places: Sequence[tuple[int, ...]]) -> None:
         """Take over points of an earlier result."""

@@ -12,6 +12,7 @@ import numpy as np
 from dforce.core import units
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, param
+from dforce.core.stopping import heard
 from dforce.experiments.base import CaseLike, Experiment, Progress
 from dforce.instrument import beam
 from dforce.instrument.lever import normal_factor
@@ -81,6 +82,7 @@ class ThermalSpectrum(Experiment):
         try:
             return describe(self._found(free, case, progress))
         except KeyboardInterrupt:
+            heard()
             return describe(xr.Dataset({"status": int(Status.NOT_COMPUTED)}, attrs={"interrupted": 1}))
 
     def _found(self, problem: Problem, case: CaseLike, progress: Progress) -> xr.Dataset:

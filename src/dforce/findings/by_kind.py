@@ -83,6 +83,8 @@ def _plan(dataset: xr.Dataset) -> Iterator[Row]:
     allowed = dataset["allowed"].values
     yield "allowed", "allowed settings", f"{int(allowed.sum())} of {allowed.size}", float(allowed.sum()), "1"
     yield "limits", "limits", str(dataset.attrs.get("limits", "")), float("nan"), "1"
+    if "findings" in dataset.attrs:
+        yield "findings", "findings", " ".join(str(dataset.attrs["findings"]).splitlines()), float("nan"), "1"
 
 
 def _regimes(dataset: xr.Dataset) -> Iterator[Row]:

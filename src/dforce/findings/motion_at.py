@@ -187,7 +187,7 @@ def _apart(values: Any, point: xr.Dataset) -> float:
 
 
 def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Dataset:
-    from dforce.experiments.dwell import record_traces
+    from dforce.experiments.recording import record_traces
     from dforce.experiments.table import Table
     from dforce.observables.averaging import common_period
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.errors import ParameterError, checked, nearest
+from dforce.core.units import parse_share
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
 from dforce.results.status import check_computed, repeats
@@ -22,7 +23,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @checked
-def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[str] | None = None) -> xr.Dataset:
+def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collection[str] | None = None) -> xr.Dataset:
     r"""Return the states of curves in which the amplitude of the first tone is a share of its free amplitude.
 
     .. math:: A / A_0 = \text{set point}
@@ -36,7 +37,7 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     result
         Result of an approach, of branches, of a frequency sweep, or a sweep of curves over parameters.
     set_point
-        The share :math:`A / A_0`, above 0.
+        The share :math:`A / A_0`, above 0 and at most 1: 0.8 or ``"80 %"``.
     names
         Quantities that are wanted; left out: all that go along the curves.
 
@@ -51,7 +52,7 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
     ------
     ParameterError
         When the result holds no point yet, is no curve with an amplitude ratio, or lacks a quantity, and when the set point
-        is not above 0.
+        is no such share.
     """
     import xarray as xr
 
@@ -64,8 +65,7 @@ def at_set_point(result: xr.Dataset, set_point: float = 0.8, names: Collection[s
         raise ParameterError(f"this result does not keep '{RATIO}'; name it among the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
         raise ParameterError("this result is no curve of amplitudes, so no set point lies on it")
-    if not set_point > 0.0:
-        raise ParameterError(f"set_point = {set_point} is not above 0")
+    set_point = parse_share(set_point, "set_point")
     known = drawable(first, along)
     always = [along, *(name for name in ("zc", "virial") if name in known)]
     wanted = dict.fromkeys([*always, *(known if names is None else names)])

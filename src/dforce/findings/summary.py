@@ -12,11 +12,13 @@ import numpy as np
 from dforce.case import case_of
 from dforce.core.errors import DForceError, ParameterError, checked
 from dforce.core.listing import Listing, aligned, html_table
+from dforce.core.quantities import NONE
 from dforce.findings.by_kind import rows_of
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.results.curves import goes_along, swept
 from dforce.results.dataset import unit_for
 from dforce.results.kinds import kind_of
+from dforce.results.significance import is_none, with_scales
 from dforce.results.status import Status, check_computed
 
 if TYPE_CHECKING:
@@ -72,6 +74,7 @@ def _found(dataset: xr.Dataset) -> list[Finding]:
         return [Finding(*row) for row in rows_of(dataset, kind)]
     if swept(dataset):
         return list(_sweep(dataset, swept(dataset)))
+    dataset = _with_scales(dataset)
     if "point" in dataset.dims:
         return list(_branches(dataset))
     if "reached" in dataset:
@@ -98,10 +101,15 @@ def count_status(dataset: xr.Dataset) -> dict[Status, int]:
     return {status: int(np.sum(values == status)) for status in Status if np.any(values == status)}
 
 
-def number(value: float, unit: str, name: str = "") -> str:
-    """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``."""
+def number(value: float, unit: str, name: str = "", none: bool = False) -> str:
+    """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``.
+
+    An amount of which there is none is "none".
+    """
     if not np.isfinite(value):
         return "-"
+    if none:
+        return NONE
     if value == 0.0:
         return "0"
     scale, shown = unit_for(abs(value), unit, name)
@@ -131,8 +139,10 @@ def _ways(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
         yield str(way), dataset.sel(direction=way, drop=True)
 
 
-def _finding(name: str, label: str, value: float, unit: str, way: str = "", more: str = "") -> Finding:
-    text = number(value, unit, name) + more
+def _finding(
+    name: str, label: str, value: float, unit: str, way: str = "", more: str = "", none: bool = False
+) -> Finding:
+    text = number(value, unit, name, none) + more * (not none)
     return Finding(name, label, text, value if np.isfinite(value) else None, unit, way)
 
 
@@ -156,7 +166,8 @@ def _dwell(dataset: xr.Dataset) -> Iterator[Finding]:
     for name in (name for name in DWELL if name in dataset):
         variable = dataset[name]
         if "tone" not in variable.dims:
-            yield _finding(name, _label(variable), float(variable), _unit(variable))
+            none = bool(is_none(dataset, name))
+            yield _finding(name, _label(variable), float(variable), _unit(variable), none=none)
             continue
         for tone in variable["tone"].values:
             several = variable.sizes["tone"] > 1
@@ -194,8 +205,11 @@ def _curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
         if name in sweep and np.isfinite(sweep[name].values).any():
             values = sweep[name].values
             index = int(np.nanargmin(values) if name == "min_force" else np.nanargmax(values))
-            place = f" at {number(float(along[index]), _unit(along), str(along.name))}" if values[index] else ""
-            yield _finding(name, label, float(values[index]), _unit(sweep[name]), way, place)
+            place, none = (
+                f" at {number(float(along[index]), _unit(along), str(along.name))}",
+                bool(is_none(sweep, name)[index]),
+            )
+            yield _finding(name, label, float(values[index]), _unit(sweep[name]), way, place, none)
     yield _points(sweep, way)
 
 
@@ -236,8 +250,17 @@ def _sweep(dataset: xr.Dataset, over: list[str]) -> Iterator[Finding]:
                 where = sweep[name].argmin(...) if name == "min_force" else sweep[name].argmax(...)
                 found = sweep[name].isel(where)
                 place = ", ".join(f"{dim} = {_one(sweep[dim][at])}" for dim, at in where.items())
-                yield _finding(name, label, float(found), _unit(found), way, f" at {place}" if float(found) else "")
+                none = bool(is_none(_with_scales(sweep.isel(where)), name))
+                yield _finding(name, label, float(found), _unit(found), way, f" at {place}", none)
         yield _points(sweep, way)
+
+
+def _with_scales(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the result of one case with the scales of its errors; as it is where its case cannot be read."""
+    try:
+        return with_scales(dataset.copy(), case_of(dataset).problem)
+    except DForceError:  # the case of a version that knew other keys: still worth a summary
+        return dataset
 
 
 def _values_of(axis: xr.DataArray) -> Finding:
@@ -344,4 +367,6 @@ def _force_curve(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
         place = f" at {number(float(distance[index]), 'm', 'distance')}" if force[index] else ""
         yield _finding(name, label, float(force[index]), "N", way, place)
     if "energy" in sweep and way != "approach":  # it is known once the tip is back
-        yield _finding("energy", "energy taken", float(sweep["energy"]), "J", way)
+        last = sweep.isel(time=-1) if "time" in sweep.dims else sweep
+        none = bool(is_none(last, "energy"))
+        yield _finding("energy", "energy taken", float(last["energy"]), "J", way, none=none)

@@ -8,30 +8,22 @@ of other packages follow, by their entry points in the group "dforce.forces".
 from __future__ import annotations
 
 import importlib
-import importlib.metadata
 import pkgutil
 from typing import Any
 
-from dforce.core import log
-from dforce.core.errors import nearest, shorten
+from dforce.core.entries import loaded
+from dforce.core.errors import nearest
 from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, makes_its_laws
 from dforce.forces._groups import grouped
 from dforce.forces._layer import kernel_moments
-from dforce.forces._plugins import load_plugin
+from dforce.forces._plugins import load_plugin, read_plugin
 from dforce.forces._rheology import Viscoelastic
 
 for _file in pkgutil.iter_modules(__path__):
     if not _file.name.startswith("_"):
         importlib.import_module(f"{__name__}.{_file.name}")
 
-for _entry in importlib.metadata.entry_points(group="dforce.forces"):
-    try:
-        _entry.load()
-    except Exception as _error:  # a broken package must not take the others with it  # noqa: BLE001
-        log.announce(
-            f"The force plug-in '{_entry.name}' ({_entry.value}) cannot be loaded, so that its models are "
-            f"missing: {type(_error).__name__}: {shorten(str(_error), 200)}"
-        )
+loaded("dforce.forces", object, "force plug-in")
 
 _models = {model.__name__: model for model in REGISTRY.values()}
 globals().update(_models)
@@ -44,6 +36,7 @@ __all__ = [  # noqa: PLE0604
     "kernel_moments",
     "load_plugin",
     "makes_its_laws",
+    "read_plugin",
     *sorted(_models),
 ]
 

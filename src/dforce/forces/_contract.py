@@ -129,6 +129,12 @@ class Force(Parameters):
         return _is_rooted(self.law_function(), self.leading(), self.memory, self.kinks(), self.values())
 
     @property
+    def is_of_distance_alone(self) -> bool:
+        """Whether nothing but the distance is known to decide the force: no loss, time, memory, branch or average distance."""
+        alone = len(self.leading()) == len(MOTION) and self.memory == 0 and self.switch is None
+        return alone and not self.dissipative and not self.timed
+
+    @property
     def is_passive(self) -> bool:
         """Whether the sample gives no energy over a cycle, as far as is known: true of the models of dForce itself."""
         return not self.timed and type(self).__module__.startswith(__package__ + ".") and self.name != "custom"

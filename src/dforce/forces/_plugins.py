@@ -18,7 +18,7 @@ from types import ModuleType
 
 from dforce.core import log
 from dforce.core.errors import ForceError, ParameterError, checked, shorten
-from dforce.core.files import folder
+from dforce.core.files import named, read_input
 from dforce.forces._contract import REGISTRY, Force
 
 PREFIX = "dforce_plugin_"  # of the modules that files become
@@ -57,16 +57,8 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     name = shorten(str(path), 100)
     if not str(path).endswith(".py") or "\0" in str(path):
         raise ParameterError(f"the plug-in '{name}' is not named like a Python file (.py)")
-    file = (folder() / path).resolve()
-    try:
-        if not file.is_file():
-            raise ParameterError(f"there is no plug-in '{name}': no file {shorten(str(file), 300)}")
-        with file.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise ParameterError(f"the plug-in '{name}' cannot be read: {error.strerror or error}") from None
-    if len(content) > MOST_BYTES:
-        raise ParameterError(f"the plug-in '{name}' is larger than {MOST_BYTES // 1000} kB")
+    file = named(path, "plugins").resolve()
+    content = read_plugin(file)
     if imported := _imported(file):
         return imported
     digest = hashlib.sha256(content).hexdigest()
@@ -77,6 +69,17 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     models = _run(file, content, name)
     _LOADED[file] = _Loaded(digest, models)
     return models
+
+
+def read_plugin(file: Path) -> bytes:
+    """Return the text of a plug-in.
+
+    Raises
+    ------
+    ParameterError
+        When it cannot be read.
+    """
+    return read_input(file, "plug-in", MOST_BYTES, ParameterError, name=f"the plug-in '{shorten(str(file), 300)}'")
 
 
 def _imported(file: Path) -> tuple[type[Force], ...]:

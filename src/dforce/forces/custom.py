@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import pydantic
 
 from dforce.core.errors import ParameterError
+from dforce.core.marks import words
 from dforce.core.parameters import MaybeNumber, Number, param, shared
 from dforce.forces import _expression
 from dforce.forces._contract import Force
@@ -63,7 +64,7 @@ class Custom(Force):
     dissipative = _Of("velocity")
     timed = _Of("t")
 
-    law: str = pydantic.Field(  # type: ignore[assignment,misc]
+    law: str = words(  # type: ignore[assignment,misc]
         max_length=_expression.LONGEST, description="the force (N), an expression in SI units"
     )
     hamaker: MaybeNumber = param(None, unit="J", symbol="H", doc="Hamaker constant, H in the law")

@@ -18,10 +18,10 @@ kept           the results kept, as a row of names with colors (kept.js), and wh
 compare        names and colors of results, and the parameters in which they differ
 files          the menu File: open and save (saving asks how, save.js), and files dropped (drop.js)
 uploads        what a file from outside is
-inspecting     has a file looked through (inspection) in a process of its own
 measured       reads a measured curve, and puts into questions what its file does not tell
 bench          the measured curve of a session, calibrated for the case that is typed, and its fit
 overlay        a measured curve under the lines of a figure, its best fit, and residuals
+confirming     lever and tip of a measured curve, which a person confirms before a fit
 fitting        which parameters a fit may find, what it says of each, and its values for the case
 parameters     the numbers of a case that can be varied
 explore        results over parameters: what can be looked at, and the figures of it

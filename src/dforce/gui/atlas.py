@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 SECTIONS = ("drive", "sample", "contact", "tip", "medium", "cantilever")  # whose parameters a result may go along
 MOST_VALUES = 101  # of a parameter
+FIRST_AMPLITUDE = ("drive.A0", "drive.tones.1.A0")  # distances follow it
 LOGARITHMIC = 5.0  # ratio of the ends of a range from which on its values go by equal factors
 
 
@@ -136,8 +137,20 @@ def sweep_job(document: Document, case: df.Case, row: Row, ends: tuple[str, str]
     spacing = "log" if ratio >= LOGARITHMIC else "linear"
     if not isinstance(case.experiment, df.experiments.Approach):
         case = with_approach(case.replace(experiment=None))
+    if row.name in FIRST_AMPLITUDE:
+        case = _following(case)
     over = {row.name: {"start": low, "stop": high, "points": points, "spacing": spacing}}
     return SweepJob(case, document=document, over=over, share=document.set_point)
+
+
+def _following(case: df.Case) -> df.Case:
+    """Return a case whose distances are shares of the free amplitude, so that each approach begins as far away."""
+    approach = case.experiment
+    assert isinstance(approach, df.experiments.Approach)
+    A0 = case.problem.tones[0].A0
+    shares = approach.distances(A0) / A0
+    grid = {"of": "drive.A0", "start": float(shares.max()), "stop": float(shares.min()), "points": len(shares)}
+    return case.replace(experiment=approach.replace(zc=grid))
 
 
 def with_approach(case: df.Case) -> df.Case:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import plain_math
+from dforce.core.toml import read_toml
 from dforce.gui.document import COLORS, EDITED, LONGEST_NAME, Kept
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def color_of(others: Sequence[Kept]) -> int:
 def _values(toml: str) -> dict[str, str]:
     """Return the parameters of a case by path, as the texts that its file holds."""
     try:
-        table = tomllib.loads(toml)
+        table = read_toml(toml)
     except ValueError:
         return {}
     return {path: value for path, value in _flat("", table) if path.partition(".")[0] not in NOT_COMPARED}

@@ -65,6 +65,8 @@ class Measured:
         What is taken off its phases (degrees).
     fit
         The identifier of the last fit of it; empty where there is none.
+    confirmed
+        The lever and the tip that a person confirmed for it, as :func:`dforce.gui.confirming.lever_and_tip` gives them.
     """
 
     id: str
@@ -73,6 +75,7 @@ class Measured:
     shift: float = 0.0
     turn: float = 0.0
     fit: str = ""
+    confirmed: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -269,9 +272,9 @@ def _measured(given: Any) -> Measured | None:
         return None
     identifier, name, fit = (bounds.text(given[key], LONGEST_NAME) for key in ("id", "name", "fit"))
     shift = bounds.number(given["shift"], -FARTHEST, FARTHEST)
-    return Measured(
-        identifier, name, bounds.table(given["settings"]), shift, bounds.number(given["turn"], -360, 360), fit
-    )
+    turn = bounds.number(given["turn"], -360, 360)
+    settings, confirmed = bounds.table(given["settings"]), bounds.table(given.get("confirmed", {}))
+    return Measured(identifier, name, settings, shift, turn, fit, confirmed)
 
 
 def _put(table: Any, path: Path, value: Any) -> Any:

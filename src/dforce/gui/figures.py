@@ -19,8 +19,9 @@ from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, usual_unit
 from dforce.gui.chart import packed
-from dforce.results.curves import Line, Picture, drawable, lines_of, rounding, start_across
+from dforce.results.curves import Line, Picture, drawable, lines_of, start_across
 from dforce.results.dataset import reader_unit, spelled
+from dforce.results.significance import along, error_of, largest_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,8 +136,8 @@ class _FigureBuilder:
         """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
         first = self.layers[0].result
         scale, unit = self._scale(names)
-        noise = max(rounding(layer.result, name) for layer in self.layers for name in names)
-        if self._largest(names) < noise:
+        noise = max(largest_error(layer.result, name) for layer in self.layers for name in names)
+        if 0.0 < self._largest(names) < noise:
             scale, unit = reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
         words = title(first[names[0]], unit) if len(names) == 1 else _title_of_several([first[n] for n in names], unit)
@@ -145,7 +146,7 @@ class _FigureBuilder:
             axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
             axis["color"] = self.wanted.y.index(names[0])
-        if self._largest(names) < noise:
+        if 0.0 < self._largest(names) < noise:
             axis["range"] = [-noise / scale, noise / scale]
         if place:
             right = place % 2
@@ -198,8 +199,10 @@ class _FigureBuilder:
         x_axis, y_axis = name_of_axis("x", host), name_of_axis("y", tag)
         self.places[name] = x_axis, y_axis, scale
         for layer in self.layers:
+            errors = error_of(layer.result, name)
             for line in lines_of(layer.result, self.wanted.x, name):
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
+                y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
                 hover = f"%{{x:.4g}} {_plain(self.x_unit)}, %{{y:.4g}} {_plain(unit)}"
                 hover += f"<br>{_plain(layer.name)}" if self.several and layer.name else ""

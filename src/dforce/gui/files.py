@@ -7,6 +7,7 @@ import contextlib
 import re
 import tempfile
 import threading
+import weakref
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from dforce.gui.overlay import shows
 from dforce.gui.plots import Plots
 from dforce.gui.saving import Field, ask, choice, text
 from dforce.gui.view import View
+from dforce.inverse.readers import endings
 from dforce.results.curves import Picture
 from dforce.results.kinds import kind_of
 
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ENDING = ".dforce"  # of a project
-ACCEPTED = ",".join((".toml", ".nc", ENDING, *measured.ENDINGS))
+ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, with everything, to be opened again", ".csv": "CSV, a table for a spreadsheet"}
@@ -44,7 +46,7 @@ NOTHING = "There is no result yet; press Run."
 UNSAVED = "the file could not be made"
 UNSENT = "The file did not arrive: the window's server has no room for it, or cannot be reached."
 REFUSED = (
-    f"Only a case (.toml), a result (.nc), a measured curve (text, .ibw, .nid, .h5) or a project ({ENDING}) of at most "
+    f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
     f"{uploads.MOST_BYTES // 1_000_000} MB can be opened."
 )
 DRAWING = threading.Lock()  # matplotlib's settings belong to the whole process
@@ -78,7 +80,14 @@ class Files:
         first = next(item for item in made.descendants() if isinstance(item, ui.menu_item))
         # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
         first.on("click", js_handler="() => window.dforceFiles.pick()")
-        self.upload = ui.upload(auto_upload=True, on_upload=self._uploaded, max_file_size=uploads.MOST_BYTES)
+        # the web framework keeps the element's route, and what it holds, after the page has gone
+        uploaded = weakref.WeakMethod(self._uploaded)
+
+        async def take(event: events.UploadEventArguments) -> None:
+            if (there := uploaded()) is not None:
+                await there(event)
+
+        self.upload = ui.upload(auto_upload=True, on_upload=take, max_file_size=uploads.MOST_BYTES)
         self.upload.props(f'accept="{ACCEPTED}"').classes("df-upload")
         self.upload.on_rejected(lambda: say(REFUSED))
         self.upload.on("failed", lambda: say(UNSENT))

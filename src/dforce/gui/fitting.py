@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.units import show
 from dforce.gui.compute import Job, duration
+from dforce.gui.confirming import holds_for
 from dforce.gui.document import LONGEST_NAME, NAMING, Document, Path, path_of
 from dforce.gui.measured import CALIBRATED
 from dforce.gui.parameters import Row, rows_of
@@ -92,6 +93,13 @@ def found(fit: xr.Dataset, name: str) -> str:
         return ""
     value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
     return f"{value} ± {error} {unit}".replace("none", "?").strip()
+
+
+def found_for(fit: xr.Dataset, name: str) -> str:
+    """Return value and error of a parameter of a fit, and for which k and R they hold; empty as :func:`found`."""
+    text = found(fit, name)
+    given = holds_for(str(fit.attrs.get("case", "")), tuple(map(str, fit["parameter"].values)))
+    return f"{text} {given}".strip() if text else ""
 
 
 def note(fit: xr.Dataset, name: str) -> str:

@@ -19,6 +19,14 @@ export default {
       <details v-if="history.length" class="df-folded"><summary>What was done with it</summary>
         <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details>
       <template v-if="ready">
+        <h3>Lever and tip</h3>
+        <p class="df-text">{{ lever || "What is typed is not yet a case." }}</p>
+        <template v-if="unconfirmed">
+          <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
+          <div class="df-measured-buttons"><button type="button" class="df-plain" :disabled="!lever"
+              @click="$emit('confirm')">They are those of this curve</button></div>
+        </template>
+        <p v-else class="df-text">Confirmed for this curve.</p>
         <h3>Fit</h3>
         <p class="df-text">Parameters to find; the fit begins at the values in the forms.</p>
         <div class="df-fit-rows" role="group" aria-label="parameters to fit">
@@ -31,8 +39,9 @@ export default {
             <p v-if="row.note" class="df-advice">{{ row.note }}</p>
           </template></div>
         <div class="df-measured-buttons">
-          <button v-if="!busy" type="button" class="df-plain df-main-button" :disabled="!rows.some((row) => row.free)"
-                  @click="$emit('fit')">Fit</button>
+          <button v-if="!busy" type="button" class="df-plain df-main-button" @click="$emit('fit')"
+                  :disabled="!!unconfirmed || !rows.some((row) => row.free)"
+                  :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
           <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
           <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
           <span class="df-text" role="status">{{ words }}</span></div>
@@ -51,6 +60,7 @@ export default {
   props: {
     name: { default: "" }, wrong: { default: "" }, facts: { default: () => [] }, hint: { default: "" }, ready: Boolean,
     low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
+    lever: { default: "" }, unconfirmed: { default: "" },
     rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, others: { default: () => [] },
   },

@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import dforce as df
 from dforce.core.errors import shorten
+from dforce.core.files import in_quotes
 from dforce.gui.document import Measured
-from dforce.gui.inspecting import HDF5, inspect
 from dforce.gui.saving import Field, choice, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.readers import tables_in
+from dforce.results import hdf5
+from dforce.results.files import is_sealed
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".h5", ".hdf5", ".ibw", ".nid")
 CALIBRATED = "neighbor_correlation"  # an attribute that calibration leaves
 MOST_BYTES = 10_000_000  # of a file; reading text holds up everybody at the server
 SETTINGS = ("columns", "units", "phase_convention", "read", "calibrate")  # of [data], without the file
@@ -79,13 +80,13 @@ def curve_from(data: bytes, name: str, settings: Mapping[str, Any], case: df.Cas
     with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
         path = Path(place) / "curve"
         path.write_bytes(data)
-        if data.startswith(HDF5):
-            inspect(path, "groups")
+        if is_sealed(data):  # of dForce itself: any other HDF5 is read by a process of its own
+            hdf5.look(data, "result")
         try:
             raw = df.read_measured(path, **_reading(settings))
             calibrated(raw, settings, case)
         except df.DForceError as error:
-            sentence = str(error).replace(f"'{shorten(str(path))}'", name)
+            sentence = str(error).replace(in_quotes(path), name)
             asked = (
                 dict(_questions(sentence, data, name, settings, case)) if isinstance(error, df.ParameterError) else {}
             )

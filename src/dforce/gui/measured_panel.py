@@ -12,7 +12,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.units import show
-from dforce.gui import fitting, overlay
+from dforce.gui import confirming, fitting, overlay
 from dforce.gui.document import Document, Measured, path_of
 from dforce.gui.error_messages import as_sentence, say, telling
 from dforce.gui.view import View
@@ -65,6 +65,7 @@ class MeasuredCurve:
         element.on("match", self._match)
         element.on("remove", self._remove)
         element.on("free", self._free)
+        element.on("confirm", self._confirm)
         element.on("fit", self._fit)
         element.on("stop", self.view.session.stop_fit)
         element.on("take", self._take)
@@ -125,12 +126,15 @@ class MeasuredCurve:
         chosen = {path_of(document, name) for name in fitting.free_names(document)}
         failed = "" if job is None or job.state != "failed" else job.error
         shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[])
+        values = confirming.asked(document)
+        confirmed = confirming.is_confirmed(document, values)
+        shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
         for row in rows:
             name = "" if fit is None else fitting.name_in(fit, row, document)
             about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
             shown["rows"].append({
                 "name": row.name, "label": row.label, "symbol": row.symbol, "value": row.value, "free": row.path in chosen,
-                "found": fitting.found(fit, name) if fit is not None and name else "",
+                "found": fitting.found_for(fit, name) if fit is not None and name else "",
                 "note": about or (fitting.note(fit, name) if fit is not None and name else ""),
             })  # fmt: skip
         if failed and not any(row.name in failed for row in rows):
@@ -177,6 +181,9 @@ class MeasuredCurve:
         row = next((row for row in fitting.rows(document) if row.name == event.args["name"]), None)
         if row is not None:
             self.view.edit(fitting.with_free(document, row, bool(event.args["free"])), name="fit")
+
+    def _confirm(self) -> None:
+        self._change(confirmed=confirming.asked(self.view.document))
 
     async def _fit(self) -> None:
         with telling("the fit could not be made"):

@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from nicegui import ui
 
+from dforce.core.quantities import NONE
 from dforce.gui.figures import Drawn, Layer, unit_of
 from dforce.results.curves import Line, Picture
+from dforce.results.significance import along, is_none
 
 if TYPE_CHECKING:
     from dforce.gui.view import View
 
 MOST_ROWS = 1000
 DIGITS = 6
+EMPTY = "–"
 MORE = f"The first {MOST_ROWS} rows; a result that is saved (menu File) has all."
 
 
@@ -26,10 +29,10 @@ class Sheet(ui.element, component="numbers.js"):
 
 @dataclass
 class Block:
-    """Rows that share their values across: those of one result in one direction, stable or not."""
+    """Rows that share their values across: those of one result in one direction, stable or not; cells are texts."""
 
     x: np.ndarray[Any, Any]
-    columns: dict[str, np.ndarray[Any, Any]] = field(default_factory=dict)
+    columns: dict[str, list[str]] = field(default_factory=dict)
 
 
 class Numbers:
@@ -85,7 +88,7 @@ def _blocks(
         scale, head = _head(layers, name, [word for word in words if word not in apart])
         heads[head] = None
         key = ", ".join([layer.name] * (len(layers) > 1) + apart)
-        blocks.setdefault(key, Block(line.x / across)).columns[head] = line.y / scale
+        blocks.setdefault(key, Block(line.x / across)).columns[head] = _cells(layer, name, line, scale)
     return blocks, list(heads)
 
 
@@ -98,7 +101,17 @@ def _head(layers: Sequence[Layer], name: str, more: Sequence[str] = ()) -> tuple
 
 def _rows(words: str, block: Block, heads: Sequence[str]) -> Iterator[list[str]]:
     """Give the rows of a block as texts; gaps between pieces of a curve are left out."""
-    columns = [block.x, *(block.columns.get(head, np.full(len(block.x), np.nan)) for head in heads)]
-    for values in zip(*columns, strict=True):
-        if np.isfinite(values[0]):
-            yield [words, *(f"{value:.{DIGITS}g}" if np.isfinite(value) else "–" for value in values)]
+    columns = [block.columns.get(head, [EMPTY] * len(block.x)) for head in heads]
+    for x, *cells in zip(block.x, *columns, strict=True):
+        if np.isfinite(x):
+            yield [words, _text(x), *cells]
+
+
+def _cells(layer: Layer, name: str, line: Line, scale: float) -> list[str]:
+    """Return the values of a line as texts; of an amount below its error there is none."""
+    none = along(is_none(layer.result, name), layer.result[name].dims, line)
+    return [NONE if there else _text(y / scale) for there, y in zip(none, line.y, strict=True)]
+
+
+def _text(value: float) -> str:
+    return f"{value:.{DIGITS}g}" if np.isfinite(value) else EMPTY

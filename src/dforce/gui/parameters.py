@@ -55,8 +55,9 @@ def _of_section(document: Document, section: str) -> Iterator[Row]:
 
 
 def _row(document: Document, path: Path, name: str, field: Field) -> Iterator[Row]:
-    """Give the row of a field that holds one number with a unit."""
+    """Give the row of a field that holds one number with a unit, as typed or by default."""
     value = document.value(path)
+    value = field.default if value is None else value
     if field.quantity is None or value is None or isinstance(value, Mapping | list | tuple):
         return
     text, unit = shown(field, value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import os
 import shutil
 import socket
@@ -15,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
+from dforce.core import files
 from dforce.core.errors import shorten
 from dforce.core.places import user_folder
 from dforce.gui.document import Document
@@ -109,6 +112,10 @@ def serve(options: Options) -> None:
         raise df.ParameterError(f"the window cannot keep anything in '{shorten(str(folder))}': {reason}") from None
     # read by NiceGUI when it is imported, which is why that waits until here
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / "sessions")
+    with contextlib.suppress(
+        ImportError
+    ):  # xarray and pint import it: two threads that do so at once meet it half done
+        importlib.import_module("dask.base")
     from nicegui import app, ui
 
     from dforce.gui import pages
@@ -120,6 +127,7 @@ def serve(options: Options) -> None:
     alone = options.host in (OWN, "localhost", "::1")
     hosts = own_hosts(port) if alone else frozenset[str]()
     document = None if options.case is None else Document.of(options.case)
+    files.guests_only = not alone
     pages.register(folder, document, ALONE if alone else SHARED, options.over)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
     told = threading.Thread(

@@ -18,6 +18,7 @@ from dforce.gui import compare
 from dforce.gui.atlas import Atlas
 from dforce.gui.bench import Bench
 from dforce.gui.compute import Job
+from dforce.gui.confirming import UNCONFIRMED, is_confirmed, lever_and_tip
 from dforce.gui.document import LOOKS, Document, Kept
 from dforce.gui.fitting import FitJob, curve_in
 from dforce.gui.limits import ALONE, Limits
@@ -308,11 +309,14 @@ class Session:
         Raises
         ------
         ParameterError
-            When what is typed is not a case, or asks for more than the limits allow.
+            When what is typed is not a case, or asks for more than the limits allow; and where lever and tip are not
+            confirmed for the curve.
         """
         if self.bench.curve is None or (self.fitting is not None and self.fitting.busy):
             return
         case = self.limits.check(document.case())
+        if not is_confirmed(document, lever_and_tip(case)):
+            raise df.ParameterError(UNCONFIRMED)
         job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.bench.curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
         measured, now = document.measured, self.document.measured

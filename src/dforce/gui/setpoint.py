@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +12,12 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.notation import html_symbol
+from dforce.core.quantities import AMOUNTS, NONE
 from dforce.gui.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
 from dforce.gui.figures import Layer, unit_of
 from dforce.gui.view import View
-from dforce.results.curves import Picture, goes_along, pictures_of, rounding, row_of
+from dforce.results.curves import Picture, goes_along, pictures_of, row_of
+from dforce.results.significance import ERRORS, is_none
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 MOST_COLUMNS = 10
 MOST_ROWS = 30
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-NONE = "No state on these curves has this amplitude."
+NO_STATE = "No state on these curves has this amplitude."
 TOO_NEAR = "The amplitude stays below this everywhere; let the curve begin farther from the surface (tab Experiment)."
 
 
@@ -69,7 +71,7 @@ class SetPoint:
     def _why(self, layers: Sequence[Layer]) -> str:
         """Say why there is no row."""
         most = max(float(np.nanmax(layer.result["amplitude_ratio"].values, initial=0.0)) for layer in layers)
-        return TOO_NEAR if most < self.view.document.set_point else NONE
+        return TOO_NEAR if most < self.view.document.set_point else NO_STATE
 
     def _changed(self, event: GenericEventArguments) -> None:
         share = float(event.args) / 100.0
@@ -81,7 +83,7 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
     """Return the states of a result at a set point with the quantities that a picture shows; None where it is no curve."""
     along = goes_along(result)
     row = row_of(result, along) if along else ""
-    names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y])
+    names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y, *ERRORS])
     known = [name for name in names if name in result.variables and row_of(result, name) == row]
     try:
         return df.at_set_point(result, share, known)
@@ -127,7 +129,7 @@ def _of_quantity(states: xr.Dataset, name: str) -> Iterator[Column]:
         yield Column(name, index, {"label": label, "symbol": html_symbol(str(variable.attrs.get("symbol", "")))})
 
 
-def _cell(result: xr.Dataset, states: xr.Dataset, column: Column, crossing: int) -> str:
+def _cell(states: xr.Dataset, none: Mapping[str, Any], column: Column, crossing: int) -> str:
     """Return a value with three digits and the unit in which it reads best, as it would stand in a text."""
     if column.name not in states:
         return "–"
@@ -135,8 +137,8 @@ def _cell(result: xr.Dataset, states: xr.Dataset, column: Column, crossing: int)
     value = float(one)
     if not np.isfinite(value):
         return "–"
-    if abs(value) < rounding(result, column.name):
-        one, value = one.copy(data=0.0), 0.0
+    if column.name in none and none[column.name][(crossing, *column.index)]:
+        return NONE
     scale, unit = unit_of(one)
     return f"{three_digits(value / scale)}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
 
@@ -155,10 +157,15 @@ def _rows(layer: Layer, columns: Sequence[Column], several: bool) -> list[dict[s
     states = layer.states
     assert states is not None
     merged: dict[tuple[str, ...], list[str]] = {}
+    none = {
+        column.name: is_none(states, column.name)
+        for column in columns
+        if column.name in AMOUNTS and column.name in states
+    }
     for n in range(states.sizes["crossing"]):
         unstable = "stable" in states and not bool(states["stable"][n])
         state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
-        cells = tuple(_cell(layer.result, states, column, n) for column in columns)
+        cells = tuple(_cell(states, none, column, n) for column in columns)
         ways = merged.setdefault((state, *cells), [])
         ways += [str(states["direction"].values[n])] if "direction" in states.coords else []
     name = {"name": layer.name, "color": layer.color} if several else {}

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import dforce as df
-from dforce.core.errors import shorten
+from dforce.core.files import in_quotes
+from dforce.core.toml import LONGEST, read_toml
 from dforce.gui.document import PLUGINS, Document
 from dforce.gui.explore import is_explorable
-from dforce.gui.inspecting import HDF5, inspect
-from dforce.gui.measured import ENDINGS
 from dforce.gui.rehearsal import rehearse, rehearse_measured, rehearse_over
 from dforce.gui.store import why
+from dforce.inverse.readers import endings
+from dforce.results import hdf5
 from dforce.results.curves import Picture
 from dforce.results.kinds import kind_of as kind_of_result
 
@@ -31,8 +31,8 @@ ZIP = b"PK\x03\x04"
 
 def kind_of(data: bytes, name: str = "") -> Kind:
     """Return what a file is by its content; where that may be a measured curve as well, by the ending of its name."""
-    may_be_measured = name.lower().endswith(ENDINGS)
-    if data.startswith(HDF5):
+    may_be_measured = name.lower().endswith(endings())
+    if data.startswith(hdf5.START):
         return "measured" if may_be_measured else "result"
     if data.startswith(ZIP):
         return "project"
@@ -41,8 +41,8 @@ def kind_of(data: bytes, name: str = "") -> Kind:
 
 def _is_toml(data: bytes) -> bool:
     try:
-        return bool(tomllib.loads(data.decode("utf-8-sig")))
-    except (ValueError, RecursionError):
+        return len(data) <= LONGEST and bool(read_toml(data.decode("utf-8-sig")))
+    except ValueError:
         return False
 
 
@@ -70,8 +70,8 @@ def case_of(text: str) -> df.Case:
         When it is none.
     """
     try:
-        table = tomllib.loads(text[: 2 * MOST_BYTES])
-    except (ValueError, RecursionError):
+        table = read_toml(text)
+    except ValueError:
         table = {}  # the sentence comes from dForce
     if "plugins" in table:
         raise df.ParameterError(PLUGINS)
@@ -149,7 +149,7 @@ def _looked_through(data: bytes, folder: Path) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
             path = Path(place) / "result.nc"
             path.write_bytes(data)
-            inspect(path)
+            hdf5.look(data, "result")
             yield path
     except OSError as error:
         if isinstance(error, df.DForceError) and not isinstance(error.__cause__, OSError):
@@ -161,7 +161,7 @@ def _read(path: Path) -> xr.Dataset:
     try:
         return df.read(path)
     except df.ResultError as error:
-        raise df.ResultError(str(error).replace(f"'{shorten(str(path))}'", "this file")) from None
+        raise df.ResultError(str(error).replace(in_quotes(path), "this file")) from None
 
 
 def _result(path: Path) -> xr.Dataset:

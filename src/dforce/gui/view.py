@@ -212,7 +212,7 @@ class View:
 
     async def _follow(self, wanted: Wanted) -> None:
         """Draw the curve of a document, and ask for what stands beside it."""
-        with self._saying_what_is_wrong(wanted.document):
+        with self._saying_what_is_wrong(wanted.document, curves=True):
             case = self.session.limits.check(wanted.document.case())
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
@@ -272,12 +272,14 @@ class View:
         return safe
 
     @contextlib.contextmanager
-    def _saying_what_is_wrong(self, document: Document) -> Iterator[None]:
-        """Show what is wrong with a document."""
+    def _saying_what_is_wrong(self, document: Document, curves: bool = False) -> Iterator[None]:
+        """Show what is wrong with a document; no `curves` of it are computed then."""
         try:
             yield
         except (df.DForceError, TypeError) as error:
             self._say(_wrong(document, error), document)
+            if curves:
+                self._status("")
 
     async def _live(self, case: df.Case, wanted: Wanted) -> xr.Dataset | None:
         """Return the live curve; None, with a word on why, when it takes too long: it is run then, or tried again."""

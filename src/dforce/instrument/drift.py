@@ -9,7 +9,8 @@ import pydantic
 
 from dforce.core.columns import read_columns
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.files import folder
+from dforce.core.files import named
+from dforce.core.marks import file_name
 from dforce.core.parameters import Numbers, Parameters, param
 
 
@@ -19,8 +20,8 @@ class Drift(Parameters):
     title_of: ClassVar[str] = "cantilever.drift"
     example: ClassVar[Mapping[str, Any]] = {"zc": ["0 um", "5 um"], "Q": [180, 200]}
 
-    file: str | None = pydantic.Field(
-        default=None,
+    file: str | None = file_name(
+        None,
         max_length=500,
         description="a CSV file with the columns height, Q and A0 (one of these may be left out), in the place of the numbers",
     )
@@ -42,7 +43,7 @@ class Drift(Parameters):
             if data.get(name):
                 raise ParameterError(f"cantilever.drift has both file and {name}; give only one of them")
         key = "cantilever.drift.file"
-        found = read_columns(folder() / data["file"], key, {"height": "m", "Q": "1", "A0": "m"})
+        found = read_columns(named(data["file"], key), key, {"height": "m", "Q": "1", "A0": "m"})
         if "height" not in found:
             raise ParameterError(f"{key} = '{shorten(data['file'])}' has no column 'height'")
         order = sorted(range(len(found["height"])), key=found["height"].__getitem__)  # a ramp may come from afar

@@ -12,7 +12,8 @@ from typing import Any, ClassVar, Literal, Self
 import pydantic
 
 from dforce.core.errors import ParameterError, nearest, shorten
-from dforce.core.files import folder
+from dforce.core.files import named
+from dforce.core.marks import file_name, words
 from dforce.core.parameters import MaybeNumber, Number, Numbers, Parameters, Part, param, part
 from dforce.instrument import beam, fluid
 from dforce.instrument.drift import Drift
@@ -249,14 +250,14 @@ class Cantilever(Parameters):
         "several modes": ("modes",), "a beam": ("beam",),
     }  # fmt: skip
 
-    name: str | None = pydantic.Field(
-        default=None,
+    name: str | None = words(
+        None,
         max_length=50,
         examples=list(cantilevers()),
         description="a cantilever known by name: its nominal f0, k and tip radius, where they are not given",
     )
-    library: str | None = pydantic.Field(
-        default=None, max_length=500, description="a CSV file of your own that the name is looked up in"
+    library: str | None = file_name(
+        None, max_length=500, through_named=True, description="a CSV file of your own that the name is looked up in"
     )
     f0: MaybeNumber = param(
         None,
@@ -310,7 +311,7 @@ class Cantilever(Parameters):
             )
         if self.library is not None and self.f0 is not None and self.k is not None:
             return self  # it holds what it needs, wherever its file is
-        known = cantilevers() if self.library is None else own_cantilevers(folder() / self.library)
+        known = cantilevers() if self.library is None else own_cantilevers(named(self.library, "cantilever.library"))
         if self.name not in known:
             raise ParameterError(f"cantilever = '{shorten(self.name)}' is not known{nearest(self.name, known)}")
         for field in ("f0", "k", "Q", "tip_radius"):

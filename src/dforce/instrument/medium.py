@@ -9,14 +9,17 @@ import pydantic
 from dforce import library
 from dforce.core import units
 from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.marks import words
 from dforce.core.parameters import MaybeNumber, Number, Parameters, param
+
+COLDEST = 150.0  # K; a number below it, for a fluid known by name, was meant in degrees Celsius
 
 
 class Medium(Parameters):
     """What the cantilever moves in: a name (`medium = "water"`), numbers, or a name and some numbers."""
 
-    name: str | None = pydantic.Field(
-        default=None,
+    name: str | None = words(
+        None,
         max_length=50,
         examples=sorted(library.media()),
         description="a known medium: air, water or vacuum, with its values at 298.15 K",
@@ -52,4 +55,7 @@ class Medium(Parameters):
             if getattr(self, field) is None:
                 # not marked as given by the user, so that a case written to a file keeps the name alone
                 self.__dict__[field] = units.parse(known[self.name][field], self.quantities()[field].unit)
+        if self.viscosity and self.temperature < COLDEST:
+            given = f"medium.temperature = {units.show(self.temperature, 'K', 6)}"
+            raise ParameterError(f"{given} is too cold for {self.name}; did you mean '{self.temperature:g} degC'?")
         return self

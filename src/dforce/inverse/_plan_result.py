@@ -9,6 +9,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.experiments import Dwell
+from dforce.inverse._plan_words import sentences
 from dforce.inverse.wishes import SLOPE, Goal, Wishes
 from dforce.maps.axes import Axis
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 LEFT_OUT = ("corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",
             "multiplier_angle")  # fmt: skip
 SAME = 1e-3  # relative difference of amplitudes of one motion
+LEAST_ROOM = 1e-6  # margins; a point with less lies on a boundary and is not recommended
 TRACES = ("deflection", "velocity", "distance", "force", "indentation")
 
 
@@ -94,6 +96,9 @@ def result_of(
         data[name].attrs["margin_is_relative"] = int(margin.is_relative)
     if rest is None:
         data = data.assign_attrs(interrupted=1)
+    else:
+        said = sentences(axes, shares, wishes, judged, marks["recommended"], bool(rest.walked))
+        data = data.assign_attrs(findings="\n".join(said))
     return _with_dwell(case, axes, judged, marks.get("recommended"), data)
 
 
@@ -129,7 +134,7 @@ def _marks(judged: Judged, allowed: Any, room: Array, goals: Mapping[Goal, Array
     wanted = np.array([goal.sign * values for goal, values in goals.items()]) if goals else np.zeros((0, count))
     tie = wanted[0] if len(wanted) else np.zeros(count)
     order = np.lexsort((np.nan_to_num(tie, nan=np.inf), -np.where(allowed, room, -1.0)))
-    marks["recommended"] = np.arange(count) == order[0]
+    marks["recommended"] = (np.arange(count) == order[0]) & (room > LEAST_ROOM)
     if len(wanted):
         usable = allowed & np.isfinite(wanted).all(axis=0)
         marks["pareto"] = usable & ~_beaten(wanted, usable)

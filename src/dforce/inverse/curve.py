@@ -13,8 +13,9 @@ from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, 
 from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
 from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
-from dforce.inverse.table import RETRACT, Column, Floats, Table, Words, segment_of
-from dforce.inverse.words import MEANINGS
+from dforce.inverse.readers import READERS
+from dforce.inverse.table import RETRACT, Column, Floats, Reader, Table, Words, segment_of
+from dforce.inverse.words import ABOVE_THE_SAMPLE, MEANINGS, bare, quantity_of
 from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
@@ -24,18 +25,11 @@ CONVENTIONS = {"lag": (1.0, 0.0), "lag-90": (1.0, 90.0), "90-lag": (-1.0, 90.0),
 """Sign and offset (degrees) that make a lag of a phase as a file holds it."""
 UNKNOWN = "unknown"
 OPTIONAL = ("amplitude_2", "phase_2", "deflection", "frequency", "frequency_shift", "excitation", "time", "branch")
-NOTES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "k": ("N/m", ("k", "SpringConstant", "springConstant", "Spring Constant:")),
-    "f0": ("Hz", ("f0", "ThermalFrequency")),
-    "Q": ("1", ("Q", "ThermalQ")),
-    "A0": ("m", ("A0",)),
-    "drive_frequency": ("Hz", ("drive_frequency", "DriveFrequency")),
-    "sensitivity": ("m/V", ("sensitivity", "AmpInvOLS")),
-}
-"""What a file may note besides the columns: SI unit, and the keys of dForce, Asylum, JPK and Nanosurf."""
-INSTRUMENT = ("instrument", "MicroscopeModel", "Head type")
-SOME = 10  # points at an end of a curve, at most a tenth of it, that tell whether the amplitude falls toward it
+NOTES = {"k": "N/m", "f0": "Hz", "Q": "1", "A0": "m", "drive_frequency": "Hz", "sensitivity": "m/V"}
+"""Settings that a file may note beside the columns, with their SI units."""
+SOME = 10  # points at an end of a curve, at most a tenth of it, that show whether the amplitude falls toward it
 CLEAR = 5.0  # errors
+GIVE_THE_SIGN = "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
 
 
 @dataclass(frozen=True)
@@ -94,18 +88,20 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
 
     found = placing.place(table, asked.columns, asked.height, name)
     placing.refuse_missing(found, table, name)
-    history = [f"read: {table.source}{f' of {table.maker}' if table.maker not in ('', 'dForce') else ''}"]
+    history = [f"read: {table.reader}"]
     values = _values(found, table, asked, name, history)
+    known = _turn_heights(values, found["height"], table.reader, asked.height_grows, history)
     walk = walk_of(table, values["height"], _segments(found, table, name), asked.direction, name)
     values = {key: column[walk.rows] for key, column in values.items()}
     if len(walk.rows) < placing.FEWEST:
         raise ResultError(f"{name} has {len(walk.rows)} points, and a curve needs {placing.FEWEST} or more")
     history += walk.history
-    _check_orientation(values, asked, name)
+    if asked.height_grows is None:
+        _check_orientation(values, known, name, history)
     unsure = height_error(values["height"], walk.directions)
     if unsure:
         history.append(f"height: turns back within the noise of the sensor, about {units.show(unsure, 'm', 2)}")
-    convention = asked.phase_convention or _noted(table.notes, "phase_convention")
+    convention = asked.phase_convention or table.notes.get("phase_convention")
     if "phase" in values:
         convention = _turn_phases(values, convention, walk.directions, name, history)
     left = [column.name for column in table.columns if column.name not in {c.name for c in found.values()}]
@@ -144,7 +140,7 @@ def _values(
             continue
         placing.refuse_gaps(quantity, values[quantity], table, name)
         if quantity in placing.AMPLITUDES:
-            scale, sentence = placing.amplitude_scale(column, asked.amplitude_is, table.maker, name)
+            scale, sentence = placing.amplitude_scale(column, asked.amplitude_is, table.reader, name)
             values[quantity] = scale * values[quantity]
             history += [sentence] if quantity == "amplitude" else []
             _refuse_negative(quantity, values[quantity], table, name)
@@ -161,17 +157,21 @@ def _values(
             f"height: of the {kind}{aside}"
             + (", which creep and hysteresis of the piezo are not in" if kind == "piezo" else "")
         )
-    toward = asked.height_grows == "toward" or (asked.height_grows is None and _grows_toward(table, found))
-    if toward:
-        values["height"] = -values["height"]
-        why = "as given" if asked.height_grows else f"as files of {table.maker} have it"
-        history.append(f"height: larger numbers are nearer to the sample, {why}; the sign is turned")
     return values
 
 
-def _grows_toward(table: Table, found: Mapping[str, Column]) -> bool:
-    """Say whether a maker's heights are larger nearer to the sample."""
-    return table.source in ("Igor binary wave", "Nanosurf .nid") and found["taken"].name != "height"
+def _turn_heights(
+    values: dict[str, Floats], column: Column, reader: Reader, given: str | None, history: list[str]
+) -> bool:
+    """Make larger heights the farther ones, in place, where their sign is given or known; say whether it is."""
+    grows = given or reader.height_grows.get(quantity_of(column.name, reader.names) or "")
+    if grows is None and bare(column.name) in ABOVE_THE_SAMPLE:
+        grows = "away"
+    if grows == "toward":
+        values["height"] = -values["height"]
+        why = "as given" if given else f"as files of {reader.maker} have it"
+        history.append(f"height: larger numbers are nearer to the sample, {why}; the sign is turned")
+    return grows is not None
 
 
 def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> None:
@@ -198,20 +198,35 @@ def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | N
     return np.array(words)
 
 
-def _check_orientation(values: Mapping[str, Floats], asked: Asked, name: str) -> None:
-    """Refuse heights whose amplitude falls toward the far end: the sample would be above the tip."""
-    if "amplitude" not in values or "frequency_shift" in values or asked.height_grows is not None:
-        return
+def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, history: list[str]) -> None:
+    """Check by the curve that larger heights are farther from the sample.
+
+    Toward the sample the amplitude falls; with a frequency shift, its size grows.
+
+    Raises
+    ------
+    ParameterError
+        Where the curve shows the contrary, and where it shows nothing and the sign is not known.
+    """
+    quantity = "frequency_shift" if "frequency_shift" in values else "amplitude"
     order = np.argsort(values["height"], kind="stable")
-    amplitude = values["amplitude"][order]
+    far_from_it = -np.abs(values[quantity][order]) if quantity == "frequency_shift" else values[quantity][order]
     count = max(min(SOME, len(order) // 10), 2)
-    near, far = amplitude[:count], amplitude[-count:]
-    noise = max(sensor_noise(amplitude) * np.sqrt(2.0 / count), 1e-3 * float(amplitude.max()))
-    if near.mean() - far.mean() > CLEAR * noise:
+    noise = max(sensor_noise(far_from_it) * np.sqrt(2.0 / count), 1e-3 * float(np.abs(far_from_it).max()))
+    rise = (float(far_from_it[-count:].mean()) - float(far_from_it[:count].mean())) / noise
+    words = quantity.replace("_", " ")
+    if rise < -CLEAR:
+        shown = "smaller amplitudes" if quantity == "amplitude" else "larger frequency shifts"
+        raise ParameterError(f"{name} has {shown} at larger heights, as if the sample were there: {GIVE_THE_SIGN}")
+    if known:
+        return
+    if not rise > CLEAR:  # where all is zero, too
         raise ParameterError(
-            f"{name} has smaller amplitudes at larger heights, as if the sample were there: "
-            "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
+            f"{name} does not show at which end of the heights the sample is: the {words} is alike at both ends, and the sign "
+            f"of its heights is not known: {GIVE_THE_SIGN}"
         )
+    shown = "the amplitude falls toward smaller ones" if quantity == "amplitude" else "its size grows at smaller ones"
+    history.append(f"height: larger numbers are farther from the sample, as {shown}")
 
 
 def _turn_phases(
@@ -250,15 +265,11 @@ def _join(phase: Floats, directions: Words) -> None:
         phase[back] += 360.0 * np.round((np.median(phase[~back]) - np.median(phase[back])) / 360.0)
 
 
-def _noted(notes: Mapping[str, str], key: str) -> str | None:
-    return notes.get(key)
-
-
 def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
-    """Return what the file notes of lever, drive and instrument, and say so."""
+    """Return the settings of lever, drive and instrument that the file notes, and say so; text may come from any maker."""
     found: dict[str, float | str] = {}
-    for name, (unit, keys) in NOTES.items():
-        text = next((table.notes[key] for key in keys if key in table.notes), None)
+    for name, unit in NOTES.items():
+        text = _noted(table, name)
         if text is None:
             continue
         try:
@@ -268,8 +279,14 @@ def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
         if value > 0.0:
             found[name] = value
             history.append(f"{name}: {units.show(value, unit, 6)}, as the file notes")
-    instrument = next((table.notes[key] for key in INSTRUMENT if key in table.notes), table.maker)
+    instrument = _noted(table, "instrument") or table.reader.maker
     return found | ({"instrument": instrument} if instrument else {})
+
+
+def _noted(table: Table, name: str) -> str | None:
+    """Return a setting as the file notes it, under dForce's key or that of a maker."""
+    keys = [name, *(reader.notes[name] for reader in (table.reader, *READERS) if name in reader.notes)]
+    return next((table.notes[key] for key in keys if key in table.notes), None)
 
 
 def _unit_kept(found: Mapping[str, Column]) -> str:

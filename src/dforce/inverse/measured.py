@@ -14,7 +14,7 @@ import numpy as np
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
 from dforce.inverse.curve import Asked, curve_of
 from dforce.inverse.placing import split_curves
-from dforce.inverse.readers import HDF5, content_of, results, tables_in
+from dforce.inverse.readers import content_of, own, tables_in
 from dforce.inverse.table import Table
 
 if TYPE_CHECKING:
@@ -40,9 +40,8 @@ def read_measured(
 ) -> xr.Dataset:
     """Return a measured curve of amplitude and phase against height.
 
-    Text (CSV, TSV, TXT, with decimal points or commas), HDF5, results of dForce, and with the extra ``dforce[readers]``
-    Igor's binary waves (.ibw) of Asylum's instruments; Nanosurf's .nid. What is not clear is asked for in a sentence, never
-    guessed; what was done stands in the attribute `history`.
+    Text, HDF5, results of dForce, and files of the makers that ``dforce read --help`` lists. What is not clear is asked for
+    in a sentence, never guessed; the attribute `history` lists each step.
 
     Parameters
     ----------
@@ -63,7 +62,8 @@ def read_measured(
     height
         ``"sensor"`` or ``"piezo"``, where the file holds both; left out: the sensor.
     height_grows
-        ``"away"`` from the sample or ``"toward"`` it.
+        ``"away"`` from the sample or ``"toward"`` it; left out: as the maker's files are known to have it, else by the end
+        at which the amplitude falls. A curve that does not show it is refused.
     direction
         ``"approach"`` or ``"retract"``, for a file that holds one of them and does not say which.
     curve
@@ -156,25 +156,22 @@ def _curves(path: str | os.PathLike[str], asked: Asked, number: int | None) -> l
 def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[Callable[[], xr.Dataset]]:
     """Return what makes each curve of a file."""
     content, name = content_of(path)
-    if content.startswith(HDF5) and results.is_own(content, name):
-        own = results.read(path, name)
-        if not isinstance(own, Table):
-            whole = _chosen([own], number, name) if number is not None else own
-            return [lambda: whole]
-        tables = [own]
-    else:
-        tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
+    kept = own.kept_in(content, name)
+    if kept is not None:
+        whole = _chosen([kept], number, name) if number is not None else kept
+        return [lambda: whole]
+    tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
     if number is not None:
         tables = [_chosen(tables, number, name)]
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
     several = len(tables) > 1
 
     def made(place: int, table: Table) -> xr.Dataset:
-        own = place if several else number
-        label = table.label if table.label not in ("", str(own)) else ""
+        counted = place if several else number
+        label = table.label if table.label not in ("", str(counted)) else ""
         called = f"curve {place}{f' ({label} in the file)' if label else ''} of {name}"
         curve = curve_of(table, asked, called if several else name)
-        numbered = ({} if own is None else {"curve": own}) | ({"label": label} if label and own is not None else {})
+        numbered = {} if counted is None else {"curve": counted} | ({"label": label} if label else {})
         return curve.assign_attrs(source | numbered)
 
     return [functools.partial(made, place, table) for place, table in enumerate(tables, start=1)]

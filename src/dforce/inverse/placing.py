@@ -9,8 +9,8 @@ import numpy as np
 
 from dforce.core import units as known_units
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
-from dforce.inverse.table import Column, Floats, Table
-from dforce.inverse.words import MEANINGS, amplitude_kind, known_unit, quantity_of, scale_to
+from dforce.inverse.table import Column, Floats, Reader, Table
+from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, quantity_of, scale_to
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
 HEIGHT_WORDS = {"height_sensor": "sensor", "height": "as the file calls it", "height_piezo": "piezo"}
@@ -40,7 +40,7 @@ def place(table: Table, columns: Mapping[str, str], height: str | None, name: st
     taken = {column.name for column in found.values()}
     claims: dict[str, list[Column]] = {}
     for column in table.columns:
-        quantity = quantity_of(column.name, table.maker)
+        quantity = quantity_of(column.name, table.reader.names)
         if quantity is not None and column.name not in taken and quantity not in found:
             claims.setdefault(quantity, []).append(column)
     for quantity, claimed in claims.items():
@@ -86,10 +86,24 @@ def refuse_missing(found: Mapping[str, Column], table: Table, name: str) -> None
     ------
     ParameterError
         With the columns that there are, and how to name one.
+    ResultError
+        Where naming columns cannot help: for a spectrum, and for fewer columns than quantities.
     """
     needed = ("height", "frequency_shift") if "frequency_shift" in found and "phase" not in found else NEEDED
     missing = [quantity for quantity in needed if quantity not in found]
     if missing:
+        names = {bare(column.name) for column in table.columns}
+        if "frequency" in found and names & set(DENSITY):
+            raise ResultError(
+                f"{name} is a spectrum of thermal motion, not a curve against height; df.thermal_tune, or dforce read CURVE "
+                "--thermal, finds f0, k and Q in it"
+            )
+        numbers = sum(column.values.dtype.kind == "f" for column in table.columns)
+        if numbers < len(needed):
+            raise ResultError(
+                f"{name} has {numbers} columns of numbers; a curve has height, amplitude and phase, "
+                "or height and frequency shift"
+            )
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in table.columns[:20])
         raise ParameterError(
             f"{name} has no column that is known to hold the {' or the '.join(missing)}; "
@@ -167,7 +181,7 @@ def refuse_gaps(quantity: str, values: Floats, table: Table, name: str) -> None:
         )
 
 
-def amplitude_scale(column: Column, asked: str | None, maker: str, name: str) -> tuple[float, str]:
+def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str) -> tuple[float, str]:
     """Return by what amplitudes are multiplied to be zero to peak, and a sentence on it.
 
     Raises
@@ -179,9 +193,9 @@ def amplitude_scale(column: Column, asked: str | None, maker: str, name: str) ->
     if asked is not None and told is not None and asked != told:
         raise ParameterError(f"{name} calls its amplitude '{column.name}', but amplitude_is = '{asked}' was given")
     kind = asked or told
-    if kind is None and maker in ("Bruker", "JPK"):
+    if kind is None and reader.amplitude_by_version:
         raise ParameterError(
-            f"{name} comes from software of {maker}, whose amplitudes are rms or zero to peak by version: "
+            f"{name} comes from software of {reader.maker}, whose amplitudes are rms or zero to peak by version: "
             "give amplitude_is = 'rms' or amplitude_is = 'peak'"
         )
     if kind == "rms":

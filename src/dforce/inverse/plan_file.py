@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +10,10 @@ from typing import Any
 
 from dforce.case import Case
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
-from dforce.core.files import beside, reason
+from dforce.core.files import beside, read_input
+from dforce.core.toml import LONGEST, read_toml
 
 KEYS = ("vary", "set_points", "limits", "goal")
-MOST_BYTES = 1_000_000  # a larger file is no plan
 
 
 @dataclass(frozen=True)
@@ -44,21 +43,13 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
         When the file cannot be read, is no case, or has no table ``[plan]`` with `vary`.
     """
     file, name = Path(path), f"'{shorten(str(path), 200)}'"
-    if not file.is_file():
-        raise CaseError(f"there is no file {name}")
+    content = read_input(path, "plan", LONGEST, CaseError)
     try:
-        with file.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            raise CaseError(f"{name} is larger than {MOST_BYTES // 1000} kB, so it is no plan")
-        tables = tomllib.loads(content.decode("utf-8-sig"))
+        tables = read_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise CaseError(f"{name} is not a text file in UTF-8") from None
-    except RecursionError:
-        raise CaseError(f"{name} is nested too deeply") from None
-    except (OSError, ValueError) as error:  # TOMLDecodeError is a ValueError
-        said = reason(error) if isinstance(error, OSError) else shorten(str(error), 200)
-        raise CaseError(f"{name} cannot be read: {said}") from None
+    except ValueError as error:  # TOMLDecodeError is one
+        raise CaseError(f"{name} cannot be read: {shorten(str(error), 200)}") from None
     asked = tables.pop("plan", None)
     try:
         _check(asked)

@@ -12,12 +12,13 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
+from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.inverse._states import Points, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
-from dforce.maps.seeds import Curves, curves_of
+from dforce.maps.seeds import Curves, curves_of, walk
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
-STAGES = 5  # that progress counts
+MOST_WALKED = 40  # cases whose branches are followed; each takes about a second
+STAGES = 6  # that progress counts
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 
@@ -44,11 +46,14 @@ class Rest:
         Where limits begin to fail: parameters and set point, and the limit.
     goals
         The quantity of each goal at all states.
+    walked
+        Whether the branches of all cases were followed.
     """
 
     room: Array
     edges: list[tuple[Array, str]]
     goals: Mapping[Goal, Array]
+    walked: bool
 
 
 @dataclass
@@ -63,6 +68,8 @@ class Judged:
         Whether another stable state is at the same distance.
     hit
         Name of the first limit that fails at each; empty where all hold.
+    bounds
+        The bound of each limit at each, by name.
     excess
         By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
     """
@@ -71,6 +78,7 @@ class Judged:
     found: OperatingPoints
     others: Bools
     hit: np.ndarray[Any, np.dtype[np.str_]]
+    bounds: Mapping[str, Array]
     excess: Array
 
 
@@ -85,9 +93,10 @@ def plan(
 ) -> xr.Dataset:
     r"""Return the settings at which limits hold, the best of them, and the one farthest from all boundaries.
 
-    Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all states that approach and retract
-    meet. A boundary between settings that are allowed and others is located by bisection. Nothing is said about
-    settings outside of the ranges.
+    Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
+    each case; of more than 40 cases for the states that approach and retract meet (``attrs["findings"]`` says so). A boundary
+    between settings that are allowed and others is located by bisection. Nothing is said about settings outside of the
+    ranges.
 
     Parameters
     ----------
@@ -115,7 +124,7 @@ def plan(
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
         `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
-        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room), `best` and
+        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room, if any), `best` and
         `pareto` where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
         `time` the motion at the recommended point.
 
@@ -171,7 +180,7 @@ class _Work:
         self, case: Case, axes: list[Axis], shares: Array, wishes: Wishes, grid: Array, curves: Curves, tell: Progress
     ) -> None:  # fmt: skip
         self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
-        self.grid, self.curves, self.tell, self.stage = grid, curves, tell, "states"
+        self.grid, self.curves, self.tell, self.stage = grid, curves, tell, "branches"
         self.number = 1
         self.solver = Solver(case, [axis.path for axis in axes], curves, self.watch)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
@@ -194,6 +203,7 @@ class _Work:
         try:
             rest = self._rest(judged)
         except KeyboardInterrupt:  # the states are solved, and are kept
+            heard()
             judged.hit, rest = at_states, None
         return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest)
 
@@ -207,10 +217,19 @@ class _Work:
         edges = self._edges(judged, holds)
         room = self._room(judged.points, holds, edges)
         self.next("goal")
-        return Rest(room, edges, {goal: self._goal(judged, goal) for goal in self.wishes.goals})
+        goals = {goal: self._goal(judged, goal) for goal in self.wishes.goals}
+        return Rest(room, edges, goals, walked=len(self.curves.walked) == len(self.grid))
+
+    def _walk(self) -> None:
+        """Follow the branches of all cases, where these are few."""
+        if len(self.grid) <= MOST_WALKED:
+            for number, values in enumerate(self.grid):
+                walk(self.curves, number, self.solver.case_at(values), self.watch)
 
     def _states(self) -> Points:
-        """Return where all states at the set points are, each once."""
+        """Return where all stable states at the set points are, each once."""
+        self._walk()
+        self.next("states")
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
             raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
@@ -220,7 +239,8 @@ class _Work:
             np.array([seed.motion for seed in seeds]),
         )  # fmt: skip
         found = self.solver.solve(points)
-        points = points.take(np.flatnonzero(found.found))
+        stable = found.columns["multiplier_modulus"][:, 0] < 1.0
+        points = points.take(np.flatnonzero(found.found & stable))
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
 
@@ -237,8 +257,9 @@ class _Work:
         lost = ~found.found
         hit[lost], excess[lost] = "no state", np.inf
         cases = [self.solver.case_at(values) for values in points.values]
+        every = {limit.name: limit.bounds(cases) for limit in wishes.limits}
         for limit in wishes.limits:
-            values, bounds = found.columns[limit.name].reshape(count, -1)[:, 0], limit.bounds(cases)
+            values, bounds = found.columns[limit.name].reshape(count, -1)[:, 0], every[limit.name]
             over = limit.sign * (values - bounds)
             fails = ~(over < 0.0)
             hit[fails & (hit == "")] = limit.name
@@ -251,7 +272,7 @@ class _Work:
         if wishes.one_state:
             hit[others & (hit == "")] = "states"
             excess += np.where(others & ~lost, 1.0, 0.0)
-        return Judged(points, found, others, hit, excess)
+        return Judged(points, found, others, hit, every, excess)
 
     def _margins(self, judged: Judged) -> None:
         """Write which limit fails within the margins of each point at which all hold."""

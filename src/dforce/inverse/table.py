@@ -1,9 +1,9 @@
-"""What a reader of files gives: columns as they are written, before anyone says what they mean."""
+"""A reader of files, and the tables that it gives: columns as they are written, before anyone says what they mean."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +29,70 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Reader:
+    """A kind of file with measured curves: how it is known and read, and the conventions of its maker.
+
+    Attributes
+    ----------
+    kind
+        Kind of file, in words: ``"Nanosurf .nid"``.
+    endings
+        Endings of the names of such files, in small letters: ``(".nid",)``.
+    is_one
+        Takes the bytes of a file, and says whether it is one of this kind.
+    read
+        Takes the bytes of such a file and its name for a sentence, and returns its curves. It raises ``ResultError``
+        with one sentence for a file that is damaged or has no curve.
+    maker
+        Maker of the instrument; empty for a format of many programs.
+    height_grows
+        Where larger numbers are, ``"away"`` from the sample or ``"toward"`` it, for each of ``"height_sensor"``,
+        ``"height_piezo"`` and ``"height"`` whose sign the maker's files are known to have. The sign of any other is
+        found from the curve, or asked for.
+    names
+        Quantity of :data:`dforce.inverse.words.MEANINGS` by a name of a column that means another one elsewhere.
+    notes
+        Key of the file for each of ``k f0 Q A0 drive_frequency sensitivity instrument`` that it notes.
+    amplitude_by_version
+        Whether amplitudes are rms or zero to peak by the version of the maker's software, so that a user is asked.
+    not_read
+        How files of this maker begin that no reader takes, and the sentence that says what to do.
+    how, seen, export
+        For the documentation: how such a file is read, whether on a file of an instrument, and how to export a curve.
+    """
+
+    kind: str
+    endings: tuple[str, ...]
+    is_one: Callable[[bytes], bool]
+    read: Callable[[bytes, str], list[Table]]
+    maker: str = ""
+    height_grows: Mapping[str, str] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
+    amplitude_by_version: bool = False
+    not_read: Mapping[bytes, str] = field(default_factory=dict)
+    how: str = ""
+    seen: str = ""
+    export: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.kind} of {self.maker}" if self.maker and self.maker not in self.kind else self.kind
+
+    def tables(self, content: bytes, name: str) -> list[Table]:
+        """Return the curves in a file of this kind, each with its reader.
+
+        Raises
+        ------
+        ResultError
+            When the file is damaged or has no curve.
+        """
+        return [replace(table, reader=self) for table in self.read(content, name)]
+
+
+OF_NOBODY = Reader("table", (), lambda content: False, lambda content, name: [])
+
+
+@dataclass(frozen=True)
 class Table:
     """A curve as a file holds it.
 
@@ -36,10 +100,6 @@ class Table:
     ----------
     columns
         All of one length.
-    source
-        Kind of file, in words.
-    maker
-        Maker of the instrument, where the file tells it.
     notes
         What else the file tells, as it is written there.
     segments
@@ -50,16 +110,17 @@ class Table:
         Place of the curve on a map, x and y (m).
     label
         What the file calls the curve among others; may be empty.
+    reader
+        The reader that gave it; :meth:`Reader.tables` says so.
     """
 
     columns: tuple[Column, ...]
-    source: str
-    maker: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
     segments: Words | None = None
     lines: np.ndarray[Any, np.dtype[np.int64]] | None = None
     position: tuple[float, float] | None = None
     label: str = ""
+    reader: Reader = OF_NOBODY
 
     def place(self, row: int) -> str:
         """Return where a row (from 0) stands, for a sentence."""
@@ -67,15 +128,13 @@ class Table:
 
     def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> Table:
         """Return some of the rows."""
-        return Table(
-            tuple(column._replace(values=column.values[rows]) for column in self.columns),
-            self.source,
-            self.maker,
-            self.notes,
-            None if self.segments is None else self.segments[rows],
-            None if self.lines is None else self.lines[rows],
-            position or self.position,
-            label or self.label,
+        return replace(
+            self,
+            columns=tuple(column._replace(values=column.values[rows]) for column in self.columns),
+            segments=None if self.segments is None else self.segments[rows],
+            lines=None if self.lines is None else self.lines[rows],
+            position=position or self.position,
+            label=label or self.label,
         )
 
 

@@ -22,10 +22,10 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.instrument import beam
 from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
-from dforce.inverse.readers import HDF5, content_of, results, tables_in
+from dforce.inverse.readers import content_of, tables_in
 from dforce.inverse.table import Column, Floats, Table
 from dforce.inverse.values import ends, measured, show
-from dforce.inverse.words import bare, known_unit, scale_to
+from dforce.inverse.words import DENSITY, bare, known_unit, scale_to
 
 BOLTZMANN = 1.380649e-23  # J/K; exact in the SI since 2019
 ROOM = 298.15  # K
@@ -35,16 +35,6 @@ WIDEST = (0.5, 1.5)  # of f0: farther off is no longer this mode alone
 ABOVE = 4.0  # times the level around it that a peak reaches
 DENSITIES = {"m^2/Hz": 1.0, "m/Hz^0.5": 2.0}  # powers that make a power density of them
 VOLTS = {"V^2/Hz": 1.0, "V/Hz^0.5": 2.0}
-NAMES = (
-    "psd",
-    "powerspectraldensity",
-    "amplitudespectraldensity",
-    "asd",
-    "density",
-    "spectraldensity",
-    "power",
-    "spectrum",
-)
 SMOOTH = 10.0  # spectra that a smoothed point stands for, to find the peak by
 LEVERS = ("static", "mode")
 BEYOND_WINDOWS = 3  # points of a spectrum that are farther apart than Hann's window makes alike
@@ -144,15 +134,14 @@ def thermal_tune(
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
     content, name = content_of(path)
-    own = content.startswith(HDF5) and results.is_own(content, name)
-    table = results.spectrum_in(path, name) if own else tables_in(content, name)[0]
+    table = tables_in(content, name)[0]
     length = None if sensitivity is None else measured(sensitivity, "m/V", "sensitivity")
     warm = measured(ROOM if temperature is None else temperature, "K", "temperature")
     if warm.value <= 0.0 or (length is not None and length.value <= 0.0):
         raise ParameterError("temperature and sensitivity must be above 0")
     frequency, power, how = _spectrum(table, columns or {}, unit, None if length is None else length.value, name)
     tune = _fitted(frequency, power, None if band is None else ends(band, "Hz", "band", "frequency"), name)
-    history = [f"read: {table.source}, {len(frequency)} points", how, *tune.history]
+    history = [f"read: {table.reader}, {len(frequency)} points", how, *tune.history]
     factor = beam.lever_factor(1) ** 2 if calibrated == "static" else 1.0
     k = factor * BOLTZMANN * warm.value / tune.mean_square
     relative = [tune.k_error / tune.k, (warm.error or 0.0) / warm.value]
@@ -183,7 +172,7 @@ def _spectrum(
     if unknown:
         raise ParameterError(f"columns: '{shorten(unknown[0])}' is neither frequency nor density")
     frequency = _column(table, columns.get("frequency"), ("frequency", "freq", "f"), "frequency", name)
-    density = _column(table, columns.get("density"), NAMES, "density", name)
+    density = _column(table, columns.get("density"), DENSITY, "density", name)
     said = known_unit(unit) if unit is not None else density.unit
     if not said:
         raise ParameterError(

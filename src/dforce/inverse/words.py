@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from dforce.core import units
@@ -43,6 +44,17 @@ MEANINGS = {
     "x": Meaning("m", ("x", "xposition", "posx")),
     "y": Meaning("m", ("y", "yposition", "posy")),
 }  # fmt: skip
+DENSITY = (
+    "psd",
+    "powerspectraldensity",
+    "amplitudespectraldensity",
+    "asd",
+    "density",
+    "spectraldensity",
+    "power",
+    "spectrum",
+)  # names of the density in a spectrum
+ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # heights whose name says that larger ones are farther away
 OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
 # units that may end a name behind an underscore; any other word there belongs to the name
 ENDINGS = (
@@ -50,6 +62,7 @@ ENDINGS = (
     "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
 )  # fmt: skip
 SPELLED = {"°": "deg", "º": "deg", "degrees": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
+LONGEST_HEADING = 200  # characters; a longer text is a name without a unit
 BRACKETS = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$", re.DOTALL)
 
 
@@ -60,6 +73,8 @@ def bare(name: str) -> str:
 
 def known_unit(text: str) -> str | None:
     """Return a unit as dForce's units spell it, None for what is no unit; the empty text for "no unit"."""
+    if len(text) > units.LONGEST_UNIT:
+        return None
     text = text.strip().replace("μ", "u").replace("µ", "u")
     text = SPELLED.get(text, text)
     text = re.sub(r"(?:sqrt|√)\s*\(?\s*Hz\s*\)?", "Hz^0.5", text).replace("²", "^2")
@@ -78,7 +93,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     The unit is None where the heading tells none.
     """
     heading = heading.strip().strip('"').strip()
-    match = BRACKETS.match(heading)
+    match = BRACKETS.match(heading) if len(heading) <= LONGEST_HEADING else None
     inside = (match[2] or match[3] or "").strip() if match else ""
     if match and match[1] and inside:
         unit = known_unit(inside)
@@ -90,12 +105,10 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     return heading, None
 
 
-def quantity_of(name: str, maker: str = "") -> str | None:
-    """Return the quantity that a column of this name holds; None where the name does not tell."""
+def quantity_of(name: str, names: Mapping[str, str] | None = None) -> str | None:
+    """Return the quantity that a column of this name has, by a maker's own names first; None for an unknown name."""
     word = re.sub(r"(rms|zerotopeak|peak)$", "", bare(name))
-    if maker == "JPK" and word == "height":
-        return "height_piezo"  # "Height" of JPK is what the piezo was told, "Height (measured)" its sensor
-    return OF_A_NAME.get(word)
+    return (names or {}).get(word) or OF_A_NAME.get(word)
 
 
 def amplitude_kind(name: str) -> str | None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core import log
+from dforce.core.stopping import unbroken
 from dforce.forces import Force
 from dforce.kernel import any_force, cache, texts
 from dforce.kernel.codegen import (
@@ -24,7 +25,6 @@ from dforce.kernel.codegen import (
     parameter_count,
 )
 from dforce.kernel.interpreted import interpreted
-from dforce.kernel.whole import compiled as compiled_whole
 from dforce.kernel.whole import is_part
 from dforce.problem import Problem
 
@@ -86,11 +86,14 @@ def tone_table(problem: Problem) -> Array:
         table[j, :FIRST_DRIVE] = TWO_PI * tone.frequency / scale.omega, tone.phase
         for n, mode in enumerate(problem.modes):
             ratio = TWO_PI * mode.oscillator[0] / scale.omega
-            drive = ratio**2 * problem.tip_drive[j, n] / (mode.k * scale.length)
-            table[j, FIRST_DRIVE + n], table[j, FIRST_DRIVE + modes + n] = drive.real, drive.imag
-        base = problem.base[j] / scale.length
+            force, unit = problem.tip_drive[j, n], mode.k * scale.length
+            # part by part, as the table of a sweep: a complex quotient is rounded otherwise
+            table[j, FIRST_DRIVE + n], table[j, FIRST_DRIVE + modes + n] = (
+                ratio**2 * part / unit for part in (force.real, force.imag)
+            )
+        base = problem.base[j]
         turn = problem.readout.turns[j] if problem.readout.turns else 0.0
-        table[j, FIRST_DRIVE + 2 * modes :] = base.real, base.imag, turn
+        table[j, FIRST_DRIVE + 2 * modes :] = base.real / scale.length, base.imag / scale.length, turn
     return table
 
 
@@ -229,7 +232,7 @@ class Kernel:
         return self._interpreted[compiled][name]
 
     def compile_for(self, name: str, arguments: Sequence[Any]) -> None:
-        """Compile an entry function for arguments of such types, and do not run it."""
+        """Compile an entry function for arguments of such types, or load it from disk, and do not run it."""
         import numba
 
         with self._made_ready(name):
@@ -253,7 +256,7 @@ class Kernel:
         """Compile or load a function inside; threads and processes that want the same code compiled wait for it."""
         with log.done_once():
             if cache.is_compiled(self.module, name):
-                with compiled_whole():  # for other types than those that it lies there for
+                with cache.alone(), unbroken():
                     yield
                 return
             if not self._announced or log.is_heard():  # printed once, and told to each who waits
@@ -266,12 +269,10 @@ class Kernel:
         function = getattr(self.module, name)
 
         def first(*arguments: Any) -> Any:
-            if name in self._entries:
-                return function(*arguments)
-            with self._made_ready(name):
-                result = function(*arguments)
-            self._entries[name] = function
-            return result
+            if name not in self._entries:
+                self.compile_for(name, arguments)
+                self._entries[name] = function
+            return function(*arguments)
 
         return first
 

@@ -1,11 +1,13 @@
 """Compiles functions of a kernel in a process of its own, which nobody waits for.
 
 It knows the kernel by the file of its text alone, belongs to no terminal, and gives way to all others; of several one works at
-a time. It may outlive who started it, and may be ended at any time: code is written to disk whole or not at all.
+a time. It may be ended at any time: code is written to disk whole or not at all. It outlives who started it only where that
+ends by itself, and says so through a pipe; a stop and a kill, which close the pipe without a word, end both.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
 import subprocess
@@ -15,6 +17,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from dforce.core import child, log
+from dforce.core.stopping import was_stopped
 from dforce.kernel import cache
 
 LONGEST = 3.0 * cache.LONGEST  # s that it may work: it waits for those who compile the same
@@ -22,6 +25,7 @@ NICE = 10
 BELOW = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)  # the same on Windows
 AUTOGROUP = Path("/proc/self/autogroup")
 RUN = "from dforce.kernel.behind import main; main()"
+GO_ON = b"."  # what is told to a process that is to outlive this one
 LOCK = "background.lock"  # file beside the kernels
 _BEGINNING = threading.Lock()
 _BEGUN: set[tuple[Path, str]] = set()  # files and functions, of this process
@@ -66,32 +70,50 @@ def start(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) 
     """
     environment = child.environment() | {"DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
     process = subprocess.Popen(
-        child.command("-c", code, *arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        child.command("-c", code, *arguments), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL, cwd=folder, env=environment, start_new_session=True,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0) | priority,
     )  # fmt: skip
+    atexit.register(_let_go_on, process)
     with contextlib.suppress(RuntimeError):  # no more threads
         # nobody else waits: one that ends leaves the system's list, and one that goes on is warned of by nobody
         threading.Thread(target=process.wait, daemon=True).start()
     return process
 
 
+def _let_go_on(process: subprocess.Popen[bytes]) -> None:
+    """Let a process outlive this one, which ends by itself; not after a stop."""
+    if process.stdin is not None:
+        with contextlib.suppress(OSError):  # it has ended
+            process.stdin.write(b"" if was_stopped() else GO_ON)
+            process.stdin.close()
+
+
 def main() -> None:
     """Compile what the command line names: the file of the text, then functions, each with its types."""
     import filelock
 
+    end_in_time()
     give_way()
     _, file, *rest = sys.argv
     with filelock.FileLock(cache.cache_folder() / LOCK):
-        end_in_time()
         compile_all(Path(file), dict(zip(rest[::2], rest[1::2], strict=True)))
 
 
 def end_in_time() -> None:
-    """Let this process end once it has worked for long enough."""
+    """Let this process end once it has waited and worked for long enough, or with who started it."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     end = threading.Timer(LONGEST, os._exit, (1,))
     end.daemon = True
     end.start()
+
+
+def _end_with_parent() -> None:
+    """End when the pipe from who started this is closed without a word."""
+    if not os.read(
+        0, len(GO_ON)
+    ):  # the standard input; Python's own object for it may not be in use when this process ends
+        os._exit(1)
 
 
 def give_way() -> None:

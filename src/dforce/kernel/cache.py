@@ -2,8 +2,8 @@
 
 The folder is the user's cache folder, or ``DFORCE_CACHE_DIR``. Each module has a folder there, named by the hash of its text
 and of the versions that compile it; in it lie the text, for a reader, and the compiled code (:mod:`dforce.kernel.cache_files`).
-Nothing in there is trusted: what is damaged is made again. Where nothing can be written, code that lies there is used all
-the same, and other code is compiled for this process alone.
+What is damaged is made again, and what others may have put there is not used (:mod:`dforce.core.places`): then a folder of this
+process alone takes its place. Where nothing can be written, code that lies there is used all the same.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ import platform
 import re
 import shutil
 import sys
+import tempfile
 import threading
+import time
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,17 +32,20 @@ from dforce.core import log
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.files import reason
 from dforce.core.garbage import seldom_collected
-from dforce.core.places import user_folder
+from dforce.core.places import not_own, user_folder
+from dforce.core.stopping import look, unbroken
 from dforce.kernel import whole
 from dforce.kernel.cache_files import CODE, Kept, keep, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
+LOOK = 0.05  # s that it does so without a look whether it is to stop
 TEXTS = "texts"  # folder beside the kernels, see ``kernel.texts``
 MOST_KERNELS = 250  # folders kept; the least recently used go first
 NAME = re.compile(r"[0-9a-f]{20}")
 # numba's settings, from variables such as NUMBA_OPT, that change what it compiles to
 SETTINGS = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
 _COMPILING = threading.RLock()  # what is done meanwhile concerns the whole process
+_MAKING = threading.Lock()  # of the folder of this process alone there is one
 _IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
 
 
@@ -53,8 +58,27 @@ class KernelCache:
     size: int
 
 
-def cache_folder() -> Path:
+def cache_folder(inner: str = "") -> Path:
     """Return the folder where kernels are kept; it may not exist, or not be writable.
+
+    Where others may have put code into it, or into the folder `inner` of it, it is a folder of this process alone.
+
+    Raises
+    ------
+    ParameterError
+        When no folder is given, and the user has none.
+    """
+    folder = _asked_folder()
+    for place in (folder, folder / inner):
+        if why := not_own(place):
+            _say_not_used(place, why)
+            with _MAKING:
+                return Path(_of_this_process().name)
+    return folder
+
+
+def _asked_folder() -> Path:
+    """Return the folder where the user wants kernels to be.
 
     Raises
     ------
@@ -67,8 +91,8 @@ def cache_folder() -> Path:
 
 def kernel_cache() -> KernelCache:
     """Return where compiled force models are kept on disk, and how large that is."""
-    folders = _kernels(cache_folder())
-    return KernelCache(cache_folder(), len(folders), sum(map(_size, folders)))
+    folders = _kernels(_asked_folder())
+    return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)))
 
 
 def clear_kernel_cache() -> KernelCache:
@@ -138,15 +162,41 @@ def fingerprint(text: str) -> str:
 def place(text: str) -> Path:
     """Return the file for a module's text, written if need be and possible; two processes may do this at once."""
     name = fingerprint(text)
-    path = cache_folder() / name / f"kernel_{name}.py"
+    base = cache_folder(name)
+    path = base / name / f"kernel_{name}.py"
     with contextlib.suppress(OSError):  # told once compiled code cannot be kept, either
         with contextlib.suppress(OSError):
             os.utime(path.parent)  # marks the kernel as used
         if not path.is_file() or path.read_bytes() != text.encode():
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(path.parent)
             path.write_bytes(text.encode())
-            _forget_oldest(cache_folder())
+            _forget_oldest(base)
     return path
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder of the cache, which nobody else may write to.
+
+    Raises
+    ------
+    OSError
+        When it cannot be made.
+    """
+    folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
+
+
+@functools.cache
+def _of_this_process() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder that goes when this process ends."""
+    return tempfile.TemporaryDirectory(prefix="dforce-", ignore_cleanup_errors=True)
+
+
+@functools.lru_cache(maxsize=16)  # said once
+def _say_not_used(folder: Path, why: str) -> None:
+    name = shorten(str(folder), 200)
+    remedy = f"type chmod -R go-w '{name}'" if "write" in why else "set DFORCE_CACHE_DIR to a folder of your own"
+    log.announce(f"Compiled code in '{name}' is not used, because {why}, so each start compiles it anew; {remedy}.")
 
 
 def _forget_oldest(base: Path) -> None:
@@ -218,14 +268,28 @@ def one_at_a_time(module: ModuleType, function: str) -> Iterator[None]:
     """Keep other processes from compiling the same function of a module at the same time; they wait, and find it on disk."""
     import filelock
 
-    lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(f".{function}.lock"), timeout=LONGEST)
-    with _COMPILING, seldom_collected(), whole.compiled():
-        with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk, or nothing came of the waiting
-            lock.acquire()
+    lock = filelock.FileLock(Path(str(module.__file__)).with_suffix(f".{function}.lock"), timeout=LOOK)
+    with alone():
+        end = time.monotonic() + LONGEST
+        with contextlib.suppress(OSError, NotImplementedError):  # no locks on this disk
+            while not lock.is_locked and time.monotonic() < end:  # longer would lead to nothing
+                look()
+                with contextlib.suppress(filelock.Timeout):
+                    lock.acquire()
         try:
-            yield
+            with unbroken(), seldom_collected():
+                yield
         finally:
             lock.release()
+
+
+@contextlib.contextmanager
+def alone() -> Iterator[None]:
+    """Keep other threads from compiling, or loading from disk, at the same time: numba's code is in order for one alone."""
+    with _COMPILING:
+        look()  # who waited may have been stopped meanwhile
+        with whole.compiled():
+            yield
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:

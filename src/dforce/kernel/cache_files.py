@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
 import pickle
 import secrets
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from dforce.core.places import not_own_by
 from dforce.kernel.whole import is_part
 
 CODE = ".code"
@@ -31,6 +33,7 @@ def keep(path: Path, content: bytes) -> None:
     """
     temporary = path.with_name(f"{path.name}.{secrets.token_hex(4)}.tmp")
     try:
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))  # nobody else may write to it, ever
         temporary.write_bytes(HASH(content).digest() + content)
         temporary.replace(path)
     except OSError:
@@ -40,9 +43,15 @@ def keep(path: Path, content: bytes) -> None:
 
 
 def kept(path: Path) -> bytes | None:
-    """Return the content of a file; None where there is none, or it is not as it was written, and then it is removed."""
+    """Return the content of a file; None where there is none, others may have written it, or it is not as it was written.
+
+    What is not as it was written is removed.
+    """
     try:
-        found = path.read_bytes()
+        with path.open("rb") as stream:
+            if not_own_by(os.fstat(stream.fileno())):
+                return None
+            found = stream.read()
     except OSError:
         return None
     size = HASH().digest_size

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from dforce.forces import Force
-from dforce.kernel.cache import TEXTS, cache_folder
+from dforce.kernel.cache import TEXTS, cache_folder, make_folder
 from dforce.kernel.cache_files import keep, kept
 
 MOST_TEXTS = 200  # kept; the least recently written go first
@@ -58,13 +58,13 @@ def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callab
         law = force.law_function()
         given.append(repr((type(force).__module__, type(force).__name__, law.__name__)))
     key = hashlib.sha256("\0".join([sources(), *given]).encode()).hexdigest()[:20]
-    file = cache_folder() / TEXTS / f"{key}.text"
+    file = cache_folder(TEXTS) / TEXTS / f"{key}.text"
     content = kept(file)
     if content is not None:
         return content.decode()
     text = compose()
     with contextlib.suppress(OSError):  # that nothing can be kept there is told where compiled code is
-        file.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(file.parent)
         keep(file, text.encode())
         forget_oldest(file.parent)
     return text

@@ -15,6 +15,8 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
+from dforce.core.stopping import look
+
 # what is used of numba's class for a function's code; a numba that has it no more compiles in its own way
 USED = (
     "_check_llvm_bugs", "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
@@ -122,6 +124,7 @@ def _library() -> Any:
                 self._final_module.link_in(module, preserve=True)
 
         def finalize(self) -> None:
+            look()  # nothing of this function is done yet
             self._codegen._check_llvm_bugs()
             self._raise_if_finalized()
             part = self._final_module

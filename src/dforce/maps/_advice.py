@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 MOST_CORNERS = 8
 
 
-def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset) -> list[Advice]:
+def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset | None) -> list[Advice]:
     """Return the advice on the cases at the corners of a grid, each piece once with the corner that it is about.
 
-    Points that did not settle are counted over the whole grid.
+    Points that did not settle are counted over the whole grid. Without data the advice is about the cases alone.
     """
-    whole = points_not_settled(case, data[["status"]])
+    whole = None if data is None else points_not_settled(case, data[["status"]])
     found: dict[str, Advice] = {} if whole is None else {whole.name: whole}
     dims = dims_of(axes)
     ends = [sorted({0, length - 1}) for length in dims.values()]
@@ -31,14 +31,19 @@ def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset) -> list[Advi
     for corner in itertools.islice(itertools.product(*ends), MOST_CORNERS):
         at = dict(zip(dims, corner, strict=True))
         one = type(case)(**changed(case, [(axis.path, axis.values[at[axis.dim]]) for axis in axes]))
-        part = data.isel(at)
-        if "zc" in part.coords and part["zc"].dims not in ((), ("zc",)):
-            part = part.swap_dims({part["zc"].dims[0]: "zc"})  # one curve goes along its own distances
-            part.attrs.pop("along", None)
+        part = None if data is None else _curve(data.isel(at))
         where = ", ".join(f"{axis.path} = {_shown(axis, at[axis.dim])}" for axis in axes)
         for piece in advice(one, part):
             found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {where}: {piece.text}"))
     return list(found.values())
+
+
+def _curve(part: xr.Dataset) -> xr.Dataset:
+    """Return the result of one case; a curve goes along its own distances."""
+    if "zc" in part.coords and part["zc"].dims not in ((), ("zc",)):
+        part = part.swap_dims({part["zc"].dims[0]: "zc"})
+        part.attrs.pop("along", None)
+    return part
 
 
 def _shown(axis: Axis, i: int) -> str:

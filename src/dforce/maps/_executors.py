@@ -17,6 +17,8 @@ from dforce.case import Case
 from dforce.core.errors import ParameterError, ResultError
 from dforce.core.files import beside
 from dforce.core.parallel import Crew, Stopped, cores
+from dforce.core.stopping import watching
+from dforce.forces import read_plugin
 from dforce.maps._part import solve
 from dforce.maps._result import Found, Layout, table
 from dforce.maps._states import NEEDED, states_of
@@ -50,9 +52,10 @@ class Alone(Crew):
 
     def run(self, jobs: Iterable[Callable[[], None]], note: str = "") -> bool:
         """Do all jobs; return False when stopped."""
-        for job in jobs:
-            if not self._stop.is_set():
-                job()
+        with watching(self.watch):
+            for job in jobs:
+                if not self._stop.is_set():
+                    job()
         return not self._stop.is_set()
 
 
@@ -163,7 +166,7 @@ class Sent:
     @classmethod
     def of(cls, case: Case, kept: Kept) -> Sent:
         """Return what workers need to know of a case."""
-        files = tuple((path, Path(case.folder or "", path).read_bytes()) for path in case.plugins)
+        files = tuple((path, read_plugin(Path(case.folder or "", path))) for path in case.plugins)
         return cls(case.to_toml(complete=True), files, kept, importlib.metadata.version("dforce"))
 
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import itertools
+import math
 import os
 import threading
-import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce._version import __version__
 from dforce.case import Case
 from dforce.core.errors import ParameterError, ResultError, shorten
+from dforce.core.log import announce
 from dforce.core.quantities import JUMPS as WORDS
 from dforce.core.quantities import MOTION
+from dforce.core.stopping import heard
 from dforce.experiments import Approach
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
@@ -27,18 +30,22 @@ from dforce.maps._result import JUMPS, QUANTITIES, Layout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps.axes import Axis
 from dforce.results import store
+from dforce.results.seal import identity_of, part
 from dforce.results.status import Status
+from dforce.results.store_plan import Blocks, Plan, Variable
+from dforce.results.store_writer import Writer
 from dforce.runs import watched
 from dforce.validity import attributes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SECONDS = 4.0  # of work in a block: little is lost with one, and what goes with each costs nothing beside it
-MOST_POINTS = 65_536  # in a block: all their quantities are some 30 MB
-PILOT = 8  # cases that say how long one takes
+BLOCKS = 128  # into which a sweep is cut, at most: with each some 35 ms of a core and a file for each array are lost
+MOST_POINTS = 65_536  # in a block: all their quantities are some 30 MB; larger sweeps have more blocks
 MOST_JUMPS = 16  # of a curve that a store holds
 MOST_STATES = 16  # of a curve at a set point that a store holds
+NAMED = 3  # damaged parts that are named
+DISTANCES = "zc"  # coordinate
 LOOK = 0.2  # s between looks at the blocks
 LIMITS = {"jump": MOST_JUMPS, "crossing": MOST_STATES}
 Place = Mapping[str, slice]
@@ -68,55 +75,80 @@ class Map:
         self.case = asked.model_copy(update={"sweep": None})
 
     def run(self, resume: bool, workers: int | None, client: Any, progress: Progress | bool | None) -> xr.Dataset:
-        """Compute the blocks that are missing, and return the store, opened."""
+        """Compute the blocks that are missing or damaged, and return the store, opened."""
         if client is not None and workers is not None:
             raise ParameterError("workers are threads of this process, and a cluster has its own; give one of the two")
         store.check_store(self.store, resume)
-        with store.Writer(self.store) as writer, watched(progress, self.case.title) as tell:
-            earlier = store.open_store(self.store) if resume and writer.is_made() else None
-            if earlier is not None:
-                self._check(earlier)
-            names = quantities_of(self.names, earlier)
-            kept = Kept(names, None if names == ALL else names, self.set_point)
-            if earlier is None:
-                self._make(writer, kept)
+        with Writer(self.store) as writer, watched(progress, self.case.title) as tell:
+            found = resume and writer.find()
+            names = quantities_of(self.names, frozenset(writer.seal.quantities.split()) if found else None)
+            if found:
+                self._check(writer, names)
+                self._mend(writer, names)
+            else:
+                writer.make(self._plan(names))
+            kept = self._kept(names)
             hands: Hands = Threads(self.case, kept, workers) if client is None else Cluster(self.case, kept, client)
+            work = _Run(self, writer, hands, paced(tell))
             try:
-                whole = _Run(self, writer, hands, paced(tell)).run()
+                whole = work.run()
             finally:
                 hands.close()
-            if whole:
+            if whole and work.computed:
                 self._finish(writer)
+        if whole:
+            _say(writer, work)
         return store.open_store(self.store)
 
-    def _check(self, earlier: xr.Dataset) -> None:
-        """Check that a store is an unfinished one of this sweep."""
-        from dforce._version import __version__
+    def _kept(self, names: frozenset[str]) -> Kept:
+        return Kept(names, None if names == ALL else names, self.set_point)
 
-        check_same(self.asked, self.layout, earlier, self.set_point)
-        if earlier.attrs["dforce_version"] != __version__:
-            raise ParameterError(
-                f"this store was begun by dForce {earlier.attrs['dforce_version']}, so {__version__} does not go on with it"
-            )
+    def _identity(self, names: frozenset[str]) -> str:
+        """Return a name for this sweep: the same for another one only where all its numbers are the same."""
+        axes = [(axis.path, axis.dim, axis.coordinate()[1].tolist()) for axis in self.layout.axes]
+        return identity_of([self.asked.to_toml(complete=True), axes, sorted(names), self.set_point, __version__])
 
-    def _make(self, writer: store.Writer, kept: Kept) -> None:
-        """Make the store after a look at some cases, which say what there is to hold and how long a case takes."""
+    def _check(self, writer: Writer, names: frozenset[str]) -> None:
+        """Check that a store is one of this sweep, and of this version where anything is to be computed."""
+        if writer.seal.identity == self._identity(names):
+            return
+        check_same(self.asked, self.layout, store.open_store(self.store), self.set_point)
+        if writer.damaged or not writer.finished:
+            self.check_version(writer)
+
+    def check_version(self, writer: Writer) -> None:
+        """Check that a store was begun by this version."""
+        begun = writer.attributes["dforce_version"]
+        if begun != __version__:
+            raise ParameterError(f"this store was begun by dForce {begun}, so {__version__} does not go on with it")
+
+    def _mend(self, writer: Writer, names: frozenset[str]) -> None:
+        """Write anew what is damaged of the store beside its blocks."""
+        if any(key in writer.seal.files for key in writer.damaged):
+            writer.repair(self._plan(names))
+        if writer.damaged:
+            writer.mark({})
+
+    def _plan(self, names: frozenset[str]) -> Plan:
+        """Return the plan of the store, after a look at the first case of each choice."""
         import xarray as xr
 
-        pilots, seconds = self._pilots(kept)
+        pilots = self._pilots(self._kept(names))
         dims, axes = self.layout.dims, {axis.name for axis in self.layout.axes}
         inner: dict[str, int] = {}
-        variables: dict[str, store.Variable] = {}
+        variables: dict[str, Variable] = {}
         fixed: dict[str, Any] = {}
         for pilot in pilots:
             for dim, size in pilot.sizes.items():
                 if dim not in dims:
                     inner[str(dim)] = LIMITS.get(str(dim), max(size, inner.get(str(dim), 0)))
             for name, one in pilot.variables.items():
-                if set(one.dims) & set(dims) and name not in axes:
+                if set(dims) <= set(one.dims) and name not in axes:
                     variables[str(name)] = _variable(one, name in pilot.coords)
                 elif name not in axes and (name not in fixed or one.size > fixed[str(name)].size):
                     fixed[str(name)] = one
+        if self.layout.distances is not None and DISTANCES in fixed:  # they vary along some of the axes
+            fixed[DISTANCES] = (*self.layout.distances, fixed[DISTANCES].attrs)
         if self.set_point is None and isinstance(self.case.experiment, Approach):
             inner["jump"] = MOST_JUMPS
             for name in JUMPS:
@@ -125,64 +157,61 @@ class Map:
             variables.pop(MOTION, None)
             fixed = {name: one for name, one in fixed.items() if "component" not in one.dims}
         coords = xr.Dataset(coords=fixed | {axis.name: axis.coordinate() for axis in self.layout.axes})
-        attrs = pilots[0].attrs | {"case": self.asked.to_toml(complete=True)} | unfinished(kept.names)
-        writer.make(variables, coords, self._blocks(seconds), inner, attrs)
+        attrs = pilots[0].attrs | {"case": self.asked.to_toml(complete=True)} | unfinished(names)
+        blocks, quantities = self.blocks(), " ".join(sorted(names))
+        return Plan(variables, coords, blocks, inner, attrs, self._identity(names), quantities)
 
-    def _pilots(self, kept: Kept) -> tuple[list[xr.Dataset], float]:
-        """Return the first cases of each choice, and how long (s) a case takes."""
-        found: list[xr.Dataset] = []
-        seconds = 0.0
-        for chosen in itertools.product(*(range(len(axis.values)) for axis in self.layout.choices)):
-            place = {axis.dim: slice(i, i + 1) for axis, i in zip(self.layout.choices, chosen, strict=True)}
-            if not found:  # compiles what is not compiled yet
-                kept.result(self.case, self._cut(self._first(place, 1)), Alone(threading.Event()))
-            axes = self._cut(self._first(place, 1 if found else PILOT))
-            start = time.monotonic()
-            found.append(kept.result(self.case, axes, Alone(threading.Event())))
-            seconds = max(seconds, (time.monotonic() - start) / found[-1]["status"].isel(self._inner(found[-1])).size)
-        return found, seconds
-
-    def _inner(self, data: xr.Dataset) -> dict[str, int]:
-        return {str(dim): 0 for dim in data["status"].dims if dim not in self.layout.dims}
-
-    def _first(self, place: Place, cases: int) -> Place:
-        """Return the place of the first cases, along the last dimension that is no choice."""
-        lengths = dict.fromkeys(self.layout.dims, 1)
-        numbers = [dim for dim in self.layout.dims if dim not in place]
-        if numbers:
-            lengths[numbers[-1]] = cases
-        return {dim: slice(0, length) for dim, length in lengths.items()} | dict(place)
+    def _pilots(self, kept: Kept) -> list[xr.Dataset]:
+        """Return the first case of each choice."""
+        lengths = [range(len(axis.values)) for axis in self.layout.choices]
+        first = {dim: slice(0, 1) for dim in self.layout.dims}
+        return [
+            kept.result(
+                self.case,
+                self._cut(
+                    first | {axis.dim: slice(i, i + 1) for axis, i in zip(self.layout.choices, chosen, strict=True)}
+                ),
+                Alone(threading.Event()),
+            )
+            for chosen in itertools.product(*lengths)
+        ]
 
     def _cut(self, place: Place) -> list[Axis]:
         """Return the axes of the cases of a block."""
         return [dataclasses.replace(axis, values=axis.values[place[axis.dim]]) for axis in self.layout.axes]
 
-    def _blocks(self, seconds: float) -> store.Blocks:
-        """Return how the cases are cut into blocks of some seconds, when one takes so long."""
-        cases = max(1, min(int(SECONDS / seconds), MOST_POINTS // len(self.layout.visits)))
-        sizes = {dim: len(axis.values) for axis in self.layout.axes for dim in (axis.dim,)}
+    def blocks(self) -> Blocks:
+        """Return how the cases are cut: into few blocks, the first dimensions first; it follows from the grid alone."""
+        sizes = {axis.dim: len(axis.values) for axis in self.layout.axes}
         choices = {axis.dim for axis in self.layout.choices}
-        lengths = {}
-        for dim in reversed(sizes):
-            lengths[dim] = 1 if dim in choices else min(sizes[dim], cases)
-            cases = max(1, cases // lengths[dim]) if lengths[dim] == sizes[dim] or dim in choices else 1
-        return store.Blocks(sizes, {dim: lengths[dim] for dim in sizes})
+        points = len(self.layout.visits)
+        most = max(BLOCKS, -(-math.prod(sizes.values()) * points // MOST_POINTS))
+        while True:
+            left = max(1, most // math.prod(sizes[dim] for dim in choices))
+            lengths = dict.fromkeys(sizes, 1)
+            for dim in (dim for dim in sizes if dim not in choices):
+                lengths[dim] = -(-sizes[dim] // left)
+                left = max(1, left // -(-sizes[dim] // lengths[dim]))
+            cases = math.prod(lengths.values())
+            if cases == 1 or cases * points <= MOST_POINTS:
+                return Blocks(sizes, lengths)
+            most += 1 + most // 64  # the lengths are whole numbers, so that a block may be a little too large
 
-    def _finish(self, writer: store.Writer) -> None:
-        """Give the store what is said about all cases together."""
+    def _finish(self, writer: Writer) -> None:
+        """Give the store the advice on all cases together."""
         data = store.open_store(self.store)
-        advice = advice_on_sweep(self.asked, self.layout.axes, data) if self.set_point is None else []
+        advice = advice_on_sweep(self.asked, self.layout.axes, data if self.set_point is None else None)
         writer.finish(attributes(advice), JUMPS, without=(QUANTITIES,))
 
 
 class _Run:
     """The work on the blocks that are missing; never more of them are known than are under way."""
 
-    def __init__(self, of: Map, writer: store.Writer, hands: Hands, tell: Progress) -> None:
+    def __init__(self, of: Map, writer: Writer, hands: Hands, tell: Progress) -> None:
         self.map, self.writer, self.hands, self.tell = of, writer, hands, tell
-        self.blocks = writer.blocks(of.layout.dims)
+        self.blocks = Blocks(of.blocks().sizes, writer.seal.block)
         self.case_points = len(of.layout.visits)
-        self.done = 0
+        self.done = self.computed = 0
         self.pending: dict[Future[Arrays], tuple[Place, int]] = {}
 
     def run(self) -> bool:
@@ -203,15 +232,20 @@ class _Run:
                     self._take(future)
             self.tell(total, total, "")
         except KeyboardInterrupt:
+            heard()
             return False
         return True
 
     def _todo(self) -> Iterator[Place]:
         for place in self.blocks.places():
-            if self.writer.is_done(place, Status.NOT_COMPUTED):
+            if self.writer.is_done(self.blocks, place):
                 self.done += self._points(place)
-            else:
-                yield place
+                continue
+            if not self.computed and self.writer.finished:
+                self.map.check_version(self.writer)
+                self.writer.mark(unfinished(frozenset(self.writer.seal.quantities.split())))
+            self.computed += 1
+            yield place
 
     def _points(self, place: Place) -> int:
         return int(np.prod([part.stop - part.start for part in place.values()])) * self.case_points
@@ -234,22 +268,32 @@ class _Run:
             where = ", ".join(f"{dim} {part.start + 1} to {part.stop}" for dim, part in place.items())
             self.writer.note(f"no result for {where}: {shorten(f'{type(error).__name__}: {error}', 300)}")
             arrays = {}
-        self.writer.put(place, arrays, int(Status.BROKEN))
+        self.writer.put(self.blocks, place, arrays, int(Status.BROKEN))
         self.done += self._points(place)
 
 
-def _variable(one: xr.Variable, is_coordinate: bool) -> store.Variable:
+def _say(writer: Writer, work: _Run) -> None:
+    """Tell which parts of a store were damaged and are repaired, or that there was nothing to do."""
+    damaged = [part(key) for key in writer.damaged]
+    if damaged:
+        more = f" and {len(damaged) - NAMED} more" if len(damaged) > NAMED else ""
+        announce(f"{writer.files.name} was damaged and is repaired: {', '.join(damaged[:NAMED])}{more}")
+    elif not work.computed:
+        announce(f"{writer.files.name} is complete and undamaged; nothing was computed")
+
+
+def _variable(one: xr.Variable, is_coordinate: bool) -> Variable:
     """Return how a store holds a variable of a result."""
     if one.dtype.kind in "OUT":
-        return store.Variable(tuple(map(str, one.dims)), str, "", one.attrs, is_coordinate)
+        return Variable(tuple(map(str, one.dims)), str, "", one.attrs, is_coordinate)
     fill: Any = np.nan if one.dtype.kind == "f" else False if one.dtype.kind == "b" else int(Status.NOT_COMPUTED)
-    return store.Variable(tuple(map(str, one.dims)), one.dtype, fill, one.attrs, is_coordinate)
+    return Variable(tuple(map(str, one.dims)), one.dtype, fill, one.attrs, is_coordinate)
 
 
-def _jump_variable(name: str, dims: tuple[str, ...]) -> store.Variable:
+def _jump_variable(name: str, dims: tuple[str, ...]) -> Variable:
     """Return how a store holds what is noted of jumps."""
     row = WORDS[name]
     words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
     is_text = name == "jump_direction"
     attrs = {key: word for key, word in words.items() if word}
-    return store.Variable((*dims, "jump"), str if is_text else np.float64, "" if is_text else np.nan, attrs)
+    return Variable((*dims, "jump"), str if is_text else np.float64, "" if is_text else np.nan, attrs)

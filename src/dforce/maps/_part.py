@@ -15,8 +15,9 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
-from dforce.experiments import Approach, Dwell, InitialMotion, RelativeGrid
-from dforce.experiments.base import initial_motion
+from dforce.core.stopping import watching
+from dforce.experiments import Approach, Dwell, RelativeGrid
+from dforce.experiments.base import initial_motions
 from dforce.experiments.motion import motions
 from dforce.maps._result import Found, Layout, to_result
 from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, count, dims_of
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     from dforce.maps._grid import Grid
     from dforce.problem import Problem
     from dforce.solvers.block import Block
-    from dforce.solvers.integrator import Motion
     from dforce.solvers.problem_batch import Lot
+    from dforce.solvers.protocols import Protocol
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
 LEAST_BLOCK = 8
@@ -159,8 +160,7 @@ class Part:
 
     def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
-        from dforce.experiments.table import statuses
-        from dforce.solvers.accuracy import assure
+        from dforce.solvers.accuracy import assure, assure_in_grace
         from dforce.solvers.block import Block
         from dforce.solvers.problem_batch import Lot
         from dforce.solvers.protocols import make_protocol
@@ -180,31 +180,32 @@ class Part:
         block = Block(lot, at, self.case.solver, self.experiment.harmonics, points, self.crew.watch)
         approach = self.experiment if isinstance(self.experiment, Approach) else None
         protocol, carry = (approach.protocol, approach.carry_state) if approach else ("quasi_static", True)
-        solver = make_protocol(protocol, block, zc, self._starts(lot, block, zc[:, 0]), told, carry)
+        solver = make_protocol(
+            protocol, block, zc, initial_motions(block, zc[:, 0], self.experiment.start), told, carry
+        )
         try:
             solver.run()
-        finally:
-            block.watch = unwatched  # what is done is kept, as accurate as all
             assure(block, zc, solver.points)
-            for number, jumps in zip(which, solver.jumps, strict=True):
-                self.found.jumps[number] = [to_result(jump) for jump in jumps]
-            found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
-            for name, values in found.items():
-                if name in self.kept:
-                    self._array(name, values.shape[2:])[which] = values
-            self.found.status[which] = statuses(solver.points, block, zc)
+        finally:
+            with watching(unwatched):  # what is done is kept, as accurate as all
+                assure_in_grace(block, zc, solver.points)
+                block.watch = unwatched
+                self._keep(which, solver, block, zc)
 
-    def _starts(self, lot: Lot, block: Block, zc: Array) -> list[Motion]:
-        start = self.experiment.start
-        if not self.grid.alike or len(lot.example.tones) > 1 or lot.levers is not None:
-            return [initial_motion(block.integrator(case, at), start) for case, at in enumerate(zc.tolist())]
-        rest = initial_motion(block.integrator(0, 0.0), "rest")
-        mode = lot.example.tones[0].mode
-        if isinstance(start, InitialMotion):
-            rows = lot.moving(mode, start.amplitude, start.phase)
-        else:
-            rows = lot.free() if start == "free" else lot.moving(mode, 0.0, 0.0)
-        return [dataclasses.replace(rest, y=tuple(row)) for row in rows.tolist()]
+    def _keep(self, which: Any, solver: Protocol, block: Block, zc: Array) -> None:
+        """Keep what was found, but for orbits whose errors are not known: these are found anew when the sweep goes on."""
+        from dforce.experiments.table import statuses
+        from dforce.results.status import Status
+
+        became = statuses(solver.points, block, zc)
+        became[solver.points.is_orbit & np.isnan(solver.points.error)] = Status.NOT_COMPUTED
+        for number, jumps in zip(which, solver.jumps, strict=True):
+            self.found.jumps[number] = [to_result(jump) for jump in jumps]
+        found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
+        for name, values in found.items():
+            if name in self.kept:
+                self._array(name, values.shape[2:])[which] = values
+        self.found.status[which] = became
 
     def _array(self, name: str, inner: tuple[int, ...]) -> Array:
         with self._lock:

@@ -112,6 +112,13 @@ class Layout:
         """The dimensions of the parameters."""
         return tuple(dims_of(self.axes))
 
+    @property
+    def distances(self) -> tuple[tuple[str, str], Any] | None:
+        """The coordinate `zc` of distances that are shares of an amplitude which varies: dimensions and values (m)."""
+        if self.free is None:
+            return None
+        return (self.free.dim, RATIO), np.multiply.outer(np.array(self.free.values), self.inner[RATIO])
+
     def over_axes(self, table: Any) -> Any:
         """Return an array with a row for each part and each of its cases as one over the axes."""
         return np.moveaxis(table.reshape(*self.shape, *table.shape[2:]), range(len(self.shape)), self._order)
@@ -175,9 +182,8 @@ def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> x
         data = describe(data.assign_coords(zc=experiment.zc))
     data = data.assign_coords({axis.name: axis.coordinate() for axis in axes})
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
-    if layout.free is not None:
-        distances = np.multiply.outer(np.array(layout.free.values), layout.inner[RATIO])
-        data = describe(data.assign_coords(zc=((layout.free.dim, RATIO), distances)))
+    if layout.distances is not None:
+        data = describe(data.assign_coords(zc=layout.distances))
         data.attrs["along"] = RATIO
     return data.assign_coords(components(example)) if MOTION in data else data
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, nearest
-from dforce.maps._result import JUMPS, KEPT, QUANTITIES, Layout
+from dforce.maps._result import JUMPS, KEPT, Layout
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,12 +19,12 @@ ALL = KEPT | frozenset(JUMPS)
 
 
 def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float | None = None) -> None:
-    """Check that a result is an interrupted sweep of a case over the values of a layout, whole curves or states at a set point.
+    """Check that a result is a sweep of a case over the values of a layout, whole curves or states at a set point.
 
     Raises
     ------
     ParameterError
-        When it is no sweep, complete, or that of another case, other values or another set point.
+        When it is no sweep, or that of another case, other values or another set point.
     """
     if "over" not in resume.attrs:
         raise ParameterError("this result is not a sweep, so df.sweep cannot continue it")
@@ -50,11 +50,9 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         raise ParameterError(
             "one sweep is over all combinations and the other over cases one by one, so it cannot be continued like this"
         )
-    if not resume.attrs.get("interrupted"):
-        raise ParameterError("this sweep is complete; there is nothing to continue")
 
 
-def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> frozenset[str]:
+def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None) -> frozenset[str]:
     """Return the names of the quantities to keep: those given, else those of the sweep that goes on, else all.
 
     Raises
@@ -62,10 +60,9 @@ def quantities_of(given: Iterable[str] | None, resume: xr.Dataset | None) -> fro
     ParameterError
         For a name that is not known, or names other than those of the sweep that goes on.
     """
-    before = ALL if resume is None else frozenset(resume.attrs[QUANTITIES].split())
-    names = frozenset(before if given is None else given)
+    names = frozenset(given if given is not None else ALL if before is None else before)
     for name in sorted(names - ALL):
         raise ParameterError(f"there is no quantity '{name}'{nearest(name, ALL)}")
-    if resume is not None and names != before:
+    if before is not None and names != before:
         raise ParameterError("this sweep keeps other quantities, so it cannot be continued with these; leave them out")
     return names

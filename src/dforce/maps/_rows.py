@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
-from pathlib import Path
+from collections import Counter
 from typing import Any
 
 from dforce.core.errors import CaseError, shorten
-from dforce.core.files import reason
+from dforce.core.files import read_input
+
+MOST_BYTES = 200_000_000  # a larger table of cases is no sweep of one machine
 
 
 def read_rows(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
@@ -22,22 +25,22 @@ def read_rows(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
         When the file cannot be read, holds no case, names a column twice, or has a row of another length.
     """
     name = f"'{shorten(str(path), 200)}'"
+    content = read_input(path, "table of cases", MOST_BYTES, CaseError)
     try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            lines = csv.reader(line for line in file if not line.startswith("#"))
-            head = [cell.strip() for cell in next(lines, [])]
-            rows = [row for row in lines if row]
-    except (OSError, ValueError, csv.Error) as error:
-        said = reason(error) if isinstance(error, OSError | ValueError) else str(error)
-        raise CaseError(f"{name} cannot be read: {said}") from None
+        text = io.StringIO(content.decode("utf-8-sig"), newline="")
+        lines = csv.reader(line for line in text if not line.startswith("#"))
+        head = [cell.strip() for cell in next(lines, [])]
+        rows = [row for row in lines if row]
+    except (ValueError, csv.Error) as error:
+        raise CaseError(f"{name} cannot be read: {error}") from None
     if not rows:
         raise CaseError(f"{name} holds no case; its first row names parameters, and each other row is a case")
     for number, row in enumerate(rows, start=1):
         if len(row) != len(head):
             raise CaseError(f"case {number} of {name} has {len(row)} values, and {len(head)} parameters are named")
-    for column in head:
-        if head.count(column) > 1:
-            raise CaseError(f"{name} names {column} twice")
+    for column, times in Counter(head).items():
+        if times > 1:
+            raise CaseError(f"{name} names {shorten(column)} twice")
     return {column: [_value(row[place]) for row in rows] for place, column in enumerate(head)}
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from dforce.case import Case
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.quantities import OBSERVABLES
+from dforce.core.units import parse_share
 from dforce.experiments import Approach
 from dforce.findings.set_point import RATIO, at_set_point
 from dforce.maps._result import Layout
@@ -18,23 +19,23 @@ if TYPE_CHECKING:
 NEEDED = frozenset({RATIO, "virial"})  # of a curve, to find the states and say their regime
 
 
-def check_set_point(case: Case, set_point: float | None, names: Iterable[str] | None) -> None:
-    """Check that the curves of a case's experiment may meet a set point, where they have some quantities.
+def check_set_point(case: Case, set_point: float | str | None, names: Iterable[str] | None) -> float | None:
+    """Return a set point, after checking that the curves of a case's experiment may meet it and have some quantities.
 
     Raises
     ------
     ParameterError
-        When they do not, or the set point is not above 0.
+        When they do not, or the set point is no share.
     """
     if set_point is None:
-        return
+        return None
     if not isinstance(case.experiment, Approach):
         raise ParameterError("a set point lies on the curve of an approach; give the case one as experiment")
-    if not set_point > 0.0:
-        raise ParameterError(f"at_set_point = {set_point} is not above 0")
+    share = parse_share(set_point, "at_set_point")
     for name in names or ():
         if name not in OBSERVABLES:
             raise ParameterError(f"there is no quantity '{shorten(name)}' at a set point{nearest(name, OBSERVABLES)}")
+    return share
 
 
 def states_of(data: xr.Dataset, layout: Layout, set_point: float, names: Iterable[str] | None) -> xr.Dataset:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
+from dforce.core.log import announce
 from dforce.core.parallel import Crew
 from dforce.experiments import Approach, Dwell
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
 from dforce.maps._pace import paced
 from dforce.maps._part import solve
-from dforce.maps._result import Found, Layout, split, table, unfinished
+from dforce.maps._result import QUANTITIES, Found, Layout, split, table, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps._states import NEEDED, check_set_point, states_of
 from dforce.maps.axes import MOST_POINTS, axes_of, count
@@ -34,7 +35,7 @@ def sweep(
     quantities: Iterable[str] | None = None,
     resume: xr.Dataset | bool | None = None,
     rows: Mapping[str, Any] | None = None,
-    at_set_point: float | None = None,
+    at_set_point: float | str | None = None,
     store: str | os.PathLike[str] | None = None,
     client: Any = None,
     along: str | None = None,
@@ -63,7 +64,8 @@ def sweep(
         Names of the quantities to keep; left out: all, or those of `resume`. Jumps are kept in any case.
     resume
         An interrupted result of the same case over the same values, to be continued: cases with all their points are
-        kept as they are, the others are computed. With a store, True to go on with what is in it.
+        kept as they are, the others are computed; a complete one is returned. With a store, True to go on with its
+        blocks: each is compared with its checksums, and a damaged one is computed again.
     rows
         Instead of `over`, cases one by one: columns of plain numbers by path, all of the same length; the same as `over` with
         ``along="cases"``.
@@ -94,7 +96,7 @@ def sweep(
     ------
     ParameterError
         For a path that the case does not have, a value that is not allowed, a case without such an experiment, or a
-        `resume` that is complete or belongs to another sweep.
+        `resume` that belongs to another sweep.
     CaseError
         When the file of a case's rows cannot be read.
     ResultError
@@ -106,14 +108,14 @@ def sweep(
     if case.solver.integrator == "langevin":
         raise ParameterError("a sweep repeats steady motion; df.noisy_motion runs many seeds under thermal noise")
     names = None if quantities is None else list(quantities)
-    check_set_point(case, at_set_point, names)
+    set_point = check_set_point(case, at_set_point, names)
     asked, axes = axes_of(case, over, rows, along)
     case = asked.model_copy(update={"sweep": None})  # each case is built without it
     layout = Layout(case, axes)
     if store is not None:
         from dforce.maps._map import Map
 
-        return Map(asked, layout, names, at_set_point, store).run(bool(resume), workers, client, progress)
+        return Map(asked, layout, names, set_point, store).run(bool(resume), workers, client, progress)
     if client is not None:
         raise ParameterError("a cluster computes the blocks of a store; give the store as well")
     if isinstance(resume, bool):
@@ -126,19 +128,22 @@ def sweep(
             f"the sweep has {count(axes)} cases of {len(layout.visits)} points; at most {MOST_POINTS} are allowed in memory, "
             "more in a store"
         )
-    if resume is not None and at_set_point is not None:
+    if resume is not None and set_point is not None:
         raise ParameterError("states at a set point alone cannot be continued; write them to a store, which can")
     if resume is not None:
         check_same(asked, layout, resume)
-    kept = quantities_of(names, resume)
+        if not resume.attrs.get("interrupted"):
+            announce("this sweep is complete; nothing was computed")
+            return resume
+    kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()))
     founds = Found.of(layout) if resume is None else split(resume, layout)
     with watched(progress, case.title) as tell:
         crew = Crew(points, paced(tell), workers)
         crew.add(sum(int(found.whole.sum()) for found in founds) * len(layout.visits))
-        done, example = solve(case, layout, crew, kept if at_set_point is None else kept | NEEDED, founds)
+        done, example = solve(case, layout, crew, kept if set_point is None else kept | NEEDED, founds)
     data = table(asked, layout, founds, example)
     data = data.assign_attrs(attributes(advice_on_sweep(asked, axes, data)))
     data = data if done else data.assign_attrs(unfinished(kept))
-    if at_set_point is None or crew.done == 0:
+    if set_point is None or crew.done == 0:
         return data
-    return states_of(data, layout, at_set_point, None if kept == ALL else kept)
+    return states_of(data, layout, set_point, None if kept == ALL else kept)

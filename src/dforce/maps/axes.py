@@ -7,7 +7,6 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from dforce.case import MOST_VALUES, Case, Range, Sweep
 from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
 from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.files import named
 from dforce.core.parameters import Quantity
 from dforce.experiments import Dwell
 from dforce.maps._rows import read_rows
@@ -129,7 +129,7 @@ def axes_of(
         raise ParameterError("along says how the values of over go together, and over is not given")
     if over is None and rows is None and case.sweep is not None:
         if case.sweep.rows:
-            return case, make_rows(case, read_rows((case.folder or Path()) / case.sweep.rows))
+            return case, make_rows(case, read_rows(named(case.sweep.rows, "sweep.rows", case.folder)))
         return case, (make_rows if case.sweep.along == CASES else make_axes)(case, case.sweep.over)
     case = case.model_copy(update={"sweep": None})
     if along == CASES:
@@ -189,9 +189,7 @@ def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]
     if quantity is None:
         return tuple(items)
     try:
-        numbers = tuple(units.parse(item, quantity.unit) for item in items)
-        for extreme in (min(numbers), max(numbers)):
-            quantity.check(extreme)
+        numbers = tuple(map(quantity.read, items))
     except ParameterError as error:
         raise type(error)(f"{path} {error}") from None
     return numbers

@@ -93,9 +93,16 @@ class Place:
         return np.asarray(self.equations[: self.size, : self.size] + np.eye(self.size))
 
     @functools.cached_property
+    def stability(self) -> int:
+        """Whether small disturbances die out at this distance, or grow; see ``solvers.stability``."""
+        from dforce.solvers.stability import stability
+
+        return stability(self.monodromy)
+
+    @property
     def is_stable(self) -> bool:
         """Whether small disturbances die out at this distance."""
-        return bool(np.abs(np.linalg.eigvals(self.monodromy)).max() < 1.0)
+        return self.stability > 0
 
     @property
     def index(self) -> float:

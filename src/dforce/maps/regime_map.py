@@ -7,6 +7,7 @@ where the tip just touches; each is located on its line, and none depends on a g
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,9 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
+from dforce.core import units
 from dforce.core.errors import ParameterError, checked
+from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.loci import Knob, Place
@@ -111,6 +114,7 @@ def _lines(rows: Sequence[Row], axes: Sequence[Axis], knob: Knob, tell: Progress
             lines += lines_at(row, axes[0], knob, curves, _watch(tell, done, len(rows), note))
         tell(len(rows), len(rows), "")
     except KeyboardInterrupt:
+        heard()
         return lines, done
     return lines, len(rows)
 
@@ -141,13 +145,12 @@ def shares_of(given: Any) -> Array:
             raise ParameterError(
                 f"set_points.points = {given['points']} is not a whole number from 1 to {MOST_SET_POINTS}"
             )
-    try:
-        if isinstance(given, Mapping):
-            given = np.linspace(float(given["start"]), float(given["stop"]), given["points"])
-        shares = np.unique(np.atleast_1d(np.asarray(given, dtype=float)))
-    except (TypeError, ValueError):
-        raise ParameterError("set_points are not a list of numbers between 0 and 1") from None
-    if shares.ndim != 1 or not 1 <= len(shares) <= MOST_SET_POINTS:
+        start, stop = (units.parse_share(given[end], f"set_points.{end}") for end in ("start", "stop"))
+        given = np.linspace(start, stop, given["points"])
+    several = not isinstance(given, str | type) and hasattr(given, "__iter__") and getattr(given, "shape", None) != ()
+    items = list(itertools.islice(given, MOST_SET_POINTS + 1)) if several else [given]
+    shares = np.unique([units.parse_share(item, "set_points") for item in items])
+    if not 1 <= len(shares) <= MOST_SET_POINTS:
         raise ParameterError(f"set_points has {shares.size} values; 1 to {MOST_SET_POINTS} are allowed")
     for share in shares:
         if not 0.0 < share < 1.0:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.quantities import MOTION
-from dforce.experiments import Approach
+from dforce.core.quantities import MOTION, REPEATS
+from dforce.experiments import Approach, Branches
 from dforce.experiments.base import Progress
 from dforce.findings.set_point import at_set_point
 from dforce.maps._sweep import sweep
@@ -27,6 +27,7 @@ NEAR = (
     -1.2,
 )  # free amplitudes: where they end; lower where a soft sample does not lower the amplitude before
 STEPS = 0.0125  # of the free amplitude: between two points of a curve
+SEARCHED, LARGEST_STEP = 3, 0.05  # of branches: distances at which others are looked for, and their largest step
 KEPT = ("amplitude_ratio", "virial", MOTION)
 
 
@@ -47,6 +48,14 @@ class Curves:
 
     parts: list[tuple[Any, xr.Dataset]]
     interrupted: bool = False
+    walked: dict[int, xr.Dataset] = field(default_factory=dict)  # branches of cases, by their numbers
+
+    def nearest(self, case: int) -> float:
+        """Return the distance (m) at which the curves of a case end."""
+        for numbers, data in self.parts:
+            for place in np.flatnonzero(numbers == case):
+                return float(np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))[place].min())
+        raise KeyError(case)
 
     def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
         """Give a motion of each curve beside each of its states at the set points."""
@@ -65,6 +74,10 @@ class Curves:
                     beside = np.argsort(np.abs(zc[place] - at), kind="stable")[:2]
                     nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # used at once
                     yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], way)
+        for number, branches in self.walked.items():
+            for j, set_point in enumerate(set_points):
+                for i in _passes(branches, "amplitude_ratio", float(set_point)):
+                    yield Seed(number, j, float(branches["zc"][i]), branches[MOTION].values[i], "branches")
 
     def beside(self, case: int, zc: float) -> Iterator[tuple[float, Array]]:
         """Give distances and motions of a case's curves that are next to a distance, in both directions."""
@@ -76,6 +89,34 @@ class Curves:
                     for way in range(len(motion)):
                         if np.isfinite(motion[way, i]).all():
                             yield float(own[i]), motion[way, i]
+        if case in self.walked:
+            for i in _passes(self.walked[case], "zc", zc):
+                yield float(self.walked[case]["zc"][i]), self.walked[case][MOTION].values[i]
+
+
+def _passes(branches: xr.Dataset, name: str, value: float) -> Iterator[int]:
+    """Give the points next to where stable states of one common period pass a value."""
+    past = branches[name].values - value
+    usable = branches["stable"].values & (branches[REPEATS].values == branches[REPEATS].values.min())
+    together = usable[1:] & usable[:-1] & (np.diff(branches["branch"].values) == 0)
+    for i in np.flatnonzero((past[1:] * past[:-1] <= 0.0) & together).tolist():
+        yield min((i, i + 1), key=lambda n: abs(past[n]))
+
+
+def walk(curves: Curves, number: int, case: Case, watch: Callable[[], None]) -> None:
+    """Follow the branches of one of the cases through folds, and look for others, over the distances of its curves.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When it is stopped.
+    """
+    span = {"start": FAR * case.problem.tones[0].A0, "stop": curves.nearest(number)}
+    experiment = Branches(zc=span, search=SEARCHED, largest_step=LARGEST_STEP, harmonics=1)
+    found = experiment.run(case.problem, case.solver, lambda *_: watch())
+    if found.attrs.get("interrupted"):
+        raise KeyboardInterrupt
+    curves.walked[number] = found
 
 
 def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progress | bool | None) -> Curves:

@@ -130,7 +130,8 @@ def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Plac
         left = min(last.u[lines.size + 1], 1.0 - last.u[lines.size + 1]) < AT_END or last.u[lines.size] < DEEPEST
         if last.is_stable and not left:  # where the map is too rough no step leads on: that is said, not passed over
             found.append((LOST, last))
-    for a, b in itertools.pairwise(places):
+    # a place on an edge is neither stable nor unstable: the edge lies between the two beside it
+    for a, b in itertools.pairwise([place for place in places if place.stability]):
         if not (a.is_stable or b.is_stable):
             continue
         kinds = [kind for kind, test in tests.items() if test(a) * test(b) < 0.0]

@@ -1,15 +1,4 @@
-"""How far two measurements of one motion are apart, as a share of each quantity's scale.
-
-| quantity | scale |
-|---|---|
-| amplitude | free amplitude A0 of its own tone |
-| other lengths | A0 of the first tone |
-| phase | 1 rad times A0/A |
-| velocity | omega A0 |
-| time, fraction | the period, 1 |
-| force | the largest force of the motion |
-| energy, virial | k A0^2, or k A0^2/Q where that is smaller |
-"""
+"""How far two measurements of one motion are apart, as a share of each observable's scale: see ``core.quantities.Scale``."""
 
 from __future__ import annotations
 
@@ -18,19 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.quantities import OBSERVABLES, Scale
 from dforce.kernel import Array, drive_of, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 
-LENGTHS = ("mean_deflection", "min_deflection", "max_deflection", "half_peak_to_peak", "min_distance")
-FORCES = ("mean_force", "peak_force", "min_force")
-# names that stand for others, which are the same but for a factor, or a part of them
-DEVIATIONS = (
-    "amplitude", "phase", "mode_amplitude", "mode_phase", "harmonic_amplitude", *LENGTHS, "peak_velocity",
-    "contact_fraction", *FORCES, "virial", "dissipated_energy", "total_virial", "total_dissipated_energy",
-)  # fmt: skip
+DEVIATIONS = tuple(name for name, row in OBSERVABLES.items() if row.scale != Scale.NONE)
 
 
 def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, Any], b: Mapping[str, Any]) -> Array:
@@ -58,21 +42,30 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
     largest = np.maximum(np.abs(a["peak_force"]), np.abs(a["min_force"]))
-    scales: dict[str, Any] = {
-        "amplitude": free, "mode_amplitude": of_modes, "harmonic_amplitude": length[:, None],
-        "phase": free / a["amplitude"], "mode_phase": of_modes / a["mode_amplitude"], "peak_velocity": omega * length,
-        "contact_fraction": 1.0, "virial": energy, "dissipated_energy": energy, "total_virial": energy[:, 0],
-        "total_dissipated_energy": energy[:, 0],
+    # of observables over tones, over modes, and of all others
+    lengths = {"tone": free, "mode": of_modes}
+    energies = {"tone": energy[:, example.own_modes], "mode": energy}
+    plain = {
+        Scale.SPEED: omega * length, Scale.PERIOD: 2.0 * np.pi / omega, Scale.ONE: 1.0, Scale.FORCE: largest,
+        Scale.POWER: energy[:, 0] * omega / (2.0 * np.pi),
     }  # fmt: skip
-    scales |= dict.fromkeys(LENGTHS, length) | dict.fromkeys(FORCES, largest)
     out = np.zeros((count, len(DEVIATIONS)))
     for i, name in enumerate(DEVIATIONS):
         if name not in a:
             continue
-        change = np.abs(a[name] - b[name])
-        if name.endswith("phase"):
-            change = np.radians(np.minimum(change, 360.0 - change))
+        row, change = OBSERVABLES[name], np.abs(a[name] - b[name])
+        over = row.dims[0] if row.dims else ""
+        first = np.s_[:, None] if row.dims else np.s_[:]
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(change > 0.0, change / scales[name], change)
+            if row.scale == Scale.ENERGY:
+                scale = energies.get(over, energy[:, 0][first])
+            elif row.scale == Scale.LENGTH:
+                scale = lengths.get(over, length[first])
+            elif row.scale == Scale.PHASE:
+                change = np.radians(np.minimum(change, 360.0 - change))
+                scale = lengths.get(over, length[first]) / a[name.replace("phase", "amplitude")]
+            else:
+                scale = plain[row.scale]
+            share = np.where(change > 0.0, change / scale, change)
         out[:, i] = share.reshape(count, -1).max(axis=1) if share.size else 0.0
     return out

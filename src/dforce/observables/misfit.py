@@ -29,6 +29,7 @@ Mask = np.ndarray[Any, np.dtype[np.bool_]]
 GROSS = 0.02  # of the drive: more than this is refined, or no result
 GAINED = 0.05  # of the energy that the drive can give in a period
 HELD = 0.02  # of the mean force and of what bends the lever so far, by which they may differ
+FARTHEST = 2.0  # times the largest amplitude that the drives can keep up; 1.22 times it for an impact oscillator
 PERIODS = 100  # that a motion which never repeats is measured over, at least
 
 
@@ -86,12 +87,23 @@ def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numb
     return np.asarray(np.maximum(of_modes.max(axis=1), of_mean))
 
 
+def reach(problem: Problem) -> float:
+    r"""Return the amplitude (m) that the drives can keep up over a passive sample: that of free motion at resonance.
+
+    A drive :math:`F` on damping :math:`c` gives no more than the power :math:`F^2 / 2 c`; a mode whose amplitude is :math:`A`
+    loses :math:`k \omega A^2 / 2 Q`.
+    """
+    damping = np.array([mode.k / (2.0 * np.pi * mode.f0 * mode.Q) for mode in problem.modes])
+    power = float((np.abs(problem.tip_drive) ** 2 / (2.0 * damping)).sum())
+    return float(sum(np.sqrt(power * mode.Q / (np.pi * mode.f0 * mode.k)) for mode in problem.modes))
+
+
 def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats: bool) -> Mask:
     """Return at which points the numbers mean nothing: they break the tip equation, or energy is not kept.
 
     Over long a motion that never repeats loses no more energy than the drives give, a passive sample gives none, and the
-    mean force bends the lever. Numbers that are no numbers are wrong, too; of a motion that has not settled nothing else is
-    asked.
+    mean force bends the lever; nor does it move farther than the drives can keep up. Numbers that are no numbers are wrong,
+    too; of a motion that has not settled nothing else is asked.
     """
     wrong: Mask = ~np.isfinite(values["amplitude"]).all(axis=1)
     if settled and repeats:
@@ -103,6 +115,8 @@ def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats
         wrong |= taken > (1.0 + GAINED) * np.pi * (tip * forces).sum(axis=1) + slack
         if all(force.is_passive for force in problem.forces):
             wrong |= -taken > slack
+            if problem.shaken is None:
+                wrong |= values["half_peak_to_peak"] > FARTHEST * reach(problem)
         k = 1.0 / sum(1.0 / mode.k for mode in problem.modes)
         bend, held = k * values["mean_deflection"], values["mean_force"]
         passing = k * values["half_peak_to_peak"] / (np.pi * PERIODS)  # momentum that stays at the end of the record

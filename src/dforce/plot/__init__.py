@@ -12,7 +12,6 @@ others, or a :class:`Sheet`, which nothing shows, for a file alone. :func:`save`
 from dforce.plot._style import FORMATS, Sheet, check_width, save
 from dforce.plot.basins import basins
 from dforce.plot.branches import branches, resonance
-from dforce.plot.costs import cost_of_accuracy
 from dforce.plot.distances import amplitude_phase, curve
 from dforce.plot.fits import fit, fit_errors
 from dforce.plot.forces import force_curve, force_distance
@@ -32,7 +31,6 @@ __all__ = [
     "basins",
     "branches",
     "check_width",
-    "cost_of_accuracy",
     "curve",
     "draw",
     "fit",

@@ -128,10 +128,10 @@ def tidy(axes: Axes) -> None:
     axes.ticklabel_format(axis="both", useOffset=False) if _linear(axes) else None
 
 
-def without_rounding(axes: Axes, sizes: Floats, rounding: float, scale: float) -> None:
-    """Show what is rounding throughout as a line at 0."""
-    if np.max(np.abs(sizes), initial=0.0, where=np.isfinite(sizes)) < rounding:
-        axes.set_ylim(-rounding / scale, rounding / scale)
+def without_errors(axes: Axes, sizes: Floats, error: float, scale: float) -> None:
+    """Show as a line at 0 an amount that is below its estimated error throughout."""
+    if 0.0 < np.max(np.abs(sizes), initial=0.0, where=np.isfinite(sizes)) < error:
+        axes.set_ylim(-error / scale, error / scale)
 
 
 def _linear(axes: Axes) -> bool:

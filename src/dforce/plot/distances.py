@@ -28,10 +28,10 @@ from dforce.plot._style import (
     new_figure,
     take,
     tidy,
-    without_rounding,
+    without_errors,
 )
-from dforce.results.curves import rounding
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
+from dforce.results.significance import largest_error
 from dforce.results.status import Status
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
@@ -160,7 +160,7 @@ def curves(
         text = axis_text(group[0], "1") if len(group) == 1 else _common(group)
         one.set_ylabel(f"{text} ({unit})" if unit != "1" else text)
         sizes = np.concatenate([np.ravel(variable.values) for variable in group])
-        without_rounding(one, sizes, max(rounding(dataset, str(variable.name)) for variable in group), scale)
+        without_errors(one, sizes, max(largest_error(dataset, str(variable.name)) for variable in group), scale)
         if len(units) > 1:  # the axis has the color of its line, or of none where it has several
             color = colors[lines[0][1]] if len(lines) == 1 else "black"
             one.yaxis.label.set_color(color)

@@ -19,6 +19,7 @@ from dforce.plot.measured import measured
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
 from dforce.plot.plans import plan
 from dforce.plot.reconstruction import reconstruction
+from dforce.plot.sweeps import sweep_overview
 from dforce.plot.thermal import thermal_spectrum
 from dforce.results.curves import swept
 from dforce.results.kinds import kind_of
@@ -34,10 +35,11 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     """Draw a whole result and return all its axes.
 
     An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
-    gives traces, spectrum, force against distance and phase portrait; branches give amplitude, phase, forces and energy
-    of all states; a frequency sweep gives the resonance curve; a thermal spectrum, basins and a force curve give themselves;
-    a fit gives data, model and residuals; measured curves, reconstructed forces, plans and regime maps give their own
-    pictures. A sweep gives some of its cases, laid over each other.
+    gives traces, spectrum, force against distance and phase portrait; a prescribed motion gives distance and force over
+    time; branches give amplitude, phase, forces and energy of all states; a frequency sweep gives the resonance curve; a
+    thermal spectrum, basins and a force curve give themselves; a fit gives data, model and residuals; measured curves,
+    reconstructed forces, plans and regime maps give their own pictures. A sweep gives some of its cases, laid over each
+    other.
 
     Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, the
     unstable ones dashed.
@@ -53,11 +55,9 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     if kind := kind_of(dataset):
         return _of_kind(dataset, kind, figure)
     if swept(dataset):
-        from dforce.plot.sweeps import (
-            sweep_overview,
-        )  # which draws as `pictures` does, and that falls back on overviews
-
         return sweep_overview(dataset, figure)
+    if "time" in dataset.dims and "zc" not in dataset.coords:  # of a motion that was prescribed
+        return traces(dataset, ("distance", "force"), None, figure)
     if "time" in dataset.dims:
         return _dwell(dataset, figure)
     if "distance" in dataset.dims and "force" in dataset:

@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from dforce.core.errors import ParameterError, checked
+from dforce.plot._plan_regions import Words, located, nodes, region
 from dforce.plot._style import BLUE, VERMILLION, Floats, axis_text, head, new_figure
 from dforce.plot.maps import edges_of, is_log
 from dforce.results.dataset import reader_unit
 
-ALLOWED = "#bfe3cf"
+ALLOWED, MARGINS = "#bfe3cf", "#eef6d6"
 FAILING = ("#f3d9c8", "#e9c3d3", "#d6d0e8", "#f4e8b8", "#cfdde6", "#e3e3e3")
 
 
@@ -26,8 +28,9 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     """Draw where the limits of a plan hold, and where one of them stands in the way.
 
     Of one parameter the picture is over it and the set point, of two over both at the set point of the recommended point.
-    Lines are boundaries that were located; a dot is the recommended point, a star the best one by the goal, small circles the
-    Pareto front, and a cross the point of least violation where nothing is allowed.
+    Black dots are boundaries that were located, where the region ends in which limits hold. A red dot is the recommended
+    point, a star the best one by the goal, small circles the Pareto front, and a cross the point of least violation where
+    nothing is allowed.
 
     Parameters
     ----------
@@ -55,7 +58,8 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     axes = new_figure(figure, 6.4, 5.4).subplots()
     at = [np.asarray(dataset[name].values, dtype=float) / reader_unit(dataset[name])[0] for name in (x, y)]
     handles = _fill(axes, dataset, x, y, at)
-    _boundaries(axes, dataset, x, y)
+    scales = [reader_unit(dataset[name])[0] for name in (x, y)]
+    axes.plot(*(located(dataset, x, y) / scales).T, linestyle="", marker=".", markersize=4, color="black")
     handles += _marks(axes, dataset, x, y, at)
     for name, values, axis in (("x", at[0], x), ("y", at[1], y)):
         words = str(dataset[axis].attrs.get("long_name", axis)).partition(";")[0]
@@ -79,26 +83,32 @@ def _place(dataset: xr.Dataset, name: str) -> tuple[int, ...]:
 
 
 def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> list[Any]:
-    """Color the cells by the first limit that fails in the state that comes nearest to all."""
-    allowed = dataset["allowed"].transpose(y, x, "state").values
-    hit = dataset["limit_hit"].transpose(y, x, "state").values.astype(str)
-    first = np.where(allowed.any(axis=-1), "", hit[..., 0])
-    names = ["", *sorted(set(first.ravel().tolist()) - {""})]
-    colors = [ALLOWED, *(FAILING[i % len(FAILING)] for i in range(len(names) - 1))]
-    numbers = np.searchsorted(names, first)
-    norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names)) if len(names) > 1 else None
-    axes.pcolormesh(*map(edges_of, at), numbers, cmap=ListedColormap(colors), norm=norm, rasterized=True)
-    words = {"": "all limits hold", "no state": "no state"}
-    return [Patch(facecolor=color, edgecolor="gray", label=words.get(name, name.replace("_", " ")))
-            for color, name in zip(colors, names, strict=True)]  # fmt: skip
+    """Color what fails by cells of the grid, and above it what holds, up to the boundaries that were located."""
+    allowed, holds, first = nodes(dataset, x, y)
+    names = sorted(set(first.ravel().tolist()) - {""})
+    failing = [FAILING[i % len(FAILING)] for i in range(len(names))]
+    if names:
+        numbers = np.searchsorted(names, _everywhere(first))
+        norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names)) if len(names) > 1 else None
+        axes.pcolormesh(*map(edges_of, at), numbers, cmap=ListedColormap(failing), norm=norm, rasterized=True)
+    scales = [reader_unit(dataset[name])[0] for name in (x, y)]
+    looks = [("their margins fail", MARGINS, holds, False)] if (holds & ~allowed).any() else []
+    looks.append(("all limits hold", ALLOWED, allowed, True))
+    for _, color, inside, with_margins in looks:
+        shapes = [shape / scales for shape in region(dataset, x, y, inside, with_margins)]
+        axes.add_collection(PolyCollection(shapes, facecolors=color, edgecolors="none", gid=color))
+    found = [(word, color) for word, color, *_ in reversed(looks)]
+    found += [(name.replace("_", " "), color) for name, color in zip(names, failing, strict=True)]
+    return [Patch(facecolor=color, edgecolor="gray", label=word) for word, color in found]
 
 
-def _boundaries(axes: Axes, dataset: xr.Dataset, x: str, y: str) -> None:
-    """Draw the boundaries that were located, a point each."""
-    if "set_point" not in (x, y):
-        return  # those at other set points would be drawn, too
-    pair = [dataset[f"edge_{name}"].values / reader_unit(dataset[name])[0] for name in (x, y)]
-    axes.plot(*pair, linestyle="", marker=".", markersize=4, color="black")
+def _everywhere(first: Words) -> Words:
+    """Return the limit that fails at each place of the grid; where none does, that at the nearest place."""
+    bad, out = np.argwhere(first != ""), first.copy()
+    for row, column in np.argwhere(first == ""):
+        near = bad[np.abs(bad - (row, column)).sum(axis=1).argmin()]
+        out[row, column] = first[near[0], near[1]]
+    return out
 
 
 def _marks(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> list[Any]:

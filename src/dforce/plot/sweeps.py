@@ -11,8 +11,8 @@ from matplotlib.figure import FigureBase
 
 from dforce.core.errors import ParameterError
 from dforce.plot._style import COLORS, head
+from dforce.plot.laid_over import lay_over
 from dforce.plot.maps import map as map_of_two
-from dforce.plot.pictures import draw
 from dforce.results.curves import Picture, drawable, goes_along, swept
 from dforce.results.dataset import reader_unit
 from dforce.results.status import check_computed
@@ -46,7 +46,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
         raise ParameterError(
             "this sweep keeps no quantity along a distance or a parameter, so there is no overview of it"
         )
-    axes = draw({"": dataset} if not cases else layers, Picture(along, tuple(names)), figure)
+    axes = lay_over(layers, Picture(along, tuple(names)), figure)
     if len(layers) > 1:
         head(axes[0], dataset)
     return axes

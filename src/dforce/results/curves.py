@@ -19,7 +19,6 @@ Floats = np.ndarray[Any, np.dtype[np.float64]]
 Places = np.ndarray[Any, np.dtype[np.int64]]
 
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
-ROUNDING = 1e-6
 BELOW = 30.0  # how far below the strongest resonance a logarithmic picture of a density begins: white noise alone
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 OF_CURVES = {
@@ -154,27 +153,6 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np
     columns = values.shape[len(dims) :]
     values = np.broadcast_to(values, (*(dataset.sizes[dim] for dim in dims), *columns))
     return values.reshape(-1, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
-
-
-@checked
-def rounding(dataset: xr.Dataset, name: str) -> float:
-    """Return the size (SI) below which a quantity is rounding: a millionth of the largest one that a result has in its unit.
-
-    A conservative force takes no energy, but its computed loss is not quite 0. Numbers without a unit have nothing in
-    common, so theirs is 0.
-
-    Raises
-    ------
-    ParameterError
-        When the result has no such quantity.
-    """
-    unit = _variable(dataset, name).attrs.get("units", "1")
-    alike = [
-        one.values for one in dataset.variables.values() if one.attrs.get("units") == unit and one.dtype.kind == "f"
-    ]
-    if unit == "1":
-        return 0.0
-    return ROUNDING * max(float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values))) for values in alike)
 
 
 @checked

@@ -19,6 +19,13 @@ ELECTRONVOLT = 1.602176634e-19  # J; exact in the SI since 2019
 COLUMN_DIMS = ("tone", "mode", "harmonic", "multiplier", "model")  # columns of a table; others are its rows
 
 
+def get_ready() -> None:
+    """Load what keeps results: that takes a second or more, for which no stop behind the last point is to wait."""
+    import xarray as xr
+
+    xr.Variable("point", [0.0])  # looks for other kinds of arrays, and loads them
+
+
 def describe(dataset: xr.Dataset) -> xr.Dataset:
     """Give every standard variable its attributes `units`, `long_name`, `symbol` and `description`.
 

@@ -13,19 +13,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.core.errors import ResultError, checked, shorten
-from dforce.core.files import check_target, reason, write_whole
+from dforce.core.errors import ResultError, checked
+from dforce.core.files import check_target, in_quotes, read_input, write_whole
+from dforce.core.quantities import AMOUNTS, NONE
+from dforce.results import hdf5
 from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.significance import is_none
 from dforce.results.store import is_store, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-HDF5 = b"\x89HDF\r\n\x1a\n"  # how a netCDF file starts
+MOST_BYTES = 4_000_000_000  # of a file, which is read into memory
 SEAL = b"\ndForce sha256 "  # before the hash at the end of a file
 SEAL_LENGTH = len(SEAL) + 64
 TO_GO_ON = ("motion", "component", "component_units")  # variables from which a stopped run goes on
+BELOW = f"{NONE} (below its estimated error): "  # before a number in the heading of a table
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
 # Where a spreadsheet would see a formula: at the start of a cell, whatever it takes for a separator; the number with a
 # unit that a list in a case may go on with is none.
@@ -85,10 +89,14 @@ def _seal(content: bytes | memoryview) -> bytes:
     return SEAL + hashlib.sha256(content).hexdigest().encode()
 
 
+def is_sealed(content: bytes) -> bool:
+    """Say whether a file ends as those of dForce do."""
+    return content[-SEAL_LENGTH:].startswith(SEAL)
+
+
 def is_whole(content: bytes) -> bool:
-    """Say whether a file is as it was written, as far as it tells: one that another program has written says nothing."""
-    end = len(content) - SEAL_LENGTH
-    return content[max(end, 0) :][: len(SEAL)] != SEAL or _seal(memoryview(content)[:end]) == content[end:]
+    """Say whether a file is as it was written, as far as it shows: one that another program has written has no seal."""
+    return not is_sealed(content) or _seal(memoryview(content)[:-SEAL_LENGTH]) == content[-SEAL_LENGTH:]
 
 
 def _plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
@@ -125,23 +133,27 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     if is_store(path):
         return open_store(path)
-    name = f"'{shorten(str(path))}'"
-    try:
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise ResultError(f"there is no file {name}") from None
-    except (OSError, ValueError) as error:
-        raise ResultError(f"{name} cannot be read: {reason(error)}") from None
+    content = read_input(path, "result; a larger one is kept as a store (.zarr)", MOST_BYTES, ResultError)
+    return decoded(content, in_quotes(path), Path(path).suffix)
+
+
+def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
+    """Return the result in the bytes of a file that dForce wrote; `suffix` is the ending of the file's name.
+
+    Raises
+    ------
+    ResultError
+        As :func:`read`.
+    """
     if not content:
         raise ResultError(f"{name} is empty")
     if content.startswith(b"CDF"):
         raise ResultError(f"{name} was not written by dForce: it is of the older netCDF-3 kind")
-    if not content.startswith(HDF5):
-        table = Path(path).suffix.lower() == ".csv"
-        hint = "; pandas.read_csv(path, comment='#') reads a table" if table else ""
+    if not content.startswith(hdf5.START):
+        hint = "; pandas.read_csv(path, comment='#') reads a table" if suffix.lower() == ".csv" else ""
         raise ResultError(f"{name} is not a netCDF file{hint}")
     # HDF5 may run for ever on a damaged file, so it is asked only about what may be whole
-    dataset = _decoded(content) if is_whole(content) else None
+    dataset = _dataset(content) if is_whole(content) else None
     if dataset is None:
         raise ResultError(f"{name} is damaged or was cut short")
     if "dforce_version" not in dataset.attrs:
@@ -155,7 +167,7 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     return dataset
 
 
-def _decoded(content: bytes) -> xr.Dataset | None:
+def _dataset(content: bytes) -> xr.Dataset | None:
     """Return what a netCDF file holds, None where it is damaged."""
     import h5netcdf
     import h5py
@@ -179,7 +191,8 @@ def _table(dataset: xr.Dataset) -> str:
         f"written by dForce {dataset.attrs.get('dforce_version', '')}",
         *(f"{key}: {value}" for key, value in dataset.attrs.items() if key not in ELSEWHERE),
     ]
-    lines += [f"{name} = {_cell(values[0])}" for name, values in scalars.items()]
+    none = _none(dataset)
+    lines += [f"{name} = {BELOW if name in none else ''}{_cell(values[0])}" for name, values in scalars.items()]
     lines += ["", "the case:", *str(dataset.attrs.get("case", "")).splitlines()]
     text = io.StringIO(newline="")
     for line in lines:
@@ -192,6 +205,13 @@ def _table(dataset: xr.Dataset) -> str:
     for row in range(rows):
         writer.writerow([_cell(values[row]) if row < len(values) else "" for values in columns.values()])
     return text.getvalue()
+
+
+def _none(dataset: xr.Dataset) -> set[str]:
+    """Return the columns of the numbers without rows that are below their estimated error."""
+    pairs = ((name, dataset[name].copy(data=is_none(dataset, name))) for name in AMOUNTS if name in dataset)
+    columns = (pair for name, none in pairs for pair in _unstack(name, none, COLUMN_DIMS))
+    return {column for column, none in columns if none.ndim == 0 and bool(none)}
 
 
 def _cell(value: Any) -> Any:

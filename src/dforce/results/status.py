@@ -12,6 +12,8 @@ from dforce.core.errors import ParameterError
 if TYPE_CHECKING:
     import xarray as xr
 
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
 
 class Status(enum.IntEnum):
     """What became of a point of a result; `sentence` says it in words."""
@@ -40,12 +42,30 @@ class Status(enum.IntEnum):
         return self.name.lower()
 
 
+WORTHLESS = 1e-2  # of a quantity's scale: with a larger error a point has no numbers
 REPEATING = (Status.OK, Status.INACCURATE)  # of motions that settled and repeat from period to period
 
 
 def repeats(status: Any) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Return at which points the motion settled into one that repeats."""
     return np.isin(status, REPEATING)
+
+
+def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.int8]]:
+    """Return what became of points by their estimated errors; nothing follows from an unknown one, or without a promise."""
+    if accuracy is None:
+        return np.full(error.shape, Status.OK, dtype=np.int8)
+    lost = (error > WORTHLESS) & np.isfinite(error)
+    return np.where(lost, Status.UNRESOLVED, np.where(error > accuracy, Status.INACCURATE, Status.OK)).astype(np.int8)
+
+
+def keep_promise(result: xr.Dataset, accuracy: float | None) -> None:
+    """Call no point ok whose estimated error is above the accuracy promised, however its status came about."""
+    error, status = result.get("error_estimate"), result.get("status")
+    if accuracy is None or error is None or status is None or error.dims != status.dims:
+        return  # basins have states of their own, and no estimates
+    broken = (status.values == Status.OK) & (error.values > accuracy)
+    status.values = np.where(broken, Status.INACCURATE, status.values).astype(np.int8)
 
 
 def check_computed(result: xr.Dataset) -> None:

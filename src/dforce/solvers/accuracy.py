@@ -1,29 +1,38 @@
-"""The error that finite steps leave in orbits: estimated with fewer samples, lowered with more where it is too large.
+"""The error that finite steps leave in orbits: estimated with more samples, lowered with more where it is too large.
 
-An orbit is measured again with half and with three quarters of the samples, where one Newton step from it leads: what changes
-tells, by the order of the errors, what is left. Behind a kink of the force the two swing, each its own way, and so their mean
-is taken. An orbit that is not accurate enough is found again with twice as many samples, and more. Each point
-stands by itself: what is done to it does not depend on those beside it.
+An orbit is measured again with twice the samples, where one Newton step from it leads: nearly all of the error goes, and so
+the change is the error. Fewer samples would be cheaper, but where steps are longer than what the force changes over, errors
+with fewer samples mean nothing. An orbit that is not accurate enough is found again with twice as many samples, and more. Each
+point stands by itself: what is done to it does not depend on those beside it.
 """
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
+from dforce.core.first_answer import may_be_early
+from dforce.core.parallel import Stopped
 from dforce.kernel import Array
+from dforce.kernel.codegen import ZC
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
-from dforce.solvers.block import Block
+from dforce.solvers.block import DISTANCE, Block
+from dforce.solvers.crests import passed_by
+from dforce.solvers.integrator import load_kernels
 from dforce.solvers.points import Points
 from dforce.solvers.problem_batch import Indices
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
 
-COARSER = (1 / 2, 3 / 4)  # times the samples
+GRACE = 2.0  # s that a run which is stopped goes on to estimate errors
+PORTION = 16  # values of which it does so at once
+TWICE = 2  # times the samples of an orbit, with which it is measured again
 FINER = (2, 4, 16, 64)  # times the samples, one after the other
-SURE = 1 / 3  # of the accuracy: nine in ten of the errors estimated from fewer samples are right within a factor 3
+SURE = 1 / 2  # of the accuracy: an estimate is seldom too low by more
 NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
 
@@ -41,7 +50,6 @@ class _Orbits:
         )
         self.tables = block.tables_of(self.cases, self.at)
         self.error: Array = np.full(len(self.at), np.nan)
-        self.found: dict[str, Array] = {}  # what they measure, by name
 
     def measured(self, rows: Array, which: Indices) -> dict[str, Array]:
         """Return the observables of some of them from what was measured."""
@@ -54,41 +62,30 @@ class _Orbits:
         numbers, tones = (table[which] for table in self.tables)
         return np.nan_to_num(deviations(self.block.lot.example, numbers, tones, a, b), nan=np.inf)
 
-    def judge(self) -> None:
-        """Estimate all errors."""
-        blocks = [self.block.finer(round(share * self.block.points)) for share in COARSER]
-        rows = [coarse.remeasure(self.cases, self.states, self.at, self.monodromy) for coarse in blocks]
-        count = len(self.at)
-        every = np.tile(np.arange(count), 1 + len(rows))  # all at once: a call costs more than a hundred orbits
-        measured = self.measured(np.concatenate([self.rows, *rows]), every)
-        self.found = {name: values[:count] for name, values in measured.items()}
-        fine = {name: values[every[count:]] for name, values in self.found.items()}
-        coarse = {name: values[count:] for name, values in measured.items()}
-        changes = self.apart(fine, coarse, every[count:]).reshape(len(rows), count, -1)
-        errors = [left(change, self.block.points / one.points) for change, one in zip(changes, blocks, strict=True)]
-        self.error = np.mean(errors, axis=0)
+    def judge(self, some: Indices, times: int) -> None:
+        """Estimate the errors of some, found with so many times the block's samples, from a measurement with twice as many."""
+        finer, which = self.block.finer(TWICE * times * self.block.points), np.tile(some, 2)
+        rows = finer.remeasure(self.cases[some], self.states.take(some), self.at[some], self.monodromy[some])
+        measured = self.measured(
+            np.concatenate([self.rows[some], rows]), which
+        )  # at once: a call costs a hundred orbits
+        halves = {name: np.split(values, 2) for name, values in measured.items()}
+        own, other = ({name: half[k] for name, half in halves.items()} for k in range(2))
+        changed = self.apart(own, other, some).max(axis=1) / (1.0 - TWICE**-ORDER)
+        zc = self.at if self.block.parameter == DISTANCE else self.tables[0][:, ZC]
+        passed = passed_by(self.block.lot.example, self.tables[0][some], zc[some], own)
+        self.error[some] = np.maximum(changed, passed)
 
-    def find_again(self, some: Indices, times: int, finer: float) -> Indices:
-        """Find some again with so many times the block's samples, and their own before; return those that were found."""
+    def find_again(self, some: Indices, times: int) -> Indices:
+        """Find some again with so many times the block's samples; return those that were found."""
         states = self.states.take(some)
         branch = polished(self.block.finer(times * self.block.points), self.cases[some], states, self.at[some])
         same = np.flatnonzero((branch.done == 1) & (apart(branch.last_x, states.x) < NEAR))
         some = some[same]
-        if len(some):
-            measured = self.measured(branch.rows[same, 0], some)
-            before = {name: values[some] for name, values in self.found.items()}
-            self.error[some] = left(self.apart(measured, before, some), finer)
-            for name, values in measured.items():
-                self.found[name][some] = values
-            self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
-            self.residual[some] = branch.residual[same, 0]
-            self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))
+        self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
+        self.residual[some] = branch.residual[same, 0]
+        self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))
         return some
-
-
-def left(change: Array, finer: float) -> Array:
-    """Return the largest error that is left, (orbits,), after a change (orbits, names) by so many times finer steps."""
-    return np.asarray(change.max(axis=1) / (finer**ORDER - 1.0))
 
 
 def assure(block: Block, values: Array, points: Points) -> None:
@@ -101,13 +98,48 @@ def assure(block: Block, values: Array, points: Points) -> None:
         return
     places = cases, steps
     orbits, accuracy = _Orbits(block, values, points, places), block.settings.accuracy
-    orbits.judge()
+    orbits.judge(np.arange(len(cases)), 1)
     if accuracy is not None:
-        doubtful, before = np.flatnonzero(orbits.error > SURE * accuracy), 1
+        doubtful = np.flatnonzero(orbits.error > SURE * accuracy)
         for times in FINER:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break
-            found = orbits.find_again(doubtful, times, times / before)
-            doubtful, before = found[orbits.error[found] > SURE * accuracy], times
+            found = orbits.find_again(doubtful, times)
+            if len(found):
+                orbits.judge(found, times)
+            doubtful = found[orbits.error[found] > SURE * accuracy]
     points.rows[places], points.monodromy[places] = orbits.rows, orbits.monodromy
     points.residual[places], points.error[places] = orbits.residual, orbits.error
+
+
+def assure_in_grace(block: Block, values: Array, points: Points) -> int:
+    """Do so for a run that was stopped, from the first value on, for some seconds at most; return how many values are done.
+
+    Nothing is compiled for it.
+    """
+    end, usual, count = time.monotonic() + GRACE, block.watch, len(values.T)
+
+    def watch() -> None:
+        if time.monotonic() > end:
+            raise Stopped
+
+    block.watch = watch
+    try:
+        for first in range(0, count, PORTION):
+            some = slice(first, first + PORTION)
+            unknown = points[some].is_orbit & np.isnan(points[some].error)
+            if unknown.any() and not _at_once(block):
+                return first
+            watch()
+            assure(block, values[:, some], points[some])
+    except Stopped:
+        return first
+    finally:
+        block.watch = usual
+    return count
+
+
+def _at_once(block: Block) -> bool:
+    """Say whether errors can be estimated before anything is compiled."""
+    _, solvers = load_kernels(block.lot.example)
+    return may_be_early() or all(solvers.is_ready(name) for name in ("remeasure", "follow"))

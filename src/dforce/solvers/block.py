@@ -25,7 +25,7 @@ from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
 from dforce.solvers.problem_batch import Indices, Levers, Lot
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path
-from dforce.solvers.relaxation import GOING, SETTLED, Leaps
+from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.retune import retune
 from dforce.solvers.states import States
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch, unwatched
@@ -333,7 +333,7 @@ class Block:
         relax = self._solver("relax", len(which))
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
-            count, size = len(which[part]), self.size
+            count, size, looks = len(which[part]), self.size, 0
             slots = self._slots(count, 1)
             slots.case[:], slots.value[:], slots.x[:] = np.arange(count), at[part], out.x[part]
             leaps = Leaps(
@@ -342,7 +342,7 @@ class Block:
                 np.full(count, GOING, np.int64),
             )  # fmt: skip
             model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
-            while relax(slots, LOOKS, leaps, model, drive, room):
+            while relax(slots, LOOKS, leaps, model, drive, room) and (looks := looks + LOOKS) < MOST_LOOKS:
                 self.watch()
             out.x[part], settled[part] = leaps.x, leaps.outcome == SETTLED
             periods[part] = leaps.periods * self.common

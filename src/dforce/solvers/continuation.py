@@ -183,10 +183,16 @@ def bifurcations(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
     for name, test in _test_functions(a, b):
         if test(a) * test(b) < 0.0:
             found.append(replace(_located(among, a, b, test), special=name))
-    if not found and a.is_stable != b.is_stable:
-        point = _located(among, a, b, lambda orbit: abs(orbit.multipliers[0]) - 1.0)
-        found.append(replace(point, special=TORUS))
+    if not found and _growth(a) * _growth(b) < 0.0:
+        point = _located(among, a, b, _growth)
+        if point.multipliers[0].imag:  # else it is the fold or doubling of the next step, beside which last bits decide
+            found.append(replace(point, special=TORUS))
     return sorted(found, key=lambda point: float((point.u - a.u) @ (b.u - a.u)))
+
+
+def _growth(orbit: Orbit) -> float:
+    """Return by how much a disturbance along the largest multiplier grows over a period, relative to itself."""
+    return float(abs(orbit.multipliers[0])) - 1.0
 
 
 def _test_functions(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]:

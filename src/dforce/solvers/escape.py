@@ -14,7 +14,8 @@ import numpy as np
 from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
-from dforce.solvers.orbit import FOLD, PERIOD_DOUBLING, TORUS, Orbit, ParameterRange
+from dforce.solvers.orbit import Orbit, ParameterRange
+from dforce.solvers.stability import CRITICAL, UNSTABLE
 
 
 class UnstableStates:
@@ -50,7 +51,7 @@ def _unstable_parts(curve: Curve, among: ParameterRange) -> Iterator[tuple[Array
     """Give both ends, and the curve's direction times the distance there, of the parts of a curve that are unstable."""
     points = curve.points
     for one, other in itertools.pairwise(points):
-        if any(end.is_stable for end in (one, other)) or {one.special, other.special} <= {FOLD, PERIOD_DOUBLING, TORUS}:
+        if {one.stability, other.stability} - {CRITICAL} != {UNSTABLE}:
             continue
         chord = other.u - one.u
         length = float(np.linalg.norm(chord))

@@ -51,6 +51,7 @@ FOLLOWED = 1.2  # of the shortest time in which a fluid follows: longest step; i
 RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
 MOST_POINTS = 1_000_000  # samples per period that a force's relaxation may ask for
 ROUND = 16  # sample counts are multiples of this
+SLACK = 1e-9  # of the samples needed: one so few more is rounding
 STEPS_PER_PERIOD = 60  # of the fastest mode, that LSODA takes at least: so that it cannot step over a contact
 
 
@@ -97,9 +98,17 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
                 f"{force.name} relaxes in {1.0 / force.fastest_rate:.3g} s, so fast beside the period of "
                 f"{1.0 / first:.3g} s that more than {MOST_POINTS} samples per period are needed; give a longer time"
             )
-    if max(needs) <= settings.points_per_period:
-        return settings.points_per_period
-    return ROUND * math.ceil(max(needs) / ROUND)
+    return int(enough_samples(np.array(max(needs)), settings))
+
+
+def enough_samples(needs: Array, settings: SolverSettings) -> Any:
+    """Return the samples per period asked for, or, where more are needed, the next multiple of :data:`ROUND`.
+
+    Ratios of frequencies fall on such multiples: rounding does not decide between them.
+    """
+    needed = needs * (1.0 - SLACK)
+    raised = ROUND * np.ceil(needed / ROUND).astype(np.int64)
+    return np.where(needed <= settings.points_per_period, settings.points_per_period, raised)
 
 
 def load_kernels(problem: Problem) -> tuple[kernel.Kernel, kernel.Kernel]:

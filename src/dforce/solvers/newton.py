@@ -278,30 +278,11 @@ def simplified_newton_step(
     go_on(slots, s)
 
 
-def is_stable(monodromy: Any) -> bool:
-    """Say whether all multipliers lie within the unit circle: whether powers of the monodromy matrix die out."""
-    size = motion_size()
-    if size == 2:
-        area = monodromy[0, 0] * monodromy[1, 1] - monodromy[0, 1] * monodromy[1, 0]
-        return bool(abs(area) < 1.0 and abs(monodromy[0, 0] + monodromy[1, 1]) < 1.0 + area)
-    power, product = monodromy.copy(), np.empty((size, size))
-    growth, weight = 0.0, 1.0
-    for _ in range(30):  # the power 2^30: decides a multiplier of 1 - 1e-8
-        largest = 0.0
-        for i in range(size):
-            for j in range(size):
-                largest = max(largest, abs(power[i, j]))
-        if not largest < np.inf:
-            return False
-        if largest == 0.0:
-            return True
-        growth += weight * np.log(largest)
-        weight *= 0.5
-        for i in range(size):
-            for j in range(size):
-                total = 0.0
-                for k in range(size):
-                    total += power[i, k] / largest * power[k, j] / largest
-                product[i, j] = total
-        power, product = product, power
-    return bool(growth < 0.0)
+def multiply(a: Any, b: Any, out: Any) -> None:
+    """Write the product of two square matrices."""
+    size = out.shape[0]
+    for i in range(size):
+        for j in range(size):
+            out[i, j] = 0.0
+            for k in range(size):
+                out[i, j] += a[i, k] * b[k, j]

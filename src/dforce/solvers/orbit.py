@@ -28,6 +28,7 @@ from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
 from dforce.solvers.newton import CONVERGED, Orbits, begin, choose_next, empty_orbits
 from dforce.solvers.period_map import FD_STEP, NOTHING, Slots
+from dforce.solvers.stability import CRITICAL, STABLE, stability
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
@@ -102,10 +103,15 @@ class Orbit:
         """Sign of det(1 - M), its index as a fixed point of the map; see ``search``."""
         return int(np.sign(np.linalg.det(np.eye(len(self.x)) - self.monodromy)))
 
+    @functools.cached_property
+    def stability(self) -> int:
+        """Whether small disturbances die out or grow; where stability is lost, neither. See ``stability``."""
+        return CRITICAL if self.special in (FOLD, PERIOD_DOUBLING, TORUS) else stability(self.monodromy)
+
     @property
     def is_stable(self) -> bool:
-        """Whether small disturbances die out; where stability is just lost, they do not."""
-        return bool(abs(self.multipliers[0]) < 1.0) and self.special not in (FOLD, PERIOD_DOUBLING, TORUS)
+        """Whether small disturbances die out."""
+        return self.stability == STABLE
 
 
 class ParameterRange:
@@ -299,13 +305,19 @@ class ParameterRange:
         return self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after)), slots
 
     def steady(self, orbit: Orbit) -> Steady:
-        """Return an orbit as what is found at a point, with its largest multipliers, two for each mode."""
+        """Return an orbit as what is found at a point, with its largest multipliers, two for each mode.
+
+        The largest is below 1 where the orbit is stable, and nowhere else: where it may be 1 it is not written as less.
+        """
         integrator = self.integrator(orbit.value / self.span)
         even = weights([tone.frequency for tone in integrator.problem.tones], len(orbit.rows))
         values = finish(integrator.problem, integrator.scales, self.harmonics, orbit.rows, even)
         found = orbit.multipliers[: self._motion]
+        modulus = np.abs(found)
+        if not orbit.is_stable:
+            modulus[0] = max(modulus[0], 1.0)
         values |= {
-            "drift": orbit.residual, "corrections": orbit.steps, "multiplier_modulus": np.abs(found),
+            "drift": orbit.residual, "corrections": orbit.steps, "multiplier_modulus": modulus,
             "multiplier_angle": angle(found),
         }  # fmt: skip
         return Steady(values, orbit.state.motion(0), True, orbit.repeats == 1)

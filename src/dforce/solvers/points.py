@@ -117,7 +117,8 @@ class Points:
             "corrections": float(self.steps[case, place]), "multiplier_modulus": modulus[0], "multiplier_angle": angle[0],
             "error_estimate": float(self.error[case, place]),
         }  # fmt: skip
-        return Steady(values, self.states.take((case, [place])).motion(0), True, True)
+        motion = self.states.take((case, [place])).motion(0)
+        return Steady(values, motion, True, True, block.settings.accuracy)
 
     @property
     def is_orbit(self) -> np.ndarray[Any, np.dtype[np.bool_]]:

@@ -16,7 +16,7 @@ from dforce.kernel import Array
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import PHASE_ERROR, ROUND
+from dforce.solvers.integrator import PHASE_ERROR, enough_samples
 
 LEAST_SAMPLES = 32  # per period of a mode
 Indices = np.ndarray[Any, np.dtype[np.int64]]
@@ -171,8 +171,7 @@ class Lot:
         ratio = np.sqrt(modes[:, :, 0])
         least = 2.0 * math.pi * (2.0 * ratio / modes[:, :, 1] / (120.0 * PHASE_ERROR)) ** 0.25
         needs = np.maximum(np.maximum(least, LEAST_SAMPLES) * ratio, LEAST_SAMPLES).max(1)
-        raised = ROUND * np.ceil(needs / ROUND).astype(np.int64)
-        return np.where(needs <= settings.points_per_period, settings.points_per_period, raised)
+        return np.asarray(enough_samples(needs, settings))
 
     def moving(self, mode: int, amplitude: float, phase: float) -> Array:
         """Return scaled motions at the start of a period: a mode deflects by an amplitude (m) with a phase lag (rad)."""

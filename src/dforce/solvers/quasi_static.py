@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.newton import CONVERGED, central_differences, find_orbits, is_stable, longest
+from dforce.solvers.newton import CONVERGED, central_differences, find_orbits, longest
 from dforce.solvers.period_map import NOTHING
+from dforce.solvers.stability import is_stable
 
 LARGEST = 0.1  # of the parameter's unit: step
 FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone

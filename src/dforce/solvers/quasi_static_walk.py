@@ -22,7 +22,7 @@ from dforce.solvers.points import Jump, Points, amplitude_of
 from dforce.solvers.problem_batch import Indices
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
-from dforce.solvers.state_ends import End, Landing, directions
+from dforce.solvers.state_ends import End, Landing, Left, directions
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, steady
 
@@ -69,6 +69,7 @@ class Walk:
         self.done, self.cycles = np.zeros(cases, np.int64), np.zeros(cases, np.int64)
         self.at = values[:, 0].copy()
         self.ends = np.zeros(cases, np.int64)  # of states in a row that led neither to a value nor to another state
+        self.left: list[Left | None] = [None] * cases
         self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
 
     def go_on_from(self, done: int, cycles: int, amplitude: float) -> None:
@@ -283,7 +284,10 @@ class Walk:
         return bool(len(doubled))
 
     def _note_jump(self, case: int, end: End, landed: Landing | None) -> None:
-        """Note a change of state that is sudden; `landed` is None where the motion does not repeat, or has to be waited for."""
+        """Note a change of state that is sudden; `landed` is None where the motion does not repeat, or has to be waited for.
+
+        Beside a fold a motion is so slow that it seems to have settled: what repeats, and is no orbit, is waited for.
+        """
         block, value = self.block, float(self.at[case])
         if not np.isfinite(self.state.x[case]).all():
             return
@@ -297,6 +301,8 @@ class Walk:
             self.state.put(np.array([case]), States.of(settling.motion))
             after = float(settling.values["amplitude"][0])
             sudden = abs(after - first) > SUDDEN * block.lot.length[case]
+            if settling.repeats or not settling.settled:
+                self.left[case], sudden = Left(end, first, value), False
         if sudden:
             self.jumps[case].append(Jump(end.place, first, after, value > end.value))
             self.ends[case] = 0
@@ -334,6 +340,7 @@ class Walk:
                 return
         if value == target:
             points.put_other(case, place, found)
+            self._note_loss(case, value, float(found.values["amplitude"][0]))
             self.loose[case] = found.values["amplitude"][0]
             self.done[case], self.ends[case] = self.done[case] + 1, 0  # a run that goes on from here knows of none
 
@@ -346,18 +353,37 @@ class Walk:
                 yield cycles
 
     def _note_capture(self, case: int, before: float, value: float, orbit: Branch, cycles: int) -> None:
-        """Note a jump from a motion that does not repeat to an orbit that was there at the value before as well."""
-        last = float(self.loose[case])
-        if value == before or np.isnan(last):
+        """Note a jump to an orbit from a state that ended, or from a motion that did not repeat at the value before.
+
+        The orbit is followed back to where the motion came from. One that does not reach back is another state.
+        """
+        left, last, block = self.left[case], float(self.loose[case]), self.block
+        self.left[case] = None
+        if left is None and (value == before or np.isnan(last)):
             return
+        origin = before if left is None else left.at
         one, start = np.array([case]), States(orbit.last_x, orbit.last_memory, orbit.last_branch)
-        back = self.block.follow(one, start, np.array([value]), np.array([[before]]), repeats=cycles)
-        if back.done[0] == 0:
+        back = block.follow(one, start, np.array([value]), np.array([[origin]]), repeats=cycles)
+        reaches = back.done[0] == 1
+        found, at = (back, origin) if reaches else (orbit, value)
+        there = amplitude_of(block, case, at, found.rows[0, 0])
+        if left is not None:
+            if np.abs(found.last_x[0] - left.end.edge).max() > SUDDEN:
+                self.jumps[case].append(Jump(left.end.place, left.amplitude, there, value > left.end.value))
             return
-        there = amplitude_of(self.block, case, before, back.rows[0, 0])
-        if abs(there - last) > SUDDEN * self.block.lot.length[case]:
-            after = amplitude_of(self.block, case, value, orbit.rows[0, 0])
+        stride = (
+            0.0 if reaches else abs(value - before) / float(block.unit[case])
+        )  # in which a state may move as far, twice
+        if abs(there - last) > (SUDDEN + 2.0 * stride) * block.lot.length[case]:
+            after = amplitude_of(block, case, value, orbit.rows[0, 0])
             self.jumps[case].append(Jump(0.5 * (before + value), last, after, value > before))
+
+    def _note_loss(self, case: int, value: float, amplitude: float) -> None:
+        """Note a jump from a state that ended to a motion (its amplitude in m) that is no orbit at the next value."""
+        left = self.left[case]
+        self.left[case] = None
+        if left is not None and abs(amplitude - left.amplitude) > SUDDEN * self.block.lot.length[case]:
+            self.jumps[case].append(Jump(left.end.place, left.amplitude, amplitude, value > left.end.value))
 
 
 def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:

@@ -18,8 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.newton import is_stable, longest, solve_both, subtract_from_one
+from dforce.solvers.newton import longest, multiply, solve_both, subtract_from_one
 from dforce.solvers.period_map import FD_STEP, march
+from dforce.solvers.stability import is_stable
 
 CORRECTED = 1e-3  # of the free amplitude: correction of a leap
 ARRIVED = 3e-4  # of the free amplitude: Newton step from which an orbit is near
@@ -29,6 +30,7 @@ GROWTH, SHRINK, SAFETY = (
     0.7,
 )  # of the next leap; of the cube root of the correction allowed over the correction
 LONGEST = 1 << 20  # periods in a leap
+MOST_LOOKS = 16_384  # leaps: where so many lead to no state they are so short that plain integration is quicker
 GOING, SETTLED, LOST = 0, 1, 2  # what became of a motion
 
 
@@ -84,16 +86,6 @@ def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) ->
         for j in range(size):
             way[i] += total[i, j] * change[j]
             change_after[i] += power[i, j] * change[j]
-
-
-def multiply(a: Any, b: Any, out: Any) -> None:
-    """Write the product of two matrices."""
-    size = motion_size()
-    for i in range(size):
-        for j in range(size):
-            out[i, j] = 0.0
-            for k in range(size):
-                out[i, j] += a[i, k] * b[k, j]
 
 
 def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any) -> int:

@@ -24,6 +24,14 @@ class End(NamedTuple):
     cycles: int
 
 
+class Left(NamedTuple):
+    """A state that ended, while its motion is on the way: its amplitude (m), and the value from which the motion went."""
+
+    end: End
+    amplitude: float
+    at: float
+
+
 class Landing(NamedTuple):
     """An orbit on which a motion settled: its start (scaled), and what is measured over its periods."""
 

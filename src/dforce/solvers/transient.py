@@ -46,12 +46,15 @@ class Steady:
         The state to go on from.
     settled, repeats
         Whether amplitudes and phases stopped moving, and whether they are the same in all windows measured.
+    accuracy
+        The accuracy promised for an orbit whose error is estimated; None: none is.
     """
 
     values: Mapping[str, Any]
     motion: Motion
     settled: bool
     repeats: bool
+    accuracy: float | None = None
 
     def __len__(self) -> int:
         return 1

@@ -12,6 +12,7 @@ import numpy as np
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
+from dforce.core.stopping import heard
 from dforce.runs import dwell, watched
 from dforce.thermal._noise_along_curve import Progress, lock_in_of
 
@@ -180,7 +181,7 @@ def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[
             parts.append(c)
             done += count
     except KeyboardInterrupt:
-        pass
+        heard()
     return np.concatenate(parts, axis=1), lanes
 
 

@@ -10,6 +10,7 @@ from dforce.case import case_of
 from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.stopping import heard
 from dforce.experiments.base import Progress as Told
 from dforce.runs import watched
 from dforce.validity import advice, attributes
@@ -18,10 +19,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
+    from dforce.kernel import Array
     from dforce.problem import Problem
 
 Progress = Told | bool | None
 
+MULTIPLIERS = "multiplier_modulus"
 MOST_NUMBERS = 200  # of motion and memory together: of more, the map of a step takes longer than a simulation
 
 
@@ -65,7 +68,9 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
         raise ResultError("this result keeps no motions, from which the noise follows; compute it anew")
     case = case_of(curve)
     band, count = lock_in_of(case.problem, bandwidth, poles)
-    kept = [name for name in (MOTION, REPEATS, "amplitude", "phase", "status", "zc") if name in curve.variables]
+    kept = [
+        name for name in (MOTION, REPEATS, MULTIPLIERS, "amplitude", "phase", "status", "zc") if name in curve.variables
+    ]
     slim, shape = curve[kept], curve["status"].shape
     tones = len(case.problem.tones)
     found = {name: np.full((*shape, tones), np.nan) for name in ("amplitude_noise", "phase_noise")}
@@ -80,6 +85,7 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
                     found["amplitude_noise"][place], found["phase_noise"][place] = numbers
             tell(len(places), len(places), "")
         except KeyboardInterrupt:
+            heard()
             interrupted = True
     return _finished(curve, case, found, band, count, interrupted)
 
@@ -114,6 +120,8 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
 
     if int(point["status"]) not in REPEATING or case.experiment is None:
         return None
+    if MULTIPLIERS in point and not _dies_out(point[MULTIPLIERS].values):
+        return None
     problem = case.experiment.problem_at(case.problem, point, case)
     common = common_period([tone.frequency for tone in problem.tones])
     repeats = float(point[REPEATS]) if REPEATS in point else np.nan
@@ -134,6 +142,11 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
     turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
     read = point["amplitude"].values * np.exp(1j * (turns - np.radians(point["phase"].values)))
     return found.amplitude_and_phase(read)
+
+
+def _dies_out(moduli: Array) -> bool:
+    """Say whether a disturbance dies out, as whoever found the motion has decided; of a transient nobody has, yet."""
+    return not bool((moduli >= 1.0).any())
 
 
 def _finished(

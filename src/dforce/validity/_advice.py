@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dforce.core.errors import checked
 from dforce.core.listing import Listing, html_table, paragraphs
+from dforce.core.quantities import NONE
 from dforce.results.dataset import unit_for
 
 if TYPE_CHECKING:
@@ -94,6 +95,12 @@ def shown(value: float, unit: str) -> str:
     return f"{text} {name}" if unit != "1" else text
 
 
+def amount(value: float, unit: str) -> str:
+    """Return an SI amount in the unit that a reader likes; "none" where it is 0, as evidence gives it below its error."""
+    return shown(value, unit) if value else NONE
+
+
 def percent(share: float) -> str:
     """Return a share in percent: ``27 %``."""
-    return f"{100.0 * share:.2g} %" if abs(share) < 0.995 else f"{100.0 * share:.0f} %"
+    digits = ".2g" if abs(share) < 0.995 else ".0f" if abs(share) < 100.0 else ".0e"
+    return f"{100.0 * share:{digits}} %"

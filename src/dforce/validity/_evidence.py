@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.forces import Force
-from dforce.problem import Problem
+from dforce.results.significance import is_none, with_scales
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,8 +24,8 @@ class Evidence:
     """A case, its problem, and the values of its result at points whose motion can be trusted."""
 
     def __init__(self, case: Case, result: xr.Dataset | None) -> None:
-        self.case, self.result = case, None if result is None else _in_order(result)
-        self.problem: Problem = case.problem
+        self.case, self.problem = case, case.problem
+        self.result = None if result is None else with_scales(_in_order(result).copy(), self.problem)
         self._values: dict[str, Array] = {}
 
     @property
@@ -69,7 +69,7 @@ class Evidence:
     # the result
 
     def array(self, name: str) -> Array | None:
-        """Return a variable of the result as it is; of several tones or modes the first."""
+        """Return a variable of the result, as it is; of several tones or modes the first."""
         if self.result is None or name not in self.result.variables:
             return None
         variable = self.result.variables[name]
@@ -106,6 +106,14 @@ class Evidence:
                 array = array[trusted]
             self._values[name] = array[np.isfinite(array)]
         return self._values[name]
+
+    def amounts(self, name: str) -> Array:
+        """Return :meth:`values` of an amount, 0 where it is below its estimated error."""
+        if self.result is None or name not in self.result.variables:
+            return np.empty(0)
+        variable = self.result[name]
+        known = variable.copy(data=np.where(is_none(self.result, name), 0.0, variable.values))
+        return Evidence(self.case, self.result.assign({name: known})).values(name)
 
     def harmonic(self, order: int) -> Array:
         """Return the amplitudes of a harmonic at all points that can be trusted."""
@@ -164,7 +172,8 @@ class Evidence:
         """Largest indentation (m); without a result, what Hertz' contact is expected to give, if it is one."""
         if self.is_force_curve:
             return None  # how deep it goes is the user's choice, and shown
-        return self.largest("max_indentation") if self.computed else self._expected_indentation()
+        depths = self.amounts("max_indentation")
+        return float(depths.max()) if depths.size else None if self.computed else self._expected_indentation()
 
     def _expected_indentation(self) -> float | None:
         r"""Return the indentation expected of one mode driven at resonance over Hertz' contact alone (m).

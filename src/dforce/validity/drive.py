@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._advice import Advice, amount, percent, shown
 from dforce.validity._evidence import Evidence
 
 LOW_Q = 10.0  # there a shaken base moves by some 6 % of the amplitude
@@ -53,7 +53,7 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
 def apparent_dissipation(seen: Evidence) -> Advice | None:
     """Compare the energy that amplitude and phase seem to tell with the one that the sample takes."""
     problem = seen.problem
-    apparent, taken = seen.values("apparent_dissipated_energy"), seen.values("total_dissipated_energy")
+    apparent, taken = (seen.amounts(f"{name}_dissipated_energy") for name in ("apparent", "total"))
     if not problem.tip_differs or not apparent.size or apparent.shape != taken.shape:
         return None
     tone = problem.tones[0]
@@ -64,8 +64,9 @@ def apparent_dissipation(seen: Evidence) -> Advice | None:
         return None
     return Advice(
         "apparent_dissipation", off, MISLED,
-        f"Amplitude and phase seem to tell that the sample takes {shown(float(apparent[wrong]), 'J')} a period, and it takes "
-        f"{shown(float(taken[wrong]), 'J')}: the usual formula is that of a force that drives one mode, and of its deflection. "
+        f"The usual formula of amplitude and phase gives {amount(float(apparent[wrong]), 'J')} a period, and the sample "
+        f"dissipates {amount(float(taken[wrong]), 'J')}: the formula is made for a force that drives one mode, and for its "
+        "deflection. "
         "Take total_dissipated_energy, or compare apparent_dissipated_energy with an experiment.",
         "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998)", ("drive.excitation", "readout.kind"),
     )  # fmt: skip

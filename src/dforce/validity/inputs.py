@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from dforce.experiments import FrequencySweep
 from dforce.library.cantilevers import NOMINAL
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
@@ -29,7 +30,7 @@ USUAL = {
     "A0": Usual(10e-12, 1e-6, "m"),
     "tip.radius": Usual(0.2e-9, 5e-6, "m"),
     "tip.youngs_modulus": Usual(1e6, 2e12, "Pa"),
-    "sample.youngs_modulus": Usual(1.0, 2e12, "Pa"),
+    "sample.youngs_modulus": Usual(10.0, 2e12, "Pa"),
     "sample.thickness": Usual(0.2e-9, 0.01, "m"),
     "contact.a0": Usual(0.05e-9, 2e-9, "m"),
     "medium.temperature": Usual(0.01, 600.0, "K"),
@@ -67,6 +68,10 @@ def _values(seen: Evidence) -> Iterator[tuple[str, float, Usual]]:
         yield seen.of_mode(number, "k"), mode.k, USUAL["k"]
     for number, tone in enumerate(seen.problem.tones):
         yield seen.of_tone(number, "A0"), tone.A0, USUAL["A0"]
+        if tone.frequency != seen.problem.modes[tone.mode].f0:
+            yield seen.of_tone(number, "frequency"), tone.frequency, USUAL["f0"]
+    if isinstance(seen.case.experiment, FrequencySweep):
+        yield "experiment.frequency", float(seen.case.experiment.frequencies().min()), USUAL["f0"]
     for path, usual in USUAL.items():
         section, _, field = path.partition(".")
         value = getattr(getattr(seen.case, section), field) if field else None

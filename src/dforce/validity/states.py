@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from dforce.experiments import Approach
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
 
@@ -108,4 +111,36 @@ def set_point_unreachable(seen: Evidence) -> Advice | None:
     return None
 
 
-PIECES = (coexisting_states, set_point_met_twice, set_point_unreachable)
+def begins_in_contact(seen: Evidence) -> Advice | None:
+    """Look for an approach that begins where the tip touches already: its first state then depends on the start alone."""
+    experiment, problem = seen.case.experiment, seen.problem
+    if not isinstance(experiment, Approach) or experiment.direction == "retract":
+        return None
+    first = float(experiment.distances(problem.tones[0].A0).max())
+    free = float(np.abs(problem.free).sum() + np.abs(problem.base).sum())
+    nearest = _closest_at_first(seen)
+    if first - free > problem.a0 and not nearest < problem.a0:
+        return None
+    touches = (
+        f"the closest distance there is {shown(nearest, 'm')}" if nearest < problem.a0 else "the free motion reaches it"
+    )
+    far = 1.2 * free + problem.a0
+    return Advice(
+        "begins_in_contact", first, free + problem.a0,
+        f"The approach begins at {shown(first, 'm')}, where the tip with a free amplitude of {shown(free, 'm')} touches the "
+        f"sample: {touches}. Which state it follows depends on the start, and an approach from far away may meet another "
+        f"one. Begin experiment.zc at {shown(far, 'm')}, or give it as shares of drive.A0.",
+        BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")), "m",
+    )  # fmt: skip
+
+
+def _closest_at_first(seen: Evidence) -> float:
+    """Return the closest distance (m) at the first point of an approach; infinite where no result has it."""
+    closest, zc = seen.array("min_distance"), seen.array("zc")
+    if seen.along != "zc" or closest is None or zc is None:
+        return math.inf
+    values = closest[int(np.argmax(zc))].ravel()  # of both directions the first is the approach
+    return float(values[0]) if np.isfinite(values[0]) else math.inf
+
+
+PIECES = (begins_in_contact, coexisting_states, set_point_met_twice, set_point_unreachable)

@@ -31,7 +31,7 @@ def validate(quick: bool = False, progress: Callable[[str], None] | None = None)
         the size that it names, `limit` (None where it is only reported), `source`, `note` and `met`. Beside them `met`,
         `quick`, `seconds` and `machine`. :func:`validation_page` makes a page of it.
     """
-    from dforce.checks.benchmark import machine
+    from dforce.checks.machine import machine
     from dforce.checks.validation import closed_forms, curves, disagreements, identities, orders, published
     from dforce.checks.validation.checks import Part, as_table
 

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dforce.core import units
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
+    from dforce.inverse.fitting.minimize import Minimum
     from dforce.inverse.fitting.run import Fitted
 
 MOST_CHI2 = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
@@ -75,14 +78,28 @@ def _chi2(found: Fitted) -> Advice | None:
 
 
 def _minima(found: Fitted) -> Advice | None:
-    if len(found.minima) < 2 or found.minima[1].chi2 - found.best.chi2 > NEAR_EQUAL:
+    others = [one for one in found.minima[1:] if one.chi2 - found.best.chi2 < NEAR_EQUAL and not one.lost]
+    if not others:
         return None
-    other = found.minima[1]
-    values = found.model.values(other.varied)
-    told = ", ".join(f"{one.name} = {value:.4g}" for one, value in zip(found.unknowns, values, strict=True))
-    rise = other.chi2 - found.best.chi2
-    text = f"a second minimum is higher by only {rise:.2g} in chi2: {told}. The data do not decide between the two."
-    return Advice("second_minimum", rise, NEAR_EQUAL, text, STATISTICS, ())
+    told = "; ".join(f"chi2 {one.chi2:.1f} at {_place(found, one)}" for one in others)
+    inside = len(not_excluded(found.minima)) - 1
+    joined = {
+        0: "The intervals of 95 % do not cover these values, which are excluded by less than 3 standard deviations",
+        len(others): "The data do not decide between them, and the intervals of 95 % cover all",
+    }.get(inside, f"The data do not decide between the lowest {inside + 1}, whose values the intervals of 95 % cover")
+    text = f"chi2 has more than one minimum: {found.best.chi2:.1f} at the values of this fit, and {told}. {joined}."
+    names = tuple(
+        one.name for i, one in enumerate(found.unknowns)
+        if any(abs(other.varied[i] - found.best.varied[i]) > found.certain.errors[i] for other in others)
+    )  # fmt: skip
+    return Advice("second_minimum", others[0].chi2 - found.best.chi2, NEAR_EQUAL, text, STATISTICS, names)
+
+
+def _place(found: Fitted, one: Minimum) -> str:
+    """Return the values of the fitted parameters at a minimum as text."""
+    values = zip(found.unknowns, found.model.values(one.varied), strict=True)
+    return ", ".join(f"{each.name} = {units.show(float(value), each.unit, 3)}" for each, value in values
+                     if each.name in found.settings.free)  # fmt: skip
 
 
 def _bounds(found: Fitted) -> Advice | None:

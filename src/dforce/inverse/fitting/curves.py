@@ -37,7 +37,7 @@ from dforce.solvers.states import States
 FAR = 1.15  # of the free amplitude: from there on the branch of free motion is followed
 AS_MEASURED = 0.1  # of the free amplitude: a stable state so near to the measured motion behind a jump is that motion
 PREDICTED = 1e-2  # of the free amplitude: an orbit so near to its prediction continues the one before
-APART = 5e-3  # of the free amplitude: points that a straight line through the last of a branch leans on
+BESIDE_END = 2e-5  # of the free amplitude: the chord between the end of a branch and this far before it goes on beyond
 
 
 @dataclass(frozen=True)
@@ -60,17 +60,16 @@ class Solved:
     values
         Amplitudes (m), then phases (degrees), (problems, points, 2 tones).
     lost
-        Where a branch has no such state, (problems, points); values go on there along a straight line.
-    leaning
-        By which two points each lost one goes on, and how far, (problems, points, 2) and (problems, points).
+        Where a branch has no such state, (problems, points); values go on there along a steep straight line.
+    short
+        How far each branch ends before its last point (m), 0 where it does not, (problems, branches).
     states, monodromy, at
         The orbits, for :meth:`Curves.slopes`: (problems, points, size), (problems, points, size, size), (problems, points).
     """
 
     values: Array
     lost: np.ndarray[Any, np.dtype[np.bool_]]
-    leaning: np.ndarray[Any, np.dtype[np.int64]]
-    share: Array
+    short: Array
     x: Array
     memory: Array
     branch: Array
@@ -131,8 +130,8 @@ class Curves:
         """
         block = self._block(problems)
         out = self._empty(block, problems, offsets)
-        for stretch in self.stretches:
-            self._follow(block, stretch, offsets, turns, out)
+        for number, stretch in enumerate(self.stretches):
+            self._follow(block, stretch, offsets, turns, out, out.short[:, number])
         return out
 
     def _empty(self, block: Block, problems: Sequence[Problem], offsets: Array) -> Solved:
@@ -144,13 +143,15 @@ class Curves:
             free = [free_response(problem.at_height(float(zc))) for zc in at]
             values[case] = np.concatenate([np.array(part)[:, : self.tones] for part in zip(*free, strict=True)], axis=1)
         return Solved(
-            values, np.ones((cases, points), bool), np.zeros((cases, points, 2), np.int64), np.zeros((cases, points)),
+            values, np.ones((cases, points), bool), np.full((cases, len(self.stretches)), np.inf),
             np.full((cases, points, size), np.nan), np.full((cases, points, len(block.memory_scale)), np.nan),
             np.full((cases, points, block.hysteresis), np.nan), np.full((cases, points, size, size), np.nan),
             np.full((cases, points), np.nan),
         )  # fmt: skip
 
-    def _follow(self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved) -> None:
+    def _follow(
+        self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved, short: Array
+    ) -> None:  # fmt: skip
         every = np.arange(len(offsets))
         values = stretch.heights + offsets[:, None]
         first = values[:, 0]
@@ -174,33 +175,39 @@ class Curves:
         branch = block.follow(which, begun.take(which), first[which], np.ascontiguousarray(values[which]))
         if block.is_smooth:
             over_edges(block, which, branch, values[which])
+        last = States(branch.last_x, branch.last_memory, branch.last_branch)
+        ended = np.flatnonzero(branch.done < values.shape[1])
+        ends = np.zeros((len(which), self.columns))
+        if len(ended):
+            at = branch.last_value[ended]
+            rows = block.remeasure(which[ended], last.take(ended), at, branch.last_monodromy[ended])
+            ends[ended] = self.read(block, which[ended], at, rows)
         for i, case in enumerate(which.tolist()):
-            self._keep(block, stretch, case, branch, i, values[case], out)
+            if self._keep(block, stretch, case, branch, i, values[case], ends[i], out):
+                short[case] = abs(values[case, -1] - branch.last_value[i])
 
     def _keep(
-        self, block: Block, stretch: Stretch, case: int, branch: Any, i: int, values: Array, out: Solved
-    ) -> None:  # fmt: skip
-        """Keep what was found of one problem's branch."""
+        self, block: Block, stretch: Stretch, case: int, branch: Any, i: int, values: Array, end: Array, out: Solved
+    ) -> bool:  # fmt: skip
+        """Keep what was found of one problem's branch, and of its end where it ends before the last point.
+
+        Return whether anything was found.
+        """
         done, places = int(branch.done[i]), stretch.places
         if done == 0:
-            return
+            return False
         known = places[:done]
         cases = np.full(done, case)
         read = self.read(block, cases, values[:done], branch.rows[i, :done])
         if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, values[0])[0], read[0]):
-            return
+            return False
         out.values[case, known], out.lost[case, known], out.at[case, known] = read, False, values[:done]
         out.x[case, known], out.monodromy[case, known] = branch.x[i, :done], branch.monodromy[i, :done]
         out.memory[case, known], out.branch[case, known] = branch.memory[i, :done], branch.branch[i, :done]
-        last, rest = done - 1, places[done:]
-        if len(rest):
-            apart_by = np.abs(values[:done] - values[last])
-            far = np.flatnonzero(apart_by >= APART * block.lot.length[case])
-            other = int(far[-1]) if len(far) else 0
-            span = values[last] - values[other]
-            out.leaning[case, rest] = places[last], places[other]
-            out.share[case, rest] = (values[done:] - values[last]) / span if span else 0.0
-            lean(out.values[case], rest, out.leaning[case], out.share[case])
+        if done < len(places):
+            away = np.abs(values - branch.last_value[i]) / block.lot.length[case]
+            out.values[case, places[done:]] = beyond(end, read, away[:done], away[done:])
+        return True
 
     def _is_behind(self, problem: Problem, first: Array) -> bool:
         """Say whether the nearest motion of a branch is one behind a jump: its phase is below that of free motion."""
@@ -231,35 +238,32 @@ class Curves:
         """
         beside, shifts = [*above, *below], np.zeros(len(above) + len(below))
         shifts[len(above) - 1], shifts[-1] = shift, -shift if len(below) > 1 else 0.0
-        find = self._beside if self.is_smooth else self._anew
-        values, known = find(beside, shifts, solved, turns, case)
-        out = difference(values[: len(above)], values[len(above) :])
-        out[:, ~known] = 0.0
-        lost = np.flatnonzero(solved.lost[case])
-        for rows in out:  # derivatives of lost points follow those of the points that they lean on
-            lean(rows, lost, solved.leaning[case], solved.share[case])
-        return out
+        find = self._beside if self.from_orbits(solved, case) else self._anew
+        values = find(beside, shifts, solved, turns, case)
+        return difference(values[: len(above)], values[len(above) :])
+
+    def from_orbits(self, solved: Solved, case: int = 0) -> bool:
+        """Say whether derivatives follow from the orbits that were found; else curves beside them are followed anew."""
+        return self.is_smooth and not bool(solved.lost[case].any())
 
     def _beside(
         self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int
-    ) -> tuple[Array, Any]:  # fmt: skip
-        """Return what problems say one Newton step beside the orbits of one, and at which points."""
-        known = ~solved.lost[case]
-        block, count, times = self._block(beside), int(known.sum()), (len(beside), 1)
-        which = np.repeat(np.arange(len(beside)), count)
-        at = (solved.at[case, known] + shifts[:, None]).ravel()
-        states = States(*(np.tile(part[case, known], times) for part in (solved.x, solved.memory, solved.branch)))
-        rows = block.remeasure(which, states, at, np.tile(solved.monodromy[case, known], (*times, 1)))
-        values = np.zeros((len(beside), self.count, self.columns))
-        values[:, known] = self.read(block, which, at, rows).reshape(len(beside), count, self.columns)
-        return values, known
+    ) -> Array:  # fmt: skip
+        """Return what problems say one Newton step beside the orbits of one."""
+        block, times = self._block(beside), (len(beside), 1)
+        which = np.repeat(np.arange(len(beside)), self.count)
+        at = (solved.at[case] + shifts[:, None]).ravel()
+        states = States(*(np.tile(part[case], times) for part in (solved.x, solved.memory, solved.branch)))
+        rows = block.remeasure(which, states, at, np.tile(solved.monodromy[case], (*times, 1)))
+        return self.read(block, which, at, rows).reshape(len(beside), self.count, self.columns)
 
     def _anew(
         self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int
-    ) -> tuple[Array, Any]:  # fmt: skip
+    ) -> Array:  # fmt: skip
         """Return the same from curves that are followed anew."""
-        found = self.solve(beside, float(np.nanmean(solved.at[case] - self._heights())) + shifts, turns)
-        return found.values, ~found.lost.any(axis=0)
+        offsets = solved.at[case] - self._heights()
+        offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0  # no point has a state there
+        return self.solve(beside, offset + shifts, turns).values
 
     def _heights(self) -> Array:
         heights = np.empty(self.count)
@@ -281,10 +285,26 @@ def wrapped(angle: Array) -> Array:
     return np.asarray((angle + 180.0) % 360.0 - 180.0)
 
 
-def lean(rows: Array, lost: Any, leaning: Any, share: Array) -> None:
-    """Write the straight line through two known points in the place of lost ones, (points, ...)."""
-    first, second = leaning[lost, 0], leaning[lost, 1]
-    rows[lost] = rows[first] + share[lost, None] * difference(rows[first], rows[second])
+def beyond(end: Array, known: Array, before: Array, behind: Array) -> Array:
+    """Return values behind the end of a branch, (points, 2 tones).
+
+    A measured state there shows that the branch of the sample does not end so early, so they leave the measured ones fast:
+    along the chord that ends the branch. Beside a fold values change with the root of the distance from it.
+
+    Parameters
+    ----------
+    end
+        Values at the end, (2 tones,).
+    known, before
+        Values at points on the branch, (points, 2 tones), and how far before the end they are, in free amplitudes.
+    behind
+        How far behind the end the points are.
+    """
+    order = np.argsort(before)
+    root = np.concatenate([[0.0], np.sqrt(before[order])])
+    moved = np.concatenate([np.zeros((1, len(end))), difference(known[order], end)])
+    chord = np.array([np.interp(math.sqrt(BESIDE_END), root, column) for column in moved.T])
+    return np.asarray(end - behind[:, None] / BESIDE_END * chord)
 
 
 def free_response(problem: Problem) -> tuple[Array, Array]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case, Data
 from dforce.core.errors import DForceError, ParameterError, nearest, shorten
+from dforce.core.files import named
 from dforce.inverse.calibration import calibrate
 from dforce.inverse.measured import each_curve, read_measured
 
@@ -33,7 +33,7 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
     if given is None:
         if not asked.file:
             raise ParameterError('there is no measured curve: name its file, or write [data] file = "curve.csv"')
-        given = (case.folder or Path()) / asked.file
+        given = named(asked.file, "data.file", case.folder)
     data = read_measured(given, **reading_of(asked))
     return data if CALIBRATED in data.attrs else calibrate(data, case, **calibration_of(asked))
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from dforce.case import Case
 from dforce.core.errors import DForceError, checked
-from dforce.core.stopping import late_stop_waits
+from dforce.core.stopping import late_stop_waits, until_stopped
 from dforce.inverse.fitting.load import measured_curves
 from dforce.inverse.fitting.result import together
 from dforce.inverse.fitting.run import fit, settings_of
@@ -54,7 +53,7 @@ def fit_many(
     asked = settings_of(case, free, settings)
     done: dict[str, xr.Dataset | str] = {}
     stopped = True
-    with late_stop_waits(), watched(progress, case.title) as tell, contextlib.suppress(KeyboardInterrupt):
+    with late_stop_waits(), watched(progress, case.title) as tell, until_stopped():
         every = _every(case, curves)
         for number, (name, curve) in enumerate(every.items()):
             tell(number, len(every), name)

@@ -20,7 +20,7 @@ SHORT = 1e-8  # the same of steps: shorter ones wander over the small edges of t
 MOST = 60  # evaluations for one minimum
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Minimum:
     """A minimum, or the lowest place that was met.
 

@@ -30,12 +30,15 @@ class Prediction:
         Amplitudes (m), then phases (degrees), as they would be measured, (points, 2 tones).
     lost
         Where the case has no such state, (points,).
+    short
+        How far each branch ends before its last point (m); 0 where it does not, (branches,).
     solved
         The orbits.
     """
 
     values: Array
     lost: np.ndarray[Any, np.dtype[np.bool_]]
+    short: Array
     solved: Solved
 
 
@@ -105,7 +108,7 @@ class Model:
         out[:, : self.tones] *= self._scales(values)
         out[:, self.tones :] += self._turns(values)
         alone = Solved(*(part[case : case + 1] for part in vars(solved).values()))
-        return Prediction(out, solved.lost[case], alone)
+        return Prediction(out, solved.lost[case], solved.short[case], alone)
 
     def _sum(self, kind: str, values: Array, tone: int = 0) -> float:
         return float(
@@ -127,9 +130,10 @@ class Model:
         They are differences to both sides, or to one: half the work, and as good for the search of a minimum.
         """
         values = self.values(varied)
+        from_orbits = self.curves.from_orbits(predicted.solved)
         both_sides |= not self.curves.is_smooth
         # curves that are followed anew need longer steps
-        steps = np.array([one.step * (1.0 if self.curves.is_smooth else ANEW) for one in self.unknowns])
+        steps = np.array([one.step * (1.0 if from_orbits else ANEW) for one in self.unknowns])
         of_case = [i for i, one in enumerate(self.unknowns) if one.kind == CASE]
         here = self.problem(values)
         beside = []

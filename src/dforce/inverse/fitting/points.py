@@ -30,6 +30,7 @@ STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both
 STRETCH = 5.0  # errors of a height to each side: over that the noise of the heights does not flatten a slope
 NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FEWEST = 8  # points
+FOUND = 1  # points beside a jump that is found in the data are left out where no margin is given
 RIGHT_ANGLE = 90.0
 MISTYPED = 1000.0  # times what a curve spans: an error so large was typed without its unit
 
@@ -126,7 +127,8 @@ class Reading:
     branch
         ``measured``: each point's own; ``attractive`` or ``repulsive``: one branch alone counts.
     margin
-        How many points beside each jump are left out.
+        How many points beside each jump are left out; None: 1 where jumps are found in the data, whose branches may be told
+        wrong there, 0 where the data give the branch of each point.
     errors
         Standard deviations that replace the data's own: m and degrees, by the names of the variables.
     height
@@ -136,7 +138,7 @@ class Reading:
     """
 
     branch: str = "measured"
-    margin: int = 2
+    margin: int | None = None
     errors: Mapping[str, float] | None = None
     height: Sequence[tuple[float, float]] = ()
     direction: str = ""
@@ -259,11 +261,12 @@ def _on_branch(found: Measured, branch: Any, used: Any, name: str) -> Any:
     return wanted
 
 
-def _branches(data: xr.Dataset, found: Measured, margin: int) -> tuple[Any, Any]:
+def _branches(data: xr.Dataset, found: Measured, margin: int | None) -> tuple[Any, Any]:
     """Return the branch of each point, and which points are beside a jump."""
     if "branch" in data.variables:
         branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
-        return branch, _beside_known_jump(found.height, branch, margin)
+        return branch, _beside_known_jump(found.height, branch, margin or 0)
+    margin = FOUND if margin is None else margin
     branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
     ways = np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None
     for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
@@ -309,7 +312,7 @@ def _jumps(found: Measured, order: Any) -> list[int]:
     return [int(cut) + 1 for cut in np.flatnonzero(over)]
 
 
-def checked_reading(branch: str, margin: int, errors: Any, height: Any, direction: str) -> Reading:
+def checked_reading(branch: str, margin: int | None, errors: Any, height: Any, direction: str) -> Reading:
     """Return how points are taken, after checking what a user gave.
 
     Raises
@@ -321,7 +324,7 @@ def checked_reading(branch: str, margin: int, errors: Any, height: Any, directio
         raise ParameterError(f"branch = '{shorten(branch)}' is not measured, attractive or repulsive")
     if direction not in ("", "approach", "retract"):
         raise ParameterError(f"direction = '{shorten(direction)}' is not approach or retract")
-    if not 0 <= margin <= 1000:
+    if margin is not None and not 0 <= margin <= 1000:
         raise ParameterError(f"margin = {margin} is not between 0 and 1000 points")
     known = ("amplitude", "phase", "amplitude_2", "phase_2", "height")
     given: dict[str, float] = {}

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dforce.inverse.fitting.minimize import EXACT, Minimum, Objective
+from dforce.inverse.fitting.folds import slide
+from dforce.inverse.fitting.minimize import EXACT, ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import Model
 from dforce.inverse.fitting.unknowns import limits
 from dforce.kernel import Array
@@ -16,6 +17,11 @@ from dforce.kernel import Array
 STEPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)  # of the error, to each side, until both levels are passed
 ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %
 MOST_RUNS = 15  # of the model at each value
+TRIES, MOST_STEPS = 5, 10  # values at which an end of an interval is sought, and evaluations at each
+ROUGHLY = 0.03  # of chi2: two steps that lower it by less end the search for an end of an interval
+CLOSE_ENOUGH = 0.15  # of the root of the rise: ends are interpolated from there
+STUCK = 2.0  # times that root: a search that ends so high may not have found the least
+LOWER = 0.05  # of chi2: what is so much lower is another minimum
 WIDEST = 1.0  # of the logarithm: longest step where the error is larger or not known
 
 
@@ -56,10 +62,10 @@ def profile_of(model: Model, best: Minimum, index: int, error: float, on_run: Ca
                 break
             objective = Objective(model, start, others, on_run)
             if others:
-                objective.minimize(EXACT, MOST_RUNS)
+                there = slide(objective, objective.minimize(EXACT, MOST_RUNS))
             else:
                 objective.residuals(start[others])
-            there = objective.best
+                there = objective.best
             found.append((float(start[index]), there.chi2))
             last = there.varied
             if there.chi2 > best.chi2 + MOST:
@@ -68,6 +74,89 @@ def profile_of(model: Model, best: Minimum, index: int, error: float, on_run: Ca
     varied, chi2 = (np.array(column) for column in zip(*found, strict=True))
     at = [_reach(varied, chi2, best, index, level, side) for level in (ONE, MOST) for side in (-1.0, 1.0)]
     return Profile(varied, chi2, *at)
+
+
+@dataclass(frozen=True)
+class Way:
+    """Where one unknown leads away from a minimum: its place, all unknowns along a unit of it, those that are free, a step."""
+
+    index: int
+    along: Array
+    others: list[int]
+    step: float
+
+
+@dataclass(frozen=True)
+class End:
+    """How far along one unknown chi2 was minimized over the others, and the root of its rise there; infinite: no state."""
+
+    ways: list[float]
+    roots: list[float]
+
+    def reach(self, level: float) -> float:
+        """Return how far the root comes to a level; it goes on straight beyond, and ends where there is no state."""
+        order = np.argsort(self.ways)
+        ways, roots = np.array(self.ways)[order], np.maximum.accumulate(np.array(self.roots)[order])
+        if level < roots[0]:
+            return math.nan
+        over = int(np.argmax(roots >= level)) if roots[-1] >= level else 0
+        if over and math.isinf(roots[over]):
+            return float(ways[over])
+        if over:
+            return float(np.interp(level, roots[over - 1 : over + 1], ways[over - 1 : over + 1]))
+        slope = (roots[-1] - roots[0]) / (ways[-1] - ways[0]) if len(ways) > 1 else 0.0
+        return float(ways[-1] + (level - roots[-1]) / slope) if slope > 0.0 else math.inf
+
+
+def end_of(
+    model: Model, best: Minimum, way: Way, floor: float, on_run: Callable[[Objective], None]
+) -> End | Minimum:  # fmt: skip
+    """Return how chi2 rises along one unknown up to 3.84 above a floor, or a minimum below the floor where one is met."""
+    goal, (low, high) = math.sqrt(MOST), limits(model.unknowns)
+    ends = End([0.0], [math.sqrt(max(best.chi2 - floor, 0.0))])
+    ahead, far, tries = way.along, way.step, 0
+    while tries < TRIES:
+        start = best.varied + far * ahead
+        if not low[way.index] <= start[way.index] <= high[way.index]:
+            break
+        there = _beside(Objective(model, np.clip(start, low, high), way.others, on_run), floor + (STUCK * goal) ** 2)
+        known = there.prediction is not None and not there.lost
+        if known and there.chi2 < floor - LOWER:
+            return there
+        root = math.sqrt(max(there.chi2 - floor, 0.0)) if known else math.inf
+        ends.ways.append(far)
+        ends.roots.append(root)
+        if known:
+            ahead = (there.varied - best.varied) / far
+        tries += 1
+        if abs(root - goal) < CLOSE_ENOUGH * goal and len(ends.ways) == 2:
+            far, tries = 0.5 * far, TRIES - 1  # the end is found at once; halfway tells one standard deviation
+        elif abs(root - goal) < CLOSE_ENOUGH * goal:
+            break
+        else:
+            far = _next(ends, goal, far)
+    return ends
+
+
+def _beside(objective: Objective, stuck: float) -> Minimum:
+    """Return the least chi2 with an unknown held, roughly; where it is as high as `stuck`, plain steps are tried as well."""
+    objective.residuals(objective.start[objective.free])
+    found = slide(objective, objective.best, away=True, most=MOST_STEPS, enough=ROUGHLY)
+    if not found.lost and found.chi2 < stuck:
+        return found
+    again = slide(objective, objective.minimize(ROUGH, MOST_STEPS), away=True, most=MOST_STEPS, enough=ROUGHLY)
+    return again if found.lost or (again.chi2 < found.chi2 and not again.lost) else found
+
+
+def _next(ends: End, goal: float, far: float) -> float:
+    """Return where to ask for chi2 next: between places on both sides of the goal, halfway if one is far off, else farther."""
+    tried = list(zip(ends.ways, ends.roots, strict=True))
+    inside = max(way for way, root in tried if root < goal or way == 0.0)
+    outside, above = min(((way, root) for way, root in tried if root >= goal), default=(math.inf, math.inf))
+    guess = ends.reach(goal)
+    if math.isinf(outside):
+        return min(guess, 2.0 * far)
+    return guess if above < STUCK * goal and inside < guess < outside else 0.5 * (inside + outside)
 
 
 def _reach(varied: Array, chi2: Array, best: Minimum, index: int, level: float, side: float) -> float:

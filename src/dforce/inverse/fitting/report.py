@@ -40,7 +40,9 @@ def fit_report(result: xr.Dataset) -> str:
     lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
     if result.attrs.get("interrupted"):
         lines.append("stopped before it was done; this is the best that was met")
-    lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", "parameters", *_parameters(result)]
+    lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", _heading(result), *_parameters(result)]
+    if rows := _minima(result):
+        lines += ["", "minima that the data do not exclude, all within the intervals of 95 %", *rows]
     if given := _given(result):
         lines += ["", "errors from what is given, to be added in squares", *given]
     if drawn := _bootstrap(result):
@@ -55,6 +57,8 @@ def _table(result: xr.Dataset) -> str:
     """Return a row for each of many fits, and below why others could not be made."""
     names = result["parameter"].values.tolist()
     rows, below = [("", *(name.split(".")[-1] for name in names), "chi2", "lost")], []
+    if held := str(result.attrs.get("holds_for", "")):
+        below.append(f"all values hold for {held}")
     for curve in result["curve"].values.tolist():
         one = result.sel(curve=curve)
         if message := str(one["message"].values):
@@ -132,6 +136,31 @@ def _parameters(result: xr.Dataset) -> list[str]:
         )
         start = shown(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
+    return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _heading(result: xr.Dataset) -> str:
+    """Return above the parameters what they hold for: curves with other k or R are as good."""
+    held = str(result.attrs.get("holds_for", ""))
+    return f"parameters, for {held}; with other values the forces scale, and chi2 stays" if held else "parameters"
+
+
+def _minima(result: xr.Dataset) -> list[str]:
+    """Return values and chi2 of the minima within the interval of 95 %, where there are several, and that interval."""
+    if "minimum_excluded" not in result:
+        return []
+    places = np.flatnonzero(~result["minimum_excluded"].values)
+    if len(places) < 2:
+        return []
+    rows = [("chi2", *(f"{float(result['minimum_chi2'][place]):.2f}" for place in places), "interval of 95 %")]
+    for name in result["parameter"].values.tolist():
+        one = result.sel(parameter=name)
+        plain, error = str(one["unit"].values), float(one["error"])
+        cells = [" ".join(shown(float(one["minimum_value"][place]), error, plain)[::2]).strip() for place in places]
+        ends = [
+            " ".join(shown(float(one[end]), error, plain)[::2]).strip() for end in ("interval_low", "interval_high")
+        ]
+        rows.append((name, *cells, " to ".join(ends)))
     return ["  " + line for line in aligned(rows).splitlines()]
 
 

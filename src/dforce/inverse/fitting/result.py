@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.case.paths import value_at
 from dforce.core import quantities
 from dforce.core.errors import ParameterError
 from dforce.experiments import Approach
@@ -18,6 +19,8 @@ from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.run import Fitted
+from dforce.inverse.fitting.sides import not_excluded
+from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.fitting.wald_wolfowitz import runs_test
 from dforce.kernel import Array
@@ -47,6 +50,8 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         rows = [found.model.values(place.varied) for place in places]
         variables[f"{kind}_value"] = ((kind, "parameter"), np.array(rows).reshape(-1, len(unknowns)))
     variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
+    covered = not_excluded(found.minima)
+    variables["minimum_excluded"] = ("minimum", np.array([one not in covered for one in found.minima]))
     names = [one.name for one in unknowns]
     coords = {
         "parameter": names, "parameter_2": names, "unit": ("parameter", [one.unit for one in unknowns]),
@@ -169,8 +174,19 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
         "sampling_change": found.coarse, "evaluations": found.runs,
         "forces": " + ".join(force.name for force in found.case.forces),
         "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
-        "start_case": asked.to_toml(complete=True),
+        "start_case": asked.to_toml(complete=True), "holds_for": holds_for(found),
     } | ({} if found.bootstrap is None else {"bootstrap_block": found.bootstrap.block})  # fmt: skip
+
+
+def holds_for(found: Fitted) -> str:
+    """Return the spring constant and the tip radius that the values hold for, where these are not fitted."""
+    fitted = {one.path for one in found.unknowns if one.kind == CASE}
+    modes = found.case.cantilever.modes
+    lever = [f"cantilever.modes.{number}.k" for number in range(1, len(modes) + 1)] if modes else ["cantilever.k"]
+    paths = [path for path in (*lever, "tip.radius") if path not in fitted]
+    known = [(path, value_at(found.case, path)) for path in paths]
+    return ", ".join(f"{path} = {with_unit(float(value), found.case.quantity(path).unit)}"
+                     for path, value in known if value is not None)  # fmt: skip
 
 
 def best_case(found: Fitted, values: Array) -> Case:
@@ -224,7 +240,7 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
         | {name: ("curve", column) for name, column in facts.items()},
         {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)}
         | places,
-        provenance(some.attrs["start_case"], case.title) | {"kind": "fits"},
+        provenance(some.attrs["start_case"], case.title) | {"kind": "fits", "holds_for": some.attrs["holds_for"]},
     )
 
 

@@ -11,17 +11,18 @@ import numpy as np
 
 from dforce.case import Case, Fit
 from dforce.core.errors import ParameterError, checked, shorten
-from dforce.core.stopping import late_stop_waits
+from dforce.core.stopping import heard, late_stop_waits
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
+from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import Model
 from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
 from dforce.inverse.fitting.points import Measured, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
-from dforce.inverse.fitting.sides import Sides, plain_sides, sides_of
-from dforce.inverse.fitting.starts import Start, first_guess, refined, searched
+from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
+from dforce.inverse.fitting.starts import Start, different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
 from dforce.kernel import Array
 from dforce.runs import watched
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
+MOST_LOWER = 4  # minima that are met on the way to the ends of intervals
 FINEST = 4  # times the samples of the case
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
 
@@ -121,7 +123,7 @@ def fit(
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
         in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and what repeats the fit. After Ctrl-C it holds the best that was met, and ``attrs["interrupted"]`` is 1;
+        case (`case`) and what repeats the fit. Stopped, it holds the best that was met, and ``attrs["interrupted"]`` is 1;
         stopped on its way to the minimum it has no errors.
 
     Raises
@@ -135,7 +137,7 @@ def fit(
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
         found = fitted(case, data, asked, tell)
         tell(USUAL_RUNS, USUAL_RUNS, "")
-    found.interrupted |= stop.asked
+    found.interrupted |= stop.is_heard
     from dforce.inverse.fitting.result import to_dataset  # which takes what is defined here
 
     return to_dataset(found, data)
@@ -211,6 +213,7 @@ class _Search:
             profiles = self._profiles()
             self._bootstrap()
         except KeyboardInterrupt:
+            heard()
             interrupted = True
         if self.minima:
             certain, passed = self._certainty()
@@ -272,7 +275,7 @@ class _Search:
             if change < TOO_COARSE or finer > FINEST or self.case.solver.accuracy is None:
                 return change
             self.model = fine
-            self.minima = [Objective(fine, best.varied, on_run=self.on_run).minimize(), *self.minima[1:]]
+            self.minima = [lowest(Objective(fine, best.varied, on_run=self.on_run)), *self.minima[1:]]
 
     def _profiles(self) -> dict[str, Profile]:
         certain, _ = self._certainty()
@@ -295,11 +298,32 @@ class _Search:
         bootstrap(self.model, self.minima[0], seen, count, done)
 
     def _sides(self) -> Sides | None:
-        best = self.minima[0]
-        if best.prediction is None:
-            return None
-        by = self._derivatives()
-        return sides_of(self.model, best, by, certainty(by, self.unknowns, self.data.correlation))
+        """Return how far the unknowns may be off, over all minima; where that leads to a lower minimum, it is taken."""
+        for _ in range(MOST_LOWER):
+            if self.minima[0].prediction is None:
+                return None
+            found = self._sides_of_all()
+            if isinstance(found, Sides):
+                return found
+            seen = np.flatnonzero(self._certainty()[0].seen).tolist()
+            met = lowest(Objective(self.model, found.varied, seen, self.on_run))
+            self.minima = different([met, *self.minima], self.model)
+        return None
+
+    def _sides_of_all(self) -> Sides | Minimum:
+        """Return the sides of the best minimum, and of all others that the data do not exclude, or a lower minimum."""
+        best, out = self.minima[0], None
+        for one in not_excluded(self.minima):
+            if one.prediction is None:
+                continue
+            by = self._derivatives() if one is best else jacobian(self.model, one.varied, one.prediction)
+            certain = certainty(by, self.unknowns, self.data.correlation)
+            sides = sides_of(self.model, one, by, certain, best.chi2, self.on_run)
+            if isinstance(sides, Minimum):
+                return sides
+            out = sides if out is None else out.joined(sides, one.varied - best.varied)
+        assert out is not None
+        return out
 
     def _derivatives(self) -> Array:
         """Return the derivatives of all residuals at the best, from memory while it stays."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dforce.inverse.fitting.curves import Curves, Stretch, difference
+from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import Model, allowed
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
@@ -175,19 +176,24 @@ def refined(model: Model, starts: list[Start], on_run: Callable[[Objective], Non
         )
         for points in (rough, model):
             minima = [Objective(points, start.varied, on_run=on_run).minimize(ROUGH, MOST_ROUGH) for start in starts]
-            found = _different(minima, points)
+            found = different(minima, points)
             starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
         far = found[len(starts) :]
-    return _different([*(Objective(model, start.varied, on_run=on_run).minimize() for start in starts), *far], model)
+    return different([*(lowest(Objective(model, start.varied, on_run=on_run)) for start in starts), *far], model)
 
 
-def _different(minima: list[Minimum], model: Model) -> list[Minimum]:
+def different(minima: list[Minimum], model: Model) -> list[Minimum]:
     """Return minima in order, each only once: those are one whose curves are, within the noise."""
     out: list[Minimum] = []
-    for one in sorted(minima, key=lambda one: one.chi2):
+    for one in sorted(minima, key=_rank):
         if not any(_same(one, other, model) for other in out):
             out.append(one)
     return out
+
+
+def _rank(one: Minimum) -> float:
+    """Return chi2 by which minima are ordered: a state was measured at each point, so one that loses some comes after."""
+    return one.chi2 + (CLOSE if one.lost else 0.0)
 
 
 def _same(one: Minimum, other: Minimum, model: Model) -> bool:

@@ -1,23 +1,30 @@
-"""Readers of files of measured curves: one file, one format. Each gives tables as they are written."""
+"""Readers of files of measured curves: one file, one maker.
+
+The readers are found by looking through this folder, so that a new file is all that a new maker takes: each has a
+:class:`~dforce.inverse.table.Reader` named ``READER``. Those of other packages follow, by their entry points in the group
+"dforce.readers".
+"""
 
 from __future__ import annotations
 
+import importlib
 import os
-from pathlib import Path
+import pkgutil
 
-from dforce.core.errors import ResultError, shorten
-from dforce.core.files import reason
-from dforce.inverse.readers import hdf5, igor, nanosurf, text
-from dforce.inverse.table import Table
+from dforce.core.entries import loaded
+from dforce.core.errors import ResultError
+from dforce.core.files import in_quotes, read_input
+from dforce.inverse.table import Reader, Table
 
-HDF5 = b"\x89HDF\r\n\x1a\n"
-MOST_BYTES = 1_000_000_000
-NOT_READ = (
-    (b"\\*File list", "is a file of Bruker's NanoScope; export the curve as text (ASCII)"),
-    (b"\\*Force file list", "is a file of Bruker's NanoScope; export the curve as text (ASCII)"),
-    (b"PK\x03\x04", "is an archive, as JPK writes them; export the curve as text (ASCII)"),
-    (b"CDF", "is netCDF of the older kind (3), which is not read"),
-)  # how files begin that need another program first
+MOST_BYTES = 1_000_000_000  # of a file of curves
+READERS: list[Reader] = [
+    *(
+        importlib.import_module(f"{__name__}.{file.name}").READER
+        for file in pkgutil.iter_modules(__path__)
+        if not file.name.startswith("_")
+    ),
+    *loaded("dforce.readers", Reader, "reader of measured files"),
+]
 
 
 def content_of(path: str | os.PathLike[str]) -> tuple[bytes, str]:
@@ -28,37 +35,40 @@ def content_of(path: str | os.PathLike[str]) -> tuple[bytes, str]:
     ResultError
         When it cannot be read, or is empty.
     """
-    name = f"'{shorten(str(path))}'"
-    try:
-        if Path(path).stat().st_size > MOST_BYTES:
-            raise ResultError(f"{name} is larger than {MOST_BYTES // 1_000_000_000} GB, which is no file of curves")
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise ResultError(f"there is no file {name}") from None
-    except ResultError:
-        raise
-    except (OSError, ValueError) as error:
-        raise ResultError(f"{name} cannot be read: {reason(error)}") from None
-    if not content.strip():
-        raise ResultError(f"{name} is empty")
-    return content, name
+    return read_input(path, "file of measured curves", MOST_BYTES, ResultError), in_quotes(path)
 
 
 def tables_in(content: bytes, name: str) -> list[Table]:
-    """Return the curves in a file, by what it holds, whatever its name ends in.
+    """Return the curves in a file, by its content and not by its name.
 
     Raises
     ------
     ResultError
         For a file that cannot be read, with what to do instead where that is known.
     """
-    for start, sentence in NOT_READ:
-        if content.startswith(start):
-            raise ResultError(f"{name} {sentence}")
-    if content.startswith(HDF5):
-        return hdf5.read(content, name)
-    if igor.is_igor(content):
-        return igor.read(content, name)
-    if nanosurf.is_nanosurf(content):
-        return nanosurf.read(content, name)
-    return text.read(content, name)
+    if not content.strip():
+        raise ResultError(f"{name} is empty")
+    for reader in READERS:
+        for start, sentence in reader.not_read.items():
+            if content.startswith(start):
+                raise ResultError(f"{name} {sentence}")
+    for reader in sorted(READERS, key=lambda one: not one.maker):  # the makers' before formats of many programs
+        if reader.is_one(content):
+            return reader.tables(content, name)
+    raise ResultError(f"{name} is neither text nor a kind of file that dForce knows")
+
+
+def endings() -> tuple[str, ...]:
+    """Return the endings of files of measured curves; those of dForce's own results are not among them."""
+    return tuple(dict.fromkeys(ending for one in READERS if one.maker != "dForce" for ending in one.endings))
+
+
+def sorted_readers() -> list[Reader]:
+    """Return the readers as a page lists them: formats of many programs first, then the makers'."""
+    return sorted(READERS, key=lambda one: (bool(one.maker), str(one)))
+
+
+def in_words() -> str:
+    """Return the kinds of files that are read, for a sentence."""
+    words = [f"{one} ({', '.join(one.endings)})" for one in sorted_readers()]
+    return f"{', '.join(words[:-1])} and {words[-1]}"

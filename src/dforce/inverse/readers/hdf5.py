@@ -2,40 +2,44 @@
 
 from __future__ import annotations
 
-import pickle
-import subprocess
-from itertools import starmap
-
-from dforce.core import child
 from dforce.core.errors import ResultError
-from dforce.inverse.table import Column, Table
+from dforce.inverse.table import Column, Reader, Table
+from dforce.inverse.words import known_unit, split_heading
+from dforce.results import hdf5
 
-LONGEST = 60.0  # s that a file is read
+
+def is_hdf5(content: bytes) -> bool:
+    """Say whether a file begins as HDF5."""
+    return content.startswith(hdf5.START)
 
 
 def read(content: bytes, name: str) -> list[Table]:
     """Return the curves in an HDF5 file.
-
-    HDF5 may run for ever on a damaged file, or end its process: so the file is read by a process of its own.
 
     Raises
     ------
     ResultError
         When it is damaged, or no group of it holds columns of one length.
     """
-    none_started = f"{name} cannot be read: no process could be started for it"
-    if not child.can_start():
-        raise ResultError(none_started)
-    try:
-        done = subprocess.run(
-            child.command("-m", "dforce.inverse.readers.hdf5_groups"), input=content, capture_output=True, timeout=LONGEST,
-            check=True, env=child.environment(),
-        )  # fmt: skip
-        found = pickle.loads(done.stdout)  # written by our own process
-    except (subprocess.SubprocessError, pickle.UnpicklingError, EOFError) as error:
-        raise ResultError(f"{name} is damaged or was cut short") from error
-    except OSError as error:
-        raise ResultError(none_started) from error
-    if not found:
+    tables = []
+    for columns, notes in hdf5.look(content, "curves", name):
+        named = []
+        for heading, attributes, values in columns:
+            title, unit = split_heading(heading)
+            said = attributes.get("units", attributes.get("unit"))
+            named.append(Column(title, unit if said is None else known_unit(said), values))
+        tables.append(Table(tuple(named), notes))
+    if not tables:
         raise ResultError(f"{name} has no group with data sets of one length, which the columns of a curve are")
-    return [Table(tuple(starmap(Column, columns)), "HDF5", notes=notes) for columns, notes in found]
+    return tables
+
+
+READER = Reader(
+    kind="HDF5",
+    endings=(".h5", ".hdf5"),
+    is_one=is_hdf5,
+    read=read,
+    not_read={b"CDF": "is netCDF of the older kind (3), which is not read"},
+    how="a data set for each quantity, its unit in the attribute `units`; each group is a curve",
+    seen="no: there is no common layout",
+)

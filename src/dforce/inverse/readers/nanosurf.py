@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, Table
+from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, Reader, Table
 from dforce.inverse.words import known_unit
 
 START, END = b"[DataSet]", b"#!"
@@ -137,7 +137,7 @@ def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: di
     frames = [FRAMES.get(frame, "") for frame in groups]
     rows = [len(part[common[0]]) for part in parts]
     segments = np.repeat(frames, rows) if all(frames) else None
-    return Table(tuple(columns), "Nanosurf .nid", "Nanosurf", notes, segments)
+    return Table(tuple(columns), notes, segments)
 
 
 def _part(group: list[Channel], blocks: bytes, line: int) -> dict[tuple[str, str], Floats]:
@@ -153,3 +153,20 @@ def _part(group: list[Channel], blocks: bytes, line: int) -> dict[tuple[str, str
     if len({len(column) for column in found.values()}) != 1:
         raise ValueError("channels of different lengths")
     return found
+
+
+READER = Reader(
+    kind="Nanosurf .nid",
+    maker="Nanosurf",
+    endings=(".nid",),
+    is_one=is_nanosurf,
+    read=read,
+    height_grows={"height_sensor": "toward", "height_piezo": "toward"},
+    notes={"k": "Spring Constant:", "instrument": "Head type"},
+    how="each row of a spectroscopy is a curve",
+    seen="heights and numbers: one file (FlexAFM, software 3.10); amplitude and phase: no",
+    export=(
+        "**Nanosurf.** The `.nid` itself is read. Heights of the file seen grow toward the sample, the way back is stored in "
+        "the order of the way in, and both are turned. An amplitude in volts needs `sensitivity`."
+    ),
+)

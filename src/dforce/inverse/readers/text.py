@@ -1,29 +1,32 @@
-"""Text: comma, semicolon, tab or blank between the cells, a point or a comma in the numbers, comments, any line ends.
+"""Tables of text: comma, semicolon, tab or blank between the cells, a point or a comma in the numbers, any line ends.
 
-The columns' headings are the line above the numbers, or a comment there; those that JPK's software writes stand in comments
-of their own, and those of Bruker's NanoScope hold both directions side by side.
+The columns' headings are the line above the numbers, or a comment there; a maker's reader may find them elsewhere. Both
+directions may stand side by side.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from dforce.core.errors import ResultError, shorten
-from dforce.inverse.readers.pairs import has_pairs, paired
-from dforce.inverse.table import Column, Table, Words, segment_of
+from dforce.inverse.readers._pairs import has_pairs, paired
+from dforce.inverse.table import Column, Reader, Table, Words, segment_of
 from dforce.inverse.words import known_unit, split_heading
 
-POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?")
-COMMA = re.compile(r"[+-]?(?:\d+,?\d*|,\d+)(?:[eE][+-]?\d{1,3})?")
+POINT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
+COMMA = re.compile(r"[+-]?(?:\d+(?:,\d*)?|,\d+)(?:[eE][+-]?\d{1,3})?")
 OTHER_WORDS = ("true", "false")  # of a column of marks
 NOTHING = ("", "nan", "-nan", "inf", "+inf", "-inf", "infinity", "-infinity", "null", "none", "n/a", "na", "--")
 MARKS = ("#", "%")  # of comments
 NOTE = re.compile(r"([A-Za-z][\w .\-/]{0,80}?)\s*[:=]\s*(.+)")
 MOST_CELLS = 10_000_000
+BEGINNING = 100_000  # bytes of a file that show whose software wrote it
+MOST_COLUMNS = 1000
 
 
 class Line(NamedTuple):
@@ -57,25 +60,39 @@ class Style(NamedTuple):
 STYLES = tuple(Style(separator, number) for separator in ("\t", ";", ",", "") for number in (POINT, COMMA))
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read_text(
+    content: bytes, name: str, headings_in: Callable[[Sequence[Line], int], list[str] | None] | None = None
+) -> list[Table]:
     """Return the curve in a text file.
+
+    Parameters
+    ----------
+    content, name
+        The file, and its name for a sentence.
+    headings_in
+        Finds the headings that a maker's software writes in the lines above the numbers, the nearest first, for so many
+        columns; None where there are none.
 
     Raises
     ------
     ResultError
         For what is no table of numbers, or was cut short.
     """
-    text = decoded(content, name)
+    text = decoded(content)
+    if text is None:
+        raise ResultError(f"{name} is not text")
     lines = list(_lines(text))
     style, rows = _table(lines, name)
     _refuse_cut(text, lines, rows, style, name)
-    headings = _headings(lines, rows[0], style, name)
-    table = _columns(headings, lines, rows, style, name)
+    width = len(style.cells(lines[rows[0]].text))
+    named = headings_in(lines[: rows[0]][::-1], width) if headings_in is not None else None
+    headings = named or _headings(lines, rows[0], style, name)
+    table = _columns(headings, lines, rows, style)
     return [paired(table) if has_pairs(table) else table]
 
 
-def decoded(content: bytes, name: str) -> str:
-    """Return the text of a file, whatever program wrote it."""
+def decoded(content: bytes) -> str | None:
+    """Return the text of a file, whatever program wrote it; None for what is no text."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings: tuple[str, ...] = ("utf-16",)
     else:
@@ -87,7 +104,16 @@ def decoded(content: bytes, name: str) -> str:
             continue
         if "\0" not in text:
             return text.replace("\r\n", "\n").replace("\r", "\n")
-    raise ResultError(f"{name} is neither text nor a kind of file that dForce knows")
+    return None
+
+
+def beginning(content: bytes) -> str:
+    """Return the beginning of a text file, by which a maker's software is known; empty for what is no text."""
+    for end in range(BEGINNING, BEGINNING - 4, -1):  # a letter of several bytes may be cut
+        text = decoded(content[:end])
+        if text is not None:
+            return text
+    return ""
 
 
 def _lines(text: str) -> Iterable[Line]:
@@ -123,6 +149,8 @@ def _table(lines: Sequence[Line], name: str) -> tuple[Style, list[int]]:
     if len(rows) * len(style.cells(lines[rows[0]].text)) > MOST_CELLS:
         raise ResultError(f"{name} holds more than {MOST_CELLS} numbers, which is no curve")
     width, known = _width(lines, rows, style), set(rows)
+    if width > MOST_COLUMNS:
+        raise ResultError(f"{name} has {width} columns; more than {MOST_COLUMNS} are no curve")
     broken = [
         place
         for place in plain
@@ -149,7 +177,7 @@ def _word_between(lines: Sequence[Line]) -> str:
 
 def _width(lines: Sequence[Line], rows: Sequence[int], style: Style) -> int:
     widths = [len(style.cells(lines[place].text)) for place in rows]
-    return max(set(widths), key=widths.count)
+    return Counter(widths).most_common(1)[0][0]
 
 
 def _refuse_broken(lines: Sequence[Line], place: int, last: int, width: int, style: Style, name: str) -> None:
@@ -189,9 +217,6 @@ def _headings(lines: Sequence[Line], first: int, style: Style, name: str) -> lis
     """Return the headings of the columns: the nearest line above the numbers that has as many words."""
     width = len(style.cells(lines[first].text))
     above = list(reversed(lines[:first]))
-    named = _jpk_headings(above, width)
-    if named is not None:
-        return named
     for place, line in enumerate(above):
         for cells in (style.cells(line.text), line.text.split("\t"), line.text.split(",")):
             cells = [cell.strip() for cell in cells]
@@ -217,24 +242,9 @@ def _with_units(cells: list[str], above: Sequence[Line], style: Style) -> list[s
     return cells
 
 
-def _jpk_headings(above: Sequence[Line], width: int) -> list[str] | None:
-    """Return the headings that JPK's software writes in comments: names for a reader, their units beside them."""
-    found: dict[str, list[str]] = {}
-    for line in above:
-        key, colon, rest = line.text.partition(":")
-        if line.comment and colon and key in ("columns", "fancyNames", "units") and key not in found:
-            found[key] = re.findall(r'"([^"]*)"', rest) or rest.split()
-    names = found.get("fancyNames", found.get("columns", []))
-    if len(names) != width:
-        return None
-    units = found.get("units", [])
-    return [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)] if len(units) == width else names
-
-
-def _columns(headings: Sequence[str], lines: Sequence[Line], rows: Sequence[int], style: Style, name: str) -> Table:
+def _columns(headings: Sequence[str], lines: Sequence[Line], rows: Sequence[int], style: Style) -> Table:
     """Return the table of a file."""
     cells = [style.cells(lines[place].text) for place in rows]
-    notes, maker = _notes(line for line in lines if line.comment)
     columns = []
     for number, heading in enumerate(headings):
         column = [row[number] for row in cells]
@@ -245,21 +255,18 @@ def _columns(headings: Sequence[str], lines: Sequence[Line], rows: Sequence[int]
         else:
             columns.append(Column(title, unit, np.array(values, dtype=float)))
     numbers = np.array([lines[place].number for place in rows])
-    segments = _segments(lines, rows)
-    if not maker and any(column.name.lower().startswith(("calc_ramp", "height_sensor_")) for column in columns):
-        maker = "Bruker"
-    return Table(tuple(columns), "text", maker, notes, segments, numbers)
+    notes = _notes(line for line in lines if line.comment)
+    return Table(tuple(columns), notes, _segments(lines, rows), numbers)
 
 
-def _notes(comments: Iterable[Line]) -> tuple[dict[str, str], str]:
-    """Return what the comments of a file tell, and the maker that they are known by."""
+def _notes(comments: Iterable[Line]) -> dict[str, str]:
+    """Return the settings that the comments of a file note."""
     notes: dict[str, str] = {}
     for line in comments:
         match = NOTE.fullmatch(line.text)
         if match:
             notes.setdefault(match[1].strip(), match[2].strip())
-    jpk = "fancyNames" in notes or any(key.startswith("force-settings.") for key in notes)
-    return notes, "JPK" if jpk else ""
+    return notes
 
 
 def _segments(lines: Sequence[Line], rows: Sequence[int]) -> Words | None:
@@ -275,3 +282,19 @@ def _segments(lines: Sequence[Line], rows: Sequence[int]) -> Words | None:
     starts = np.array(sorted(said))
     latest = starts[np.searchsorted(starts, np.array(rows), side="right") - 1]
     return np.array([said[place] for place in latest])
+
+
+def is_text(content: bytes) -> bool:
+    """Say whether a file is text."""
+    return decoded(content) is not None
+
+
+READER = Reader(
+    kind="text",
+    endings=(".csv", ".tsv", ".txt", ".dat", ".asc"),
+    is_one=is_text,
+    read=read_text,
+    how="comma, semicolon, tab or blanks; points or commas in the numbers; comments with `#` or `%`",
+    seen="–",
+    export="**Nanonis, home-built.** Any table with headings and units; a lock-in's `R` is usually rms.",
+)

@@ -1,16 +1,15 @@
-"""Results of dForce itself: an approach as if it had been measured, or a measured curve that was written before."""
+"""Results of dForce itself: an approach as if it had been measured, a spectrum, or a measured curve that was kept."""
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, Column, Table
-from dforce.results.files import SEAL, SEAL_LENGTH, is_whole
-from dforce.results.files import read as read_result
+from dforce.inverse.table import APPROACH, Column, Reader, Table
+from dforce.results.files import decoded, is_sealed
+from dforce.results.kinds import kind_of
 from dforce.results.status import repeats
 
 if TYPE_CHECKING:
@@ -19,55 +18,42 @@ if TYPE_CHECKING:
 TONES = ((1, ""), (2, "_2"))
 
 
-def is_own(content: bytes, name: str) -> bool:
-    """Say whether an HDF5 file was written by dForce.
+def kept_in(content: bytes, name: str) -> xr.Dataset | None:
+    """Return the measured curve in a file of dForce, as it was kept; None for any other file.
 
     Raises
     ------
     ResultError
-        When it was, and is not as it was written.
+        When the file is damaged.
     """
-    sealed = content[-SEAL_LENGTH:].startswith(SEAL)
-    if sealed and not is_whole(content):
-        raise ResultError(f"{name} is damaged or was cut short")
-    return sealed
+    if not is_sealed(content):
+        return None
+    result = decoded(content, name)
+    return _again(result) if kind_of(result) == "measured" else None
 
 
-def read(path: str | os.PathLike[str], name: str) -> xr.Dataset | Table:
-    """Return a measured curve as it was written, or an approach as a table.
+def read(content: bytes, name: str) -> list[Table]:
+    """Return the curves of an approach, or the spectrum of a simulated thermal motion.
 
     Raises
     ------
     ResultError
-        When the result is of another kind, or one of many cases.
+        When the file is damaged, of another kind, or a result of many cases.
     """
-    result = read_result(path)
-    if result.attrs.get("kind") == "fit":
+    result = decoded(content, name)
+    if "spectral_density" in result:
+        wanted = {"frequency": "Hz", "spectral_density": "m^2/Hz"}
+        return [Table(tuple(Column(key, unit, np.asarray(result[key].values, float)) for key, unit in wanted.items()))]
+    if kind_of(result) == "fit":
         raise ResultError(f"{name} is a fit, and no measured curve; dforce fit does it again, with its curve")
-    if "point" in result.dims and "height" in result:
-        return _again(result)
     if "zc" not in result.dims or "tone" not in result.dims or not {"amplitude", "phase"} <= set(result.data_vars):
-        raise ResultError(f"{name} is a result of dForce, but no approach: it has no amplitude and phase against zc")
+        raise ResultError(
+            f"{name} is a result of dForce, but no approach: it has no amplitude and phase against zc, and no thermal spectrum"
+        )
     more = set(map(str, result["amplitude"].dims)) - {"zc", "direction", "tone"}
     if more:
         raise ResultError(f"{name} holds curves of many cases, over {', '.join(sorted(more))}; choose one with .isel")
-    return _table(result)
-
-
-def spectrum_in(path: str | os.PathLike[str], name: str) -> Table:
-    """Return the spectrum of a simulated thermal motion as a table.
-
-    Raises
-    ------
-    ResultError
-        When the result is of another kind.
-    """
-    result = read_result(path)
-    if "spectral_density" not in result:
-        raise ResultError(f"{name} is a result of dForce, but no thermal spectrum")
-    wanted = {"frequency": "Hz", "spectral_density": "m^2/Hz"}
-    columns = [Column(column, unit, np.asarray(result[column].values, float)) for column, unit in wanted.items()]
-    return Table(tuple(columns), "result of dForce", "dForce")
+    return [_table(result)]
 
 
 def _again(result: xr.Dataset) -> xr.Dataset:
@@ -100,4 +86,16 @@ def _table(result: xr.Dataset) -> Table:
     lost = sum(int((~mask).sum()) for mask in kept)
     notes = {"phase_convention": "lag"} | ({"points left out": str(lost)} if lost else {})
     segments = np.concatenate([np.repeat(word, int(mask.sum())) for word, mask in zip(directions, kept, strict=True)])
-    return Table(tuple(columns), "result of dForce", "dForce", notes, segments)
+    return Table(tuple(columns), notes, segments)
+
+
+READER = Reader(
+    kind="result of dForce",
+    maker="dForce",
+    endings=(".nc",),
+    is_one=is_sealed,
+    read=read,
+    height_grows={"height": "away"},
+    how="an approach, both directions, or a measured curve that was kept",
+    seen="yes",
+)

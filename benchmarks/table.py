@@ -1,4 +1,4 @@
-"""The rows of the benchmark, and the clock that fills them."""
+"""Rows of a table of times, and the clock that fills them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""Loops written by hand for one case each: what the composed kernels are measured against.
+"""Loops written by hand for one case each, which the compiled solvers are measured against.
 
-Lengths in units of the free amplitude, time in 1/omega, as a careful author would write them for this one problem. The file
-is loaded as kernels are, and its compiled code kept where theirs is: see ``timing.by_hand``.
+Lengths in units of the free amplitude, time in 1/omega, as a careful author would write them for this one problem.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, Table, Words
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, Reader, Table, Words
 
 UNITS = {
     "raw": "m", "zsnsr": "m", "defl": "m", "amp": "m", "amp2": "m", "phase": "deg", "phase2": "deg", "phas2": "deg",
@@ -79,7 +79,7 @@ def read(content: bytes, name: str) -> list[Table]:
         key = label.lower()
         columns.append(Column(NAMES.get(key, label), UNITS.get(key), np.array(values[:, number], dtype=float)))
     segments = _segments(notes, len(values))
-    return [Table(tuple(columns), "Igor binary wave", "Asylum Research", notes, segments)]
+    return [Table(tuple(columns), notes, segments)]
 
 
 def _text(content: Any) -> str:
@@ -108,3 +108,24 @@ def _numbers(text: str) -> list[float]:
         return [float(part) for part in text.replace(";", ",").split(",") if part.strip()]
     except ValueError:
         return []
+
+
+READER = Reader(
+    kind="Igor binary wave",
+    maker="Asylum Research",
+    endings=(".ibw",),
+    is_one=is_igor,
+    read=read,
+    height_grows={"height_sensor": "toward", "height_piezo": "toward"},
+    notes={
+        "k": "SpringConstant", "f0": "ThermalFrequency", "Q": "ThermalQ", "drive_frequency": "DriveFrequency",
+        "sensitivity": "AmpInvOLS", "instrument": "MicroscopeModel",
+    },
+    how="by igor2, with the extra `dforce[readers]`",
+    seen="no: made by ourselves, after the layout of the format",
+    export=(
+        "**Asylum Research (Igor).** Needed only without the extra `readers`. Save the waves of the force curve (`ZSnsr`, "
+        "`Amp`, `Phase`) with *Data, Save Waves, Save Delimited Text*. `Amp` is in m, `ZSnsr` grows toward the sample: "
+        "`height_grows=\"toward\"`."
+    ),
+)  # fmt: skip

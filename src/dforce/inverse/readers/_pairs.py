@@ -48,7 +48,7 @@ def paired(table: Table) -> Table:
     lines = table.lines
     if lines is not None:
         lines = np.concatenate([lines[: rows[part]] for part in (APPROACH, RETRACT)])
-    return Table(tuple(columns), table.source, table.maker, table.notes, segments, lines, table.position)
+    return Table(tuple(columns), table.notes, segments, lines)
 
 
 def _filled(columns: list[Floats]) -> int:

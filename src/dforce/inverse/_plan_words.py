@@ -1,0 +1,112 @@
+"""What a plan says in sentences: which states are meant, what is recommended, and what would help where nothing is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.quantities import OBSERVABLES
+from dforce.core.units import show
+from dforce.inverse.wishes import Wishes
+from dforce.maps.axes import Axis
+
+if TYPE_CHECKING:
+    from dforce.inverse.planner import Judged
+    from dforce.kernel import Array
+
+WALKED = "the stable states on the branches of each case"
+MET = "the states that approach and retract meet; with fewer cases the branches are followed, too"
+DIGITS = 3
+
+
+def sentences(
+    axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, chosen: Any, walked: bool
+) -> list[str]:  # fmt: skip
+    """Return the sentences of a plan; `chosen` says which point is recommended."""
+    allowed = judged.hit == ""
+    said = [f"The limits are held against {WALKED if walked else MET}."]
+    if chosen.any():
+        return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
+    ranges = ", ".join([*map(_range, axes), f"set points {_ends(shares, lambda value: f'{value:.3g}')}"])
+    if allowed.any():
+        return [
+            *said,
+            f"No setting is recommended: none that is allowed has room around it. Searched were {ranges}; widen a range at "
+            f"whose end limits hold ({', '.join(_binding(axes, shares, judged, allowed)) or 'none'}), or give more values "
+            "between.",
+        ]
+    return [*said, f"No setting is allowed. Searched were {ranges}.", *_ratios(axes, wishes, judged)]
+
+
+def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
+    """Say which limits another state at the recommended settings fails."""
+    points = judged.points
+    here = (points.near == points.near[number]) & (points.set_points == points.set_points[number])
+    for other in np.flatnonzero(here & (judged.hit != "")):
+        name = str(judged.hit[other]).removeprefix("margin: ")
+        value = "" if name not in OBSERVABLES else f", {_shown(name, _values(judged, name)[other])}"
+        yield f"At the recommended settings another stable state exists that fails: {name}{value}."
+
+
+def _range(axis: Axis) -> str:
+    unit = axis.quantity.unit if axis.quantity is not None else "1"
+    return f"{axis.path} {_ends(np.asarray(axis.values, dtype=float), lambda value: show(value, unit, 4))}"
+
+
+def _ends(values: Array, text: Any) -> str:
+    low, high = text(float(values.min())), text(float(values.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _binding(axes: Sequence[Axis], shares: Array, judged: Judged, allowed: Any) -> Iterator[str]:
+    """Give the ranges at whose ends limits hold."""
+    columns = [*judged.points.values[allowed].T, judged.points.set_points[allowed]]
+    for name, values, own in zip([*(axis.path for axis in axes), "set_points"], [*(axis.values for axis in axes), shares],
+                                 columns, strict=True):  # fmt: skip
+        if len(values) > 1 and bool(np.isin(own, (min(values), max(values))).any()):
+            yield name
+
+
+def _ratios(axes: Sequence[Axis], wishes: Wishes, judged: Judged) -> Iterator[str]:
+    """Say how near each limit comes to being kept, by the states of the regime and number that are asked for."""
+    virial = judged.found.columns["virial"][:, 0] * (1.0 if wishes.regime == "attractive" else -1.0)
+    usable = np.flatnonzero(((virial > 0.0) | (not wishes.regime)) & ~(judged.others & wishes.one_state))
+    asked = " and ".join([wishes.regime] * bool(wishes.regime) + ["alone at its distance"] * wishes.one_state)
+    of_them = f" by a state that is {asked}" if asked else ""
+    if not len(usable):
+        yield f"No state is {asked}."
+        return
+    kept = 0
+    for limit in wishes.limits:
+        values, bounds = _values(judged, limit.name)[usable], judged.bounds[limit.name][usable]
+        place = int(np.argmin(limit.sign * (values - bounds)))
+        if limit.sign * (values[place] - bounds[place]) < 0.0:
+            kept += 1
+            continue
+        ratio = f", {values[place] / bounds[place]:.3g} times its limit" if bounds[place] > 0.0 else ""
+        yield (
+            f"{limit.name} {limit.text} is kept nowhere{of_them}: at best it is {_shown(limit.name, values[place])}{ratio}, "
+            f"at {_setting(axes, judged, usable[place])}. Search beyond, or relax the limit."
+        )
+    if kept == len(wishes.limits):
+        yield "Each limit is kept somewhere, but not all with their margins at one setting: relax one, or widen the ranges."
+
+
+def _setting(axes: Sequence[Axis], judged: Judged, place: int) -> str:
+    """Return the parameters and the set point of a point."""
+    values = zip(axes, judged.points.values[place], strict=True)
+    said = [
+        f"{axis.path} = {show(float(value), axis.quantity.unit if axis.quantity else '1', 4)}" for axis, value in values
+    ]
+    return ", ".join([*said, f"set point {judged.points.set_points[place]:.3g}"])
+
+
+def _values(judged: Judged, name: str) -> Array:
+    return np.asarray(judged.found.columns[name].reshape(len(judged.points), -1)[:, 0])
+
+
+def _shown(name: str, value: float) -> str:
+    unit = OBSERVABLES[name].unit
+    return f"{value:.{DIGITS}g}°" if unit == "degree" else show(float(value), unit, DIGITS)

@@ -1,0 +1,95 @@
+"""Regions of a plan's settings in which limits hold: between values of the grid they end at the located boundaries."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from dforce.plot._style import Floats
+
+Bools = np.ndarray[Any, np.dtype[np.bool_]]
+Words = np.ndarray[Any, np.dtype[np.str_]]
+CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))  # of a cell of the grid, one after the other
+SAME = 1e-9  # relative difference of values that are one line of the grid
+
+
+def nodes(dataset: xr.Dataset, x: str, y: str) -> tuple[Bools, Bools, Words]:
+    """Return at each setting (y, x) whether a state is allowed, whether its limits hold, and which limit fails else."""
+    allowed = np.asarray(dataset["allowed"].transpose(y, x, "state").values.any(axis=-1))
+    hit = dataset["limit_hit"].transpose(y, x, "state").values.astype(str)
+    holds = np.asarray(((hit == "") | np.char.startswith(hit, "margin")).any(axis=-1))
+    return allowed, holds, np.where(holds, "", hit[..., 0])
+
+
+def located(dataset: xr.Dataset, x: str, y: str) -> Floats:
+    """Return the located boundaries (SI) in the plane of a picture, (edges, 2)."""
+    pairs = np.column_stack([dataset[f"edge_{name}"].values for name in (x, y)])
+    if "set_point" in (x, y):
+        return pairs
+    apart = np.abs(dataset["edge_set_point"].values - float(dataset["set_point"]))
+    return pairs[apart < SAME]
+
+
+def region(dataset: xr.Dataset, x: str, y: str, inside: Bools, with_margins: bool) -> list[Floats]:
+    """Return polygons (SI) of the settings around the places of the grid that are inside.
+
+    Between a place inside and one outside they end at the boundary located on that line of the grid, with margins so much
+    before it; without one, at the place inside.
+    """
+    grid = [np.asarray(dataset[name].values, dtype=float) for name in (x, y)]
+    sides = _Sides(dataset, (x, y), grid, located(dataset, x, y), with_margins)
+    polygons: list[Floats] = []
+    for row, column in np.ndindex(len(grid[1]) - 1, len(grid[0]) - 1):
+        corners = [(column + right, row + up) for right, up in CORNERS]
+        holding = [bool(inside[at[1], at[0]]) for at in corners]
+        walk: list[list[Floats]] = [[]]
+        for n, (a, b) in enumerate(itertools.pairwise([*corners, corners[0]])):
+            if holding[n]:
+                walk[-1].append(sides.place(a))
+            if holding[n] != holding[(n + 1) % 4]:
+                walk[-1].append(sides.end(a, b) if holding[n] else sides.end(b, a))
+                if holding[n]:
+                    walk.append([])  # the region is left here
+        if len(walk) > 1 and holding[0]:
+            walk[0] = walk.pop() + walk[0]
+        polygons += [np.array(shape) for shape in walk if len(shape) > 2]
+    return polygons
+
+
+class _Sides:
+    """The lines of the grid, with the boundaries on them."""
+
+    def __init__(
+        self, dataset: xr.Dataset, names: tuple[str, str], grid: list[Floats], edges: Floats, margins: bool
+    ) -> None:
+        self.grid, self.edges = grid, edges
+        asked = str(dataset.attrs.get("limits", "")).split("; ")
+        paths = {path.rpartition(".")[2]: path for path in str(dataset.attrs["plan_over"]).split()}
+        self.margins = [
+            dataset[name].attrs if margins and f"margin {paths.get(name, name)}" in asked else {} for name in names
+        ]
+
+    def place(self, at: tuple[int, int]) -> Floats:
+        """Return a place of the grid."""
+        return np.array([self.grid[0][at[0]], self.grid[1][at[1]]])
+
+    def end(self, inside: tuple[int, int], outside: tuple[int, int]) -> Floats:
+        """Return where the region ends between a place inside and its neighbor outside."""
+        here, there = self.place(inside), self.place(outside)
+        axis = 0 if inside[0] != outside[0] else 1
+        way = np.sign(there[axis] - here[axis])
+        on_line = np.abs(self.edges[:, 1 - axis] - here[1 - axis]) <= SAME * abs(here[1 - axis])
+        beyond = way * (self.edges[:, axis] - here[axis])
+        ahead = self.edges[on_line & (beyond >= 0.0), axis]
+        if not len(ahead):
+            return here
+        nearest = float(ahead[np.abs(ahead - here[axis]).argmin()])
+        attrs = self.margins[axis]
+        if attrs:
+            size = float(attrs["margin"])
+            nearest = nearest * float(np.exp(-way * size)) if attrs["margin_is_relative"] else nearest - way * size
+        here[axis] = np.clip(nearest, min(here[axis], there[axis]), max(here[axis], there[axis]))
+        return here

@@ -1,0 +1,45 @@
+"""Has an HDF5 file of unknown origin looked through in a process of its own, once, before any of it is used here."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+from typing import TYPE_CHECKING, Literal
+
+from dforce.core import child
+from dforce.core.errors import ResultError, shorten
+from dforce.results import hdf5_child
+
+if TYPE_CHECKING:
+    from dforce.results.hdf5_child import Curve
+
+START = b"\x89HDF\r\n\x1a\n"  # of every HDF5 file, netCDF among them
+SECONDS = 60.0  # that looking through one may take
+
+
+def look(content: bytes, what: Literal["result", "curves"], name: str = "this file") -> list[Curve]:
+    """Look through the bytes of a file in another process, and return the measured curves in it; none of a result.
+
+    Raises
+    ------
+    ResultError
+        When the file is not to be read, or damaged, or where no process can be started.
+    """
+    unseen = f"{name} is not opened: no process could be started that looks through it"
+    if not child.can_start():
+        raise ResultError(unseen)
+    try:
+        done = subprocess.run(
+            child.command(hdf5_child.__file__, what), input=content, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            timeout=SECONDS, check=True, env=child.environment(),
+        )  # fmt: skip
+        wrong, curves = pickle.loads(done.stdout)  # written by our own process
+    except subprocess.TimeoutExpired:
+        raise ResultError(f"{name} takes too long to read, so it is not opened") from None
+    except (subprocess.SubprocessError, pickle.UnpicklingError, EOFError) as error:
+        raise ResultError(f"{name} is damaged or was cut short") from error
+    except OSError as error:
+        raise ResultError(unseen) from error
+    if wrong:
+        raise ResultError(f"{name} is not opened: {shorten(wrong, 200)}")
+    return list(curves)

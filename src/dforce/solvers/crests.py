@@ -1,0 +1,107 @@
+"""Extremes of the force over the distances that a motion visits: samples in time may pass a narrow crest by.
+
+A motion visits all distances between its closest one and its mean one. Where the force is a function of the distance alone, it
+meets each extreme of the law between these two, however fast it passes.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from dforce.forces import Force
+from dforce.kernel import Array
+from dforce.kernel.codegen import CONTACT, parameter_count
+from dforce.problem import Problem
+
+FINEST, NARROW = 5e-11, 4e-9  # m; spacing of the distances at which laws are tried, and how far from contact it stays:
+GROWTH = 1.015  # farther away it grows. A force between layers of molecules of 0.25 nm is met five times a period
+SECTIONS = 40  # of the golden section: to 1e-8 of the spacing
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+SPEED = 1e-3  # m/s: a law that differs at such a speed is none of the distance alone
+Law = tuple[Callable[..., float], tuple[Any, ...]]  # and what it takes after distance, velocity and time
+
+
+def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, Array]) -> Array:
+    """Return by how much the force has larger extremes on the way than measured, as a share of the largest, (orbits,).
+
+    `numbers` are the kernel's parameters (orbits, parameters), `zc` the average distances (m), `measured` observables by name,
+    orbits first.
+    """
+    missed: Array = np.zeros(len(zc))
+    if not all(force.is_of_distance_alone for force in example.forces):
+        return missed
+    first = parameter_count(len(example.modes), example.late_fluid)
+    near, far, a0 = measured["min_distance"], zc + measured["mean_deflection"], numbers[:, CONTACT]
+    for i in np.flatnonzero(near < far):
+        laws = _laws(example.forces, numbers[i, first:].tolist())
+        crests = crests_of(laws, float(a0[i]), _reach(a0[i] - near[i]), _reach(far[i] - a0[i]))
+        met = [force for d, force in crests if near[i] < d < far[i]]
+        high, low = float(measured["peak_force"][i]), float(measured["min_force"][i])
+        more = max(max(met, default=high) - high, low - min(met, default=low))
+        if more > 0.0:
+            missed[i] = more / max(abs(high), abs(low), *map(abs, met))
+    return missed
+
+
+def _laws(forces: Sequence[Force], numbers: Sequence[float]) -> tuple[Law, ...]:
+    """Return the laws of forces with what they take, from the numbers of all in one row."""
+    left, laws = iter(numbers), []
+    for force in forces:
+        taken = tuple(next(left) if n is None else tuple(next(left) for _ in range(n)) for n in force.layout())
+        laws.append((force.law_function(), taken))
+    return tuple(laws)
+
+
+def _reach(distance: float) -> float:
+    """Return a distance (m) rounded up to a power of two, so that the crests of a law are looked for once."""
+    return 2.0 ** math.ceil(math.log2(max(distance, FINEST)))
+
+
+@functools.lru_cache(maxsize=1024)
+def crests_of(laws: tuple[Law, ...], a0: float, inside: float, outside: float) -> tuple[tuple[float, float], ...]:
+    """Return distances (m) and forces (N) at the local extremes of a sum of laws, up to so far inside and outside contact."""
+
+    def force(d: float, rate: float = 0.0) -> float:
+        try:
+            return sum(law(d, rate, 0.0, *taken) for law, taken in laws)
+        except ArithmeticError:  # beyond what the law is made for
+            return math.nan
+
+    places = [*(a0 - s for s in _spaced(inside)[::-1]), a0, *(a0 + s for s in _spaced(outside))]
+    forces = [force(d) for d in places]
+    found = []
+    for k in range(1, len(places) - 1):
+        for sign in (1.0, -1.0):
+            if sign * forces[k - 1] < sign * forces[k] >= sign * forces[k + 1]:
+                d = _highest(force, sign, places[k - 1], places[k + 1])
+                if force(d, SPEED) == force(d, -SPEED) == force(d):
+                    found.append((d, force(d)))
+    return tuple(found)
+
+
+def _spaced(reach: float) -> list[float]:
+    """Return distances from contact (m) up to one, ever more apart."""
+    even = FINEST * np.arange(1.0, min(reach, NARROW) / FINEST + 1.0)
+    steps = max(0, math.ceil(math.log(reach / NARROW, GROWTH)))
+    return [*even.tolist(), *(NARROW * GROWTH ** np.arange(1, steps + 1)).tolist()]
+
+
+def _highest(force: Callable[[float], float], sign: float, low: float, high: float) -> float:
+    """Return where sign times a force is largest between two places, by golden section."""
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = sign * force(left), sign * force(right)
+    for _ in range(SECTIONS):
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = sign * force(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = sign * force(right)
+    return left if at_left > at_right else right

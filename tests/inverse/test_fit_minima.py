@@ -1,0 +1,92 @@
+"""Fits of few points with much noise: several minima, folds just behind the last points, and what the result says of them."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dforce as df
+from dforce.inverse.fitting.folds import fold_beside, lowest
+from dforce.inverse.fitting.minimize import Objective, jacobian
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.unknowns import make_unknowns
+from dforce.validity import advice_in
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from fit_kinds import FREE, E, H, Set, stiff_sets
+
+NUISANCE = ("zc_offset", "A0", "phase_offset")
+
+
+@pytest.fixture(scope="module")
+def sets() -> dict[int, Set]:
+    made = stiff_sets()
+    return {number: made(number) for number in (7, 13)}
+
+
+@pytest.fixture(scope="module")
+def two_minima(sets: dict[int, Set]) -> xr.Dataset:
+    return df.fit(sets[7].start, sets[7].data, free=FREE)
+
+
+def model_of(made: Set) -> tuple[Model, np.ndarray]:
+    """Return the model of a set, and what is varied at the truth."""
+    unknowns = make_unknowns(made.start, 1, FREE, NUISANCE, {}, {}, {})
+    return Model(made.start, unknowns, measured(made.data, Reading())), np.array(
+        [one.varied(made.truth[one.name]) for one in unknowns]
+    )
+
+
+def within(fit: xr.Dataset, name: str, truth: float) -> bool:
+    one = fit.sel(parameter=name)
+    return float(one["interval_low"]) < truth < float(one["interval_high"])
+
+
+def test_a_fit_loses_no_measured_point_and_its_interval_holds_the_modulus(sets: dict[int, Set]) -> None:
+    made = sets[13]
+    fit = df.fit(made.start, made.data, free=FREE)
+    assert fit.attrs["lost_points"] == 0 and fit.attrs["points"] == 75
+    assert within(fit, E, made.truth[E])
+
+
+def test_steps_along_a_fold_go_on_where_plain_steps_lose_a_point(sets: dict[int, Set]) -> None:
+    model, truth = model_of(sets[13])
+    plain = Objective(model, truth).minimize()
+    found = lowest(Objective(model, truth))
+    assert plain.lost > 0 and found.lost == 0
+    assert found.chi2 < plain.chi2
+    fold = fold_beside(model, jacobian(model, found.varied, found.prediction))
+    assert fold is not None and fold.root < 0.1
+
+
+def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(two_minima: xr.Dataset) -> None:
+    fit = two_minima
+    kept = ~fit["minimum_excluded"].values
+    assert kept.sum() >= 2 and kept[0]
+    assert (fit["minimum_chi2"].values[kept] < fit.attrs["chi2"] + 3.85).all()
+    values = fit["minimum_value"].sel(parameter=E).values[kept]
+    one = fit.sel(parameter=E)
+    assert abs(values[1] - values[0]) > 0.5 * float(one["error"])
+    assert ((float(one["interval_low"]) < values) & (values < float(one["interval_high"]))).all()
+    told = next(piece for piece in advice_in(fit) if piece.name == "second_minimum")
+    assert f"chi2 {fit['minimum_chi2'].values[1]:.1f} at {E} = {values[1] / 1e9:.3g} GPa" in told.text
+    assert "The data do not decide between them" in told.text
+    report = df.fit_report(fit)
+    assert "minima that the data do not exclude" in report and "interval of 95 %" in report
+
+
+def test_a_fit_says_for_which_spring_constant_and_radius_its_values_hold(two_minima: xr.Dataset) -> None:
+    assert two_minima.attrs["holds_for"] == "cantilever.k = 2.7 N/m, tip.radius = 8 nm"
+    assert "parameters, for cantilever.k = 2.7 N/m, tip.radius = 8 nm" in df.fit_report(two_minima)
+
+
+def test_the_interval_of_the_hamaker_constant_follows_chi2_where_the_fold_bends_it(
+    two_minima: xr.Dataset, sets: dict[int, Set]
+) -> None:
+    one = two_minima.sel(parameter=H)
+    low, high = float(one["value"] - one["interval_low"]), float(one["interval_high"] - one["value"])
+    assert within(two_minima, H, sets[7].truth[H])
+    assert high > 3.0 * 1.96 * float(one["error"]) and high > 5.0 * low  # the covariance knows one slope for both sides
