@@ -134,10 +134,10 @@ class Points:
         out = finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
         modulus, angle = multipliers(self.monodromy.reshape(-1, block.size, block.size))
         out |= {
-            "settling_periods": self.settling.ravel(), "drift": self.residual.ravel(),
-            "corrections": self.steps.ravel(), "multiplier_modulus": modulus, "multiplier_angle": angle,
-            "error_estimate": self.error.ravel(),
-        }  # fmt: skip
+            "settling_periods": self.settling.flatten(), "drift": self.residual.flatten(),
+            "corrections": self.steps.flatten(), "multiplier_modulus": modulus, "multiplier_angle": angle,
+            "error_estimate": self.error.flatten(),
+        }  # fmt: skip  # copies, all of them: others are written into them
         out = {name: value.reshape(*shape, *value.shape[1:]) for name, value in out.items()}
         for where, found in self.others.items():
             for name, value in found.values.items():
