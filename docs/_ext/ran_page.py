@@ -20,7 +20,7 @@ import matplotlib as mpl
 from matplotlib import pyplot
 from typer.testing import CliRunner
 
-from dforce.cli import app as program
+from dforce.cli.app import app as program
 from dforce.forces import REGISTRY
 
 COLUMNS = "88"  # what a page shows beside its lists of contents on a screen of 1366 pixels

@@ -16,7 +16,7 @@ from served import Server
 from table import Table
 from typer.testing import CliRunner
 
-from dforce.cli import app
+from dforce.cli.app import app
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 

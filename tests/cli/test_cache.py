@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.kernel.cache import KernelCache
 
 

@@ -17,8 +17,8 @@ import synthetic
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
 from dforce.cli._streams import plain
+from dforce.cli.app import app
 from dforce.findings.summary import count_status
 from dforce.validity import attributes
 
@@ -534,9 +534,31 @@ def test_the_shell_completes_examples_and_models():
 def test_help_loads_nothing_heavy():
     heavy = ("numba", "pint", "scipy", "xarray", "matplotlib", "pandas", "numpy", "pydantic_core")
     code = (
-        "import sys; from dforce.cli import app\n"
+        "import sys; from dforce.cli.app import app\n"
         "try: app(['--help'])\n"
         f"except SystemExit: print(sorted(set(sys.modules) & set({heavy!r})))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+LOADING = """
+import os, signal, sys, types
+
+class Stop:
+    def find_spec(self, name, path=None, target=None):
+        if name == "typer":
+            os.kill(os.getpid(), {number})
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.meta_path.insert(0, Stop())
+from dforce.cli import main
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as a terminal or a batch queue sends them")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_while_the_program_loads_ends_it_in_one_sentence(sent):
+    done = subprocess.run([sys.executable, "-c", LOADING.format(number=int(sent))], capture_output=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"dforce: stopped\n")

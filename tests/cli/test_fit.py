@@ -9,7 +9,7 @@ from fitted_curves import E, H
 from typer.testing import CliRunner, Result
 
 import dforce as df
-from dforce.cli._app import app
+from dforce.cli.app import app
 
 CURVES = Path(df.__file__).parent / "library" / "measured"
 

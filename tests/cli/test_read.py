@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 
 
 def dforce(*words: str) -> Any:

@@ -10,7 +10,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.findings.summary import count_status
 
 GRID = 'experiment.zc={ start = "11 nm", stop = "9 nm", points = 5 }'

@@ -8,7 +8,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli._app import app
+from dforce.cli.app import app
 from dforce.cli.reconstruct import _found, _read
 
 

@@ -12,7 +12,7 @@ import synthetic
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.core import log
 from dforce.validity import attributes
 

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.core import log
 from dforce.core.errors import CaseError, ForceError, ParameterError
 from dforce.core.files import beside

@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.plot import plans
 
 

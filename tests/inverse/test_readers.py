@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli._app import app
+from dforce.cli.app import app
 from dforce.core import entries
 from dforce.inverse import readers
 from dforce.inverse.placing import HEIGHTS

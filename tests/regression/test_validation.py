@@ -12,7 +12,7 @@ from dforce.checks.validation import published, validation_page
 from dforce.checks.validation.checks import compare, half_a_digit
 from dforce.checks.validation.disagreements import Tally
 from dforce.checks.validation.draws import FAMILIES, draw
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.forces import REGISTRY
 
 ENTRIES = [entry for table in published.TABLES for entry in published.entries(table)]

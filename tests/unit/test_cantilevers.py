@@ -5,7 +5,7 @@ from every import every
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.core.errors import ParameterError
 from dforce.instrument import Medium, beam
 

@@ -15,7 +15,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 

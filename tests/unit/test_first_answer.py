@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce import kernel
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.core import first_answer
 from dforce.core.first_answer import early_answers, may_be_early
 from dforce.core.parallel import Crew

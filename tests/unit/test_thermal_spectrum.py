@@ -13,7 +13,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import dforce as df
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.results.curves import Picture, pictures_of, row_of
 
 CASE = """

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.case.paths import value_at
-from dforce.cli import app
+from dforce.cli.app import app
 from dforce.core.units import parse
 from dforce.results.status import Status
 from dforce.validity import PIECES, advice_in

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from sphinx.application import Sphinx
 
-from dforce.cli import app as program
+from dforce.cli.app import app as program
 from dforce_docs.declared import list_table
 
 CODES = """\

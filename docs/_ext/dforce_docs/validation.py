@@ -14,7 +14,7 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from typer.testing import CliRunner
 
-from dforce.cli import app as program
+from dforce.cli.app import app as program
 
 NOT_MET = 1  # the page then says which check is not met
 

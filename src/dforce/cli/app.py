@@ -9,7 +9,6 @@ import typer
 import dforce as df
 from dforce.cli import (
     _help,
-    _streams,
     _terminal,
     benchmark,
     cache,
@@ -28,7 +27,6 @@ from dforce.cli import (
     sweep,
     validate,
 )
-from dforce.core.stopping import sigterm_as_ctrl_c
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
@@ -72,9 +70,3 @@ COMMANDS = (
 )  # fmt: skip
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))
-
-
-def main() -> None:
-    """Run the program; the entry point of the console script."""
-    with _streams.careful(), sigterm_as_ctrl_c():
-        app()
