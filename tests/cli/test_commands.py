@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import dforce as df
 from dforce.cli._streams import plain
 from dforce.cli.app import app
-from dforce.findings.summary import count_status
+from dforce.results.status import count_status
 from dforce.validity import attributes
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`

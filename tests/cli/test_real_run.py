@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
-from dforce.findings.summary import count_status
+from dforce.results.status import count_status
 
 GRID = 'experiment.zc={ start = "11 nm", stop = "9 nm", points = 5 }'
 

@@ -9,9 +9,10 @@ import pytest
 import synthetic
 
 import dforce as df
+from dforce.findings.finding import number
 from dforce.findings.jumps import jumps
-from dforce.findings.summary import count_status, number, summary
-from dforce.results.status import Status
+from dforce.findings.summary import summary
+from dforce.results.status import Status, count_status
 
 
 def by_name(dataset, direction=""):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 
 import fitted_curves
@@ -11,7 +12,7 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.results.kinds import MARKS, kind_of
+from dforce.results.kinds import KINDS, is_kind, kind_of
 
 
 def identification() -> xr.Dataset:
@@ -34,7 +35,7 @@ def known(request: pytest.FixtureRequest) -> tuple[str, xr.Dataset]:
 
 def test_a_kind_is_known_and_its_numbers_are_told(known: tuple[str, xr.Dataset]) -> None:
     kind, result = known
-    assert kind in MARKS and kind_of(result) == kind
+    assert is_kind(result, kind)
     found = df.summary(result)
     assert len(found) > 0 and all(one.text for one in found)
     assert found[0].label in repr(df.report(result))
@@ -42,7 +43,7 @@ def test_a_kind_is_known_and_its_numbers_are_told(known: tuple[str, xr.Dataset])
 
 
 def test_results_of_experiments_are_no_other_kind() -> None:
-    assert kind_of(df.dwell(df.example("figure-3-air"), zc="8 nm")) == ""
+    assert is_kind(df.dwell(df.example("figure-3-air"), zc="8 nm"), "dwell")
 
 
 def test_where_there_is_no_picture_a_sentence_says_so() -> None:
@@ -54,3 +55,17 @@ def test_the_window_says_that_it_does_not_show_other_results(tmp_path: Path) -> 
     rehearsal = pytest.importorskip("dforce.gui.rehearsal")
     with pytest.raises(df.ResultError, match="another kind \\(identification\\)"):
         rehearsal.rehearse(identification(), tmp_path)
+
+
+def test_every_row_of_the_kinds_leads_to_its_functions() -> None:
+    for kind in KINDS:
+        for path in filter(None, (kind.summary, kind.picture)):
+            module, name = path.split(":")
+            assert callable(getattr(importlib.import_module(f"dforce.{module}"), name)), path
+        assert kind.panel in ("curves", "parameters", "measured", "")
+
+
+def test_a_name_that_no_kind_has_is_a_mistake_of_the_program() -> None:
+    with pytest.raises(ValueError, match="named fits"):
+        is_kind(xr.Dataset(), "fits")
+    assert kind_of(xr.Dataset()) is None

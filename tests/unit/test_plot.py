@@ -363,7 +363,7 @@ def test_a_layout_that_the_user_chose_is_kept():
             lambda: plot.amplitude_phase(synthetic.approach().expand_dims(sweep=2)),
             "'amplitude' also has the dimension sweep",
         ),
-        (lambda: plot.overview(synthetic.approach().drop_vars("amplitude")), "there is no overview of it"),
+        (lambda: plot.overview(synthetic.approach().drop_vars("amplitude")), "it has no overview"),
     ],
 )
 def test_what_cannot_be_drawn_is_one_sentence(draw, sentence):

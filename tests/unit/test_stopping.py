@@ -18,7 +18,7 @@ from dforce import runs
 from dforce.core import stopping
 from dforce.core.parallel import Crew
 from dforce.core.stopping import SAME, at_end, heard, late_stop_waits, look, sigterm_as_ctrl_c, unbroken
-from dforce.findings.summary import count_status
+from dforce.results.status import count_status
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 

@@ -49,7 +49,7 @@ CALLS = {
     "case:case_schema": {},
     "check_force": {"model": df.forces.Hertz},
     "core.files:check_target": {"path": "x.nc"},
-    "findings.summary:count_status": {"dataset": CURVE},
+    "results.status:count_status": {"dataset": CURVE},
     "results.curves:drawable": {"dataset": CURVE},
     "compare_fits": {"fits": {"one": fitted_curves.result(), "other": fitted_curves.result()}},
     "dwell": WAYS,

@@ -33,7 +33,7 @@ def print_findings(result: xr.Dataset) -> None:
 
 def counted(result: xr.Dataset) -> dict[df.Status, int]:
     """Return the number of points of each status that occurs."""
-    from dforce.findings.summary import count_status
+    from dforce.results.status import count_status
 
     return count_status(result)
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, html_table
-from dforce.findings.summary import Finding, Findings, summary
+from dforce.findings.finding import Finding, Findings
+from dforce.findings.summary import summary
 from dforce.validity import Advice, advice_in
 
 if TYPE_CHECKING:

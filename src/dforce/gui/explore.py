@@ -62,7 +62,8 @@ def paths_of(result: xr.Dataset) -> dict[str, str]:
 
 def is_explorable(result: xr.Dataset) -> bool:
     """Return whether a result goes over parameters, so that it is looked at along them."""
-    return kind_of(result) in ("", "plan", "regimes") and bool(paths_of(result))
+    kind = kind_of(result)
+    return kind is not None and kind.panel in ("curves", "parameters") and bool(paths_of(result))
 
 
 def quantities(result: xr.Dataset) -> list[str]:

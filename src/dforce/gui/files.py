@@ -29,7 +29,7 @@ from dforce.gui.saving import Field, ask, choice, text
 from dforce.gui.view import View
 from dforce.inverse.readers import endings
 from dforce.results.curves import Picture
-from dforce.results.kinds import kind_of
+from dforce.results.kinds import is_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,13 +129,13 @@ class Files:
 
     async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
         """Open a result of any kind that the window shows."""
-        session, kind = self.view.session, kind_of(result)
-        if kind == "measured":
+        session = self.view.session
+        if is_kind(result, "measured"):
             await self.open_measured(data, name, {})
             return
-        stored = str(result.attrs["start_case" if kind == "fit" else "case"])
+        stored = str(result.attrs["start_case" if is_kind(result, "fit") else "case"])
         case = session.limits.check(uploads.case_of(stored))
-        if kind == "fit":
+        if is_kind(result, "fit"):
             self.view.open(Document.of(with_approach(case.replace(data=None))))
             await session.take_fit(result)
             self.plots.show_measured()
@@ -144,7 +144,7 @@ class Files:
             session.atlas.take(result)
             self.plots.explorer.open()
         else:
-            if kind == "reconstruction":  # of a measured curve, whose case needs no experiment
+            if is_kind(result, "reconstruction"):  # of a measured curve, whose case needs no experiment
                 case = with_approach(case.replace(data=None))
             await session.take_result(Document.of(case), result)
             self.view.show_result(result)

@@ -8,7 +8,7 @@ import dforce as df
 from dforce.gui.figures import Layer
 from dforce.gui.numbers import Sheet
 from dforce.results.curves import Picture
-from dforce.results.kinds import kind_of
+from dforce.results.kinds import is_kind
 
 
 class FitNumbers:
@@ -21,7 +21,7 @@ class FitNumbers:
 
     def show(self, layers: Sequence[Layer], wanted: Picture | None) -> None:
         """Show what the thermal spectra among the results that are drawn say, a column each."""
-        spectra = [layer for layer in layers if wanted is not None and kind_of(layer.result) == "thermal_spectrum"]
+        spectra = [layer for layer in layers if wanted is not None and is_kind(layer.result, "thermal_spectrum")]
         self.sheet.set_visibility(bool(spectra))
         if not spectra:
             return

@@ -24,7 +24,7 @@ from dforce.gui.setpoint import SetPoint
 from dforce.gui.shown import Part
 from dforce.gui.view import STANDING, View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
-from dforce.results.kinds import kind_of
+from dforce.results.kinds import is_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,9 +111,9 @@ class Plots:
         first = self.layers[-1].result if self.layers else None
         if first is None:
             self.drawn = figures.Drawn(figures.empty(""))
-        elif "reached" in first:
+        elif is_kind(first, "basins"):
             self.drawn = figures.basins(first)
-        elif kind_of(first) == "reconstruction":
+        elif is_kind(first, "reconstruction"):
             self.drawn = reconstructed.figure_of(first)
         elif not pictures_of(first):  # stopped
             self.drawn = figures.Drawn(figures.empty("The run was stopped before there was anything to draw."))

@@ -11,7 +11,7 @@ from dforce.gui import compare, explore, figures, fitting, overlay, reconstructe
 from dforce.gui.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.gui.measured import calibrated
 from dforce.results.curves import Picture, drawable, pictures_of
-from dforce.results.kinds import kind_of
+from dforce.results.kinds import is_kind, kind_of
 from dforce.results.measured import by_model
 
 if TYPE_CHECKING:
@@ -38,9 +38,10 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
         When something of that fails, and for a result that is none of an experiment and no reconstructed force.
     """
     kind = kind_of(result)
-    if kind not in ("", "reconstruction", "thermal_spectrum"):
+    if kind is None or kind.panel != "curves":
+        words = "that dForce does not know" if kind is None else f"({kind.words})"
         raise df.ResultError(
-            f"the window shows results of experiments, and this is another kind ({kind.replace('_', ' ')}); "
+            f"the window shows results of experiments, and this is another kind {words}; "
             "df.plot.overview in Python draws it, and so does --plot of the command that made it"
         )
     try:
@@ -49,9 +50,9 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
         names = [str(name) for name in result.variables]
         if len(names) > MOST_QUANTITIES or max(map(len, names)) > LONGEST_NAME:
             raise ValueError("more quantities than an experiment has, or longer names")
-        if "reached" in result:
+        if kind.name == "basins":
             figures.basins(result)
-        elif kind == "reconstruction":
+        elif kind.name == "reconstruction":
             reconstructed.figure_of(result)
         else:
             for picture in _pictures(result, chosen):
@@ -100,11 +101,10 @@ def rehearse_measured(result: xr.Dataset) -> None:
     ResultError
         When it is neither, or something of that fails.
     """
-    kind = kind_of(result)
-    if kind not in ("measured", "fit"):
+    if not is_kind(result, "measured", "fit"):
         raise df.ResultError("this is no measured curve and no fit of one")
     try:
-        if kind == "measured":
+        if is_kind(result, "measured"):
             by_model(calibrated(result, {}, None))
         else:
             df.fit_report(result)

@@ -18,7 +18,7 @@ from dforce.gui.store import why
 from dforce.inverse.readers import endings
 from dforce.results import hdf5
 from dforce.results.curves import Picture
-from dforce.results.kinds import kind_of as kind_of_result
+from dforce.results.kinds import is_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,7 +112,7 @@ def opened_from(data: bytes, folder: Path) -> xr.Dataset:
     """
     with _looked_through(data, folder) as path:
         result = _read(path)
-        if kind_of_result(result) in ("measured", "fit"):
+        if is_kind(result, "measured", "fit"):
             rehearse_measured(result)
         elif is_explorable(result):
             rehearse_over(_result(path))
@@ -170,6 +170,6 @@ def _result(path: Path) -> xr.Dataset:
         case_of(str(result.attrs.get("case", "")))
     except df.DForceError as error:
         raise df.ResultError(f"the case of this result cannot be used here: {error}") from None
-    if "status" not in result and kind_of_result(result) != "reconstruction":
+    if "status" not in result and not is_kind(result, "reconstruction"):
         raise df.ResultError("this is not the result of an experiment")
     return result

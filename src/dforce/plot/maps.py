@@ -83,6 +83,12 @@ def map(
     return axes
 
 
+def regimes(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
+    """Draw a map of regimes over its two parameters."""
+    x, y = (str(name) for name in dataset["regime"].dims if name != "state")
+    return map(dataset, x, y, "regime", figure=figure)
+
+
 def _regimes(
     dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None
 ) -> Axes:  # fmt: skip

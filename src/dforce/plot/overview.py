@@ -9,20 +9,10 @@ from matplotlib.figure import FigureBase
 from dforce.core.errors import ParameterError, checked
 from dforce.plot._states import check_under
 from dforce.plot._style import head, new_figure
-from dforce.plot.basins import basins
-from dforce.plot.branches import branches_overview, resonance
 from dforce.plot.distances import amplitude_phase, curves
-from dforce.plot.fits import fit
 from dforce.plot.forces import force_curve, force_distance
-from dforce.plot.maps import map
-from dforce.plot.measured import measured
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
-from dforce.plot.plans import plan
-from dforce.plot.reconstruction import reconstruction
-from dforce.plot.sweeps import sweep_overview
-from dforce.plot.thermal import thermal_spectrum
-from dforce.results.curves import swept
-from dforce.results.kinds import kind_of
+from dforce.results.kinds import NO_RESULT, known_kind
 from dforce.results.status import check_computed
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
@@ -52,47 +42,20 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     """
     if states is not None:
         check_under(states, dataset)
-    if kind := kind_of(dataset):
-        return _of_kind(dataset, kind, figure)
-    if swept(dataset):
-        return sweep_overview(dataset, figure)
-    if "time" in dataset.dims and "zc" not in dataset.coords:  # of a motion that was prescribed
-        return traces(dataset, ("distance", "force"), None, figure)
-    if "time" in dataset.dims:
-        return _dwell(dataset, figure)
-    if "distance" in dataset.dims and "force" in dataset:
-        return [force_curve(dataset, figure)]
-    if "zc" in dataset.dims and "amplitude" in dataset:
-        return _approach(dataset, figure, states)
-    if "reached" in dataset:
-        return [basins(dataset, figure=figure)]
-    if "point" in dataset.dims and "amplitude" in dataset:
-        return branches_overview(dataset, figure)
-    if "frequency" in dataset.dims and "amplitude" in dataset:
-        return resonance(dataset, figure=figure)
-    check_computed(dataset)
-    raise ParameterError("this dataset is the result of no experiment, nor a force curve; there is no overview of it")
+    return known_kind(dataset).drawn(dataset, figure=figure, **({} if states is None else {"states": states}))
 
 
-def _of_kind(dataset: xr.Dataset, kind: str, figure: FigureBase | None) -> list[Axes]:
-    """Draw a result of a kind of its own."""
-    if kind == "fit":
-        return fit(dataset, figure)
-    if kind == "measured":
-        return list(measured(dataset, figure))
-    if kind == "reconstruction":
-        return [reconstruction(dataset, figure)]
-    if kind == "plan":
-        return [plan(dataset, figure)]
-    if kind == "thermal_spectrum":
-        return [thermal_spectrum(dataset, figure)]
-    if kind == "regimes":
-        x, y = (str(name) for name in dataset["regime"].dims if name != "state")
-        return [map(dataset, x, y, "regime", figure=figure)]
-    raise ParameterError(f"there is no picture of this result ({kind.replace('_', ' ')}); df.summary gives its numbers")
+def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.Dataset | None = None) -> list[Axes]:
+    """Draw amplitude and phase of every tone, the forces and the energies against the distance.
 
-
-def _approach(dataset: xr.Dataset, figure: FigureBase | None, states: xr.Dataset | None) -> list[Axes]:
+    Raises
+    ------
+    ParameterError
+        When the result keeps no amplitude along the distance.
+    """
+    if "zc" not in dataset.dims or "amplitude" not in dataset:
+        check_computed(dataset)
+        raise ParameterError(NO_RESULT)
     tones = [int(tone) for tone in dataset["tone"].values]
     figure = new_figure(figure, 4.4 * (len(tones) + 1), 6.0)
     columns = figure.subfigures(1, len(tones) + 1, squeeze=False)[0]
@@ -108,7 +71,17 @@ def _approach(dataset: xr.Dataset, figure: FigureBase | None, states: xr.Dataset
     return axes
 
 
-def _dwell(dataset: xr.Dataset, figure: FigureBase | None) -> list[Axes]:
+def dwell(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw the traces of a motion, its spectrum, the force against distance and the phase portrait.
+
+    Raises
+    ------
+    ParameterError
+        When the motion was not recorded.
+    """
+    if "time" not in dataset.dims:
+        check_computed(dataset)
+        raise ParameterError(NO_RESULT)
     figure = new_figure(figure, 11.0, 7.0)
     upper, lower = figure.subfigures(2, 1, squeeze=False)[:, 0]
     length = float(dataset["time"][-1] - dataset["time"][0]) * main_frequency(dataset)
@@ -119,3 +92,10 @@ def _dwell(dataset: xr.Dataset, figure: FigureBase | None) -> list[Axes]:
         one.set_title("")
     head(figure, dataset, at_distance(dataset))
     return axes
+
+
+def forces(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
+    """Draw the force along a path: against distance, or with the distance over time where a motion was prescribed."""
+    if "time" in dataset.dims:
+        return traces(dataset, ("distance", "force"), None, figure)
+    return [force_curve(dataset, figure)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.core.errors import ParameterError
+from dforce.core.errors import ParameterError, checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,6 +57,13 @@ def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.
         return np.full(error.shape, Status.OK, dtype=np.int8)
     lost = (error > WORTHLESS) & np.isfinite(error)
     return np.where(lost, Status.UNRESOLVED, np.where(error > accuracy, Status.INACCURATE, Status.OK)).astype(np.int8)
+
+
+@checked
+def count_status(dataset: xr.Dataset) -> dict[Status, int]:
+    """Return how many points have each status; a status that no point has is left out."""
+    values = np.ravel(dataset["status"].values) if "status" in dataset else np.array([])
+    return {status: int(np.sum(values == status)) for status in Status if np.any(values == status)}
 
 
 def keep_promise(result: xr.Dataset, accuracy: float | None) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, Column, Reader, Table
 from dforce.results.files import decoded, is_sealed
-from dforce.results.kinds import kind_of
+from dforce.results.kinds import is_kind
 from dforce.results.status import repeats
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def kept_in(content: bytes, name: str) -> xr.Dataset | None:
     if not is_sealed(content):
         return None
     result = decoded(content, name)
-    return _again(result) if kind_of(result) == "measured" else None
+    return _again(result) if is_kind(result, "measured") else None
 
 
 def read(content: bytes, name: str) -> list[Table]:
@@ -44,7 +44,7 @@ def read(content: bytes, name: str) -> list[Table]:
     if "spectral_density" in result:
         wanted = {"frequency": "Hz", "spectral_density": "m^2/Hz"}
         return [Table(tuple(Column(key, unit, np.asarray(result[key].values, float)) for key, unit in wanted.items()))]
-    if kind_of(result) == "fit":
+    if is_kind(result, "fit"):
         raise ResultError(f"{name} is a fit, and no measured curve; dforce fit does it again, with its curve")
     if "zc" not in result.dims or "tone" not in result.dims or not {"amplitude", "phase"} <= set(result.data_vars):
         raise ResultError(

@@ -1,4 +1,4 @@
-"""What a reader looks for first in results of other kinds than driven motion: plans, maps, measured curves, fits, spectra."""
+"""What a reader looks for first in results of no experiment: plans, maps, measured curves, fits, and spectra."""
 
 from __future__ import annotations
 
@@ -8,30 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.units import show
+from dforce.findings.finding import DIGITS, Finding
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIGITS = 3
-Row = tuple[str, str, str, float, str]  # name, label, text, value in SI, unit
 
-
-def rows_of(dataset: xr.Dataset, kind: str) -> list[Row]:
-    """Return the rows of a result of a kind that :func:`dforce.results.kinds.kind_of` tells."""
-    return list(READERS[kind](dataset))
-
-
-def _number(name: str, label: str, value: Any, unit: str = "1", digits: int = DIGITS) -> Row:
+def _number(name: str, label: str, value: Any, unit: str = "1", digits: int = DIGITS) -> Finding:
     number = float(value)
     text = show(number, unit, digits) if np.isfinite(number) else "unknown"
-    return name, label, text, number, unit
+    return Finding(name, label, text, number, unit)
 
 
-def _count(name: str, label: str, count: Any) -> Row:
-    return name, label, str(int(count)), float(count), "1"
+def _count(name: str, label: str, count: Any) -> Finding:
+    return Finding(name, label, str(int(count)), float(count), "1")
 
 
-def _measured(dataset: xr.Dataset) -> Iterator[Row]:
+def measured(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the points and the noise of a measured curve."""
     yield _count("points", "points", dataset.sizes["point"])
     for name, label, unit in (
         ("free_amplitude", "free amplitude", "m"),
@@ -42,35 +36,33 @@ def _measured(dataset: xr.Dataset) -> Iterator[Row]:
             yield _number(name, label, dataset.attrs[name], unit)
         elif name in dataset.attrs:
             value = float(dataset.attrs[name])
-            yield name, label, f"{value:.{DIGITS}g}°", value, unit
+            yield Finding(name, label, f"{value:.{DIGITS}g}°", value, unit)
 
 
-def _fit(dataset: xr.Dataset) -> Iterator[Row]:
+def fit(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the fitted parameters, chi2 and the points that the best fit loses."""
     for name in dataset["parameter"].values:
         one = dataset.sel(parameter=name)
         value, error = float(one["value"]), float(one["error"])
         spread = f" ± {error:.2g}" if np.isfinite(error) else ", error unknown"
-        yield str(name), f"{name} (SI)", f"{value:.5g}{spread}", value, "SI"
-    yield (
-        "chi2",
-        "chi2",
-        f"{dataset.attrs['chi2']:.1f} for {dataset.attrs['degrees_of_freedom']}",
-        dataset.attrs["chi2"],
-        "1",
-    )
+        yield Finding(str(name), f"{name} (SI)", f"{value:.5g}{spread}", value, "SI")
+    chi2 = dataset.attrs["chi2"]
+    yield Finding("chi2", "chi2", f"{chi2:.1f} for {dataset.attrs['degrees_of_freedom']}", chi2, "1")
     yield _count("lost_points", "lost points", dataset.attrs["lost_points"])
 
 
-def _identification(dataset: xr.Dataset) -> Iterator[Row]:
+def identification(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the smallest error of each parameter that any curve leaves."""
     curves = dataset["error"].isel({dim: 0 for dim in dataset["error"].dims if dim not in ("parameter", "known")})
     for name in dataset["parameter"].values:
         at = curves.sel(parameter=name)
         smallest = float(np.nanmin(at.values)) if np.isfinite(at.values).any() else np.nan
         text = f"{smallest:.2g}" if np.isfinite(smallest) else "not told"
-        yield str(name), f"smallest error of {name}", text, smallest, "1"
+        yield Finding(str(name), f"smallest error of {name}", text, smallest, "1")
 
 
-def _reconstruction(dataset: xr.Dataset) -> Iterator[Row]:
+def reconstruction(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the lowest force that was found, and the gaps."""
     force = dataset["force"]
     if np.isfinite(force.values).any():
         lowest = int(np.nanargmin(force.values))
@@ -79,20 +71,25 @@ def _reconstruction(dataset: xr.Dataset) -> Iterator[Row]:
     yield _count("gaps", "gaps", dataset.sizes.get("gap", 0))
 
 
-def _plan(dataset: xr.Dataset) -> Iterator[Row]:
+def plan(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give how many settings are allowed, by which limits, and what was found."""
     allowed = dataset["allowed"].values
-    yield "allowed", "allowed settings", f"{int(allowed.sum())} of {allowed.size}", float(allowed.sum()), "1"
-    yield "limits", "limits", str(dataset.attrs.get("limits", "")), float("nan"), "1"
+    count = float(allowed.sum())
+    yield Finding("allowed", "allowed settings", f"{count:.0f} of {allowed.size}", count, "1")
+    yield Finding("limits", "limits", str(dataset.attrs.get("limits", "")), float("nan"), "1")
     if "findings" in dataset.attrs:
-        yield "findings", "findings", " ".join(str(dataset.attrs["findings"]).splitlines()), float("nan"), "1"
+        found = " ".join(str(dataset.attrs["findings"]).splitlines())
+        yield Finding("findings", "findings", found, float("nan"), "1")
 
 
-def _regimes(dataset: xr.Dataset) -> Iterator[Row]:
+def regimes(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give how many boundaries a map of regimes has."""
     yield _count("boundaries", "points of boundaries", dataset.sizes.get("edge", 0))
     yield _count("states", "most stable states at one setting", np.nanmax(dataset["states"].values))
 
 
-def _spectrum(dataset: xr.Dataset) -> Iterator[Row]:
+def thermal_spectrum(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give what the fits of a thermal spectrum found, beside the true values."""
     modes = _each(dataset, "mode")
     for one in modes:
         which = f" of mode {int(one['mode'])}" if len(modes) > 1 else ""
@@ -105,7 +102,7 @@ def _spectrum(dataset: xr.Dataset) -> Iterator[Row]:
         yield _beside_true(one, "spring_constant", f"k, {name}", f"spring_constant, {name}")
     error = float(dataset["spring_constant_error"])
     text = f"{100.0 * error:.2g} %" if np.isfinite(error) else "unknown"
-    yield "spring_constant_error", "error of a thermal k", text, error, "1"
+    yield Finding("spring_constant_error", "error of a thermal k", text, error, "1")
 
 
 def _each(dataset: xr.Dataset, dim: str) -> list[xr.Dataset]:
@@ -113,15 +110,9 @@ def _each(dataset: xr.Dataset, dim: str) -> list[xr.Dataset]:
     return [dataset.isel({dim: n}) for n in range(dataset.sizes[dim])] if dim in dataset.dims else [dataset]
 
 
-def _beside_true(one: xr.Dataset, name: str, label: str, key: str = "") -> Row:
+def _beside_true(one: xr.Dataset, name: str, label: str, key: str = "") -> Finding:
     """Return a spring constant beside the true one, each as text, and how large it is against that."""
     value, true = float(one[name]), float(one[f"true_{name}"])
     found = f"{show(value, 'N/m', DIGITS)}, {value / true:.3f} of" if np.isfinite(value) else "unknown beside"
     both = f"{found} the true {show(true, 'N/m', DIGITS)}"
-    return key or f"{name}_{int(one['mode'])}", label, both, value, "N/m"
-
-
-READERS = {
-    "plan": _plan, "regimes": _regimes, "reconstruction": _reconstruction, "fit": _fit,
-    "identification": _identification, "thermal_spectrum": _spectrum, "measured": _measured,
-}  # fmt: skip
+    return Finding(key or f"{name}_{int(one['mode'])}", label, both, value, "N/m")
