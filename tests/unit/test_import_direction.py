@@ -41,12 +41,8 @@ LEVEL = {module: level for level, modules in enumerate(LEVELS) for module in mod
 EDGE = ("cli", "gui")
 INSIDE = ("kernel", "integrators", "solvers")
 
-# Circles that stand until the solvers are written anew, and two that their rooms still have.
-LEFT = {
-    frozenset({"solvers.block", "solvers.beside"}),
-    frozenset({"inverse.planner", "inverse._plan_result"}),
-    frozenset({"inverse.fitting.run", "inverse.fitting.advice", "inverse.fitting.result"}),
-}
+# A circle that stands until the solvers are written anew.
+LEFT = {frozenset({"solvers.block", "solvers.beside"})}
 
 # `import dforce` must be quick, so these wait until something needs them.
 HEAVY = (

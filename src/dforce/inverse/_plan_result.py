@@ -16,7 +16,7 @@ from dforce.maps.axes import Axis
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.inverse.planner import Judged, Rest
+    from dforce.inverse._states import Judged, Rest
     from dforce.kernel import Array
 
 LEFT_OUT = ("corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",

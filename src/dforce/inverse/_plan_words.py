@@ -13,7 +13,7 @@ from dforce.inverse.wishes import Wishes
 from dforce.maps.axes import Axis
 
 if TYPE_CHECKING:
-    from dforce.inverse.planner import Judged
+    from dforce.inverse._states import Judged
     from dforce.kernel import Array
 
 WALKED = "the stable states on the branches of each case"

@@ -1,8 +1,8 @@
-"""The steady states of a plan: operating points of many cases, and whether another state exists beside each."""
+"""The states of a plan: operating points of many cases, whether others exist beside them, and which limits hold."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import value_at, with_number
+from dforce.inverse.wishes import Goal
 from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
 SLOPE_STEP = 5e-3  # of the logarithm of a parameter: the phase bends little over it
 Watch = Callable[[], None]
+Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass
@@ -166,3 +168,51 @@ def one_of_each(points: Points, length: Array) -> Any:
                 continue
         kept.append(number)
     return np.array(kept, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What a plan says beside the states themselves.
+
+    Attributes
+    ----------
+    room
+        Distance of each state from the nearest boundary, in margins.
+    edges
+        Where limits begin to fail: parameters and set point, and the limit.
+    goals
+        The quantity of each goal at all states.
+    walked
+        Whether the branches of all cases were followed.
+    """
+
+    room: Array
+    edges: list[tuple[Array, str]]
+    goals: Mapping[Goal, Array]
+    walked: bool
+
+
+@dataclass
+class Judged:
+    """Operating points and what the limits say about them.
+
+    Attributes
+    ----------
+    points, found
+        Where they are, and their observables.
+    others
+        Whether another stable state is at the same distance.
+    hit
+        Name of the first limit that fails at each; empty where all hold.
+    bounds
+        The bound of each limit at each, by name.
+    excess
+        By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
+    """
+
+    points: Points
+    found: OperatingPoints
+    others: Bools
+    hit: np.ndarray[Any, np.dtype[np.str_]]
+    bounds: Mapping[str, Array]
+    excess: Array

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,8 @@ from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
-from dforce.inverse._states import Points, Solver, one_of_each
+from dforce.inverse._plan_result import result_of
+from dforce.inverse._states import Bools, Judged, Points, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
@@ -25,61 +25,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.kernel import Array
-    from dforce.maps.operating import OperatingPoints
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
 MOST_WALKED = 40  # cases whose branches are followed; each takes about a second
 STAGES = 6  # that progress counts
-Bools = np.ndarray[Any, np.dtype[np.bool_]]
-
-
-@dataclass(frozen=True)
-class Rest:
-    """What a plan says beside the states themselves.
-
-    Attributes
-    ----------
-    room
-        Distance of each state from the nearest boundary, in margins.
-    edges
-        Where limits begin to fail: parameters and set point, and the limit.
-    goals
-        The quantity of each goal at all states.
-    walked
-        Whether the branches of all cases were followed.
-    """
-
-    room: Array
-    edges: list[tuple[Array, str]]
-    goals: Mapping[Goal, Array]
-    walked: bool
-
-
-@dataclass
-class Judged:
-    """Operating points and what the limits say about them.
-
-    Attributes
-    ----------
-    points, found
-        Where they are, and their observables.
-    others
-        Whether another stable state is at the same distance.
-    hit
-        Name of the first limit that fails at each; empty where all hold.
-    bounds
-        The bound of each limit at each, by name.
-    excess
-        By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
-    """
-
-    points: Points
-    found: OperatingPoints
-    others: Bools
-    hit: np.ndarray[Any, np.dtype[np.str_]]
-    bounds: Mapping[str, Array]
-    excess: Array
 
 
 @checked
@@ -196,8 +146,6 @@ class _Work:
 
     def run(self) -> xr.Dataset:
         """Return the plan."""
-        from dforce.inverse._plan_result import result_of
-
         judged = self.judge(self._states(), tells_others=True)
         at_states = judged.hit.copy()
         try:

@@ -16,8 +16,8 @@ from dforce.inverse.steps import FAR_FORCES
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
+    from dforce.inverse.fitting.fitted import Fitted
     from dforce.inverse.fitting.minimize import Minimum
-    from dforce.inverse.fitting.run import Fitted
 
 MOST_CHI2 = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
@@ -116,7 +116,7 @@ def _unseen(found: Fitted) -> Advice | None:
     if not found.unseen:
         return None
     text = (
-        f"not seen by these data: {', '.join(found.unseen)}. It stays where it started, without an error; dforce fit "
+        f"not seen by these data: {', '.join(found.unseen)}. The value tells nothing, and has no error; dforce fit "
         "--identify says which measurement would see it."
     )
     return Advice("not_seen", float(len(found.unseen)), 0.0, text, SPEC, tuple(found.unseen))

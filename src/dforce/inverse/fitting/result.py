@@ -17,8 +17,8 @@ from dforce.experiments import Approach
 from dforce.inverse.fitting.advice import advice_on
 from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
+from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.minimize import Objective
-from dforce.inverse.fitting.run import Fitted
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import heard, late_stop_waits
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
+from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
@@ -21,6 +21,7 @@ from dforce.inverse.fitting.model import Model
 from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
 from dforce.inverse.fitting.points import Measured, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
+from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
@@ -36,54 +37,8 @@ NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
 MOST_LOWER = 4  # minima that are met on the way to the ends of intervals
 FINEST = 4  # times the samples of the case
+POOR = 10.0  # of chi2 for each number: a worse model tells no errors, and ends of intervals would be sought for minutes
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
-
-
-@dataclass
-class Fitted:
-    """What a fit found.
-
-    Attributes
-    ----------
-    case, settings, data, unknowns
-        What was asked.
-    minima, starts
-        The minima, the lowest first; where the searches began, and how low chi2 was there.
-    certain, sides
-        How well the unknowns are known: near the best, and to both sides of it.
-    passed
-        Errors passed on from fixed parameters, (unknowns,).
-    profiles
-        By the name of the unknown.
-    bootstrap
-        Fits to redrawn residuals, where they were asked for.
-    model
-        With which it was found.
-    interrupted
-        Whether it was stopped.
-    """
-
-    case: Case
-    settings: Fit
-    data: Measured
-    unknowns: list[Unknown]
-    minima: list[Minimum]
-    starts: list[Start]
-    certain: Certainty
-    sides: Sides
-    passed: Array
-    profiles: dict[str, Profile]
-    bootstrap: Bootstrap | None
-    model: Model
-    coarse: float
-    runs: int
-    interrupted: bool = False
-    unseen: list[str] = field(default_factory=list)
-
-    @property
-    def best(self) -> Minimum:
-        """The lowest minimum."""
-        return self.minima[0]
 
 
 @checked
@@ -138,8 +93,6 @@ def fit(
         found = fitted(case, data, asked, tell)
         tell(USUAL_RUNS, USUAL_RUNS, "")
     found.interrupted |= stop.is_heard
-    from dforce.inverse.fitting.result import to_dataset  # which takes what is defined here
-
     return to_dataset(found, data)
 
 
@@ -298,9 +251,12 @@ class _Search:
         bootstrap(self.model, self.minima[0], seen, count, done)
 
     def _sides(self) -> Sides | None:
-        """Return how far the unknowns may be off, over all minima; where that leads to a lower minimum, it is taken."""
+        """Return how far the unknowns may be off, over all minima; where that leads to a lower minimum, it is taken.
+
+        A model that is far from the data has no ends of intervals: None.
+        """
         for _ in range(MOST_LOWER):
-            if self.minima[0].prediction is None:
+            if self.minima[0].prediction is None or self.minima[0].chi2 > POOR * self.data.count:
                 return None
             found = self._sides_of_all()
             if isinstance(found, Sides):
