@@ -28,10 +28,7 @@ def case_of(name: str, viscous: bool = True) -> df.Case:
     if viscous:
         forces.append(df.forces.KelvinVoigt(viscosity=viscosity))
     return df.Case(
-        **INSTRUMENTS[name],
-        drive={"A0": A0},
-        sample={"youngs_modulus": modulus, "poisson_ratio": 0.3},
-        forces=forces,
+        **INSTRUMENTS[name], drive={"A0": A0}, sample={"youngs_modulus": modulus, "poisson_ratio": 0.3}, forces=forces
     )
 
 

@@ -29,7 +29,7 @@ from dforce.core.units import show
 case = df.Case(
     title="Bimodal, attractive regime",
     cantilever=df.Cantilever(
-        modes=[{"f0": "70 kHz", "k": "2 N/m", "Q": 180}, {"f0": "437.5 kHz", "k": "78 N/m", "Q": 450}],
+        modes=[{"f0": "70 kHz", "k": "2 N/m", "Q": 180}, {"f0": "437.5 kHz", "k": "78 N/m", "Q": 450}]
     ),
     drive=df.Drive(tones=[{"A0": "12 nm"}, {"A0": "0.4 nm"}]),
     tip=df.Tip(radius="10 nm"),

@@ -51,37 +51,16 @@ if TYPE_CHECKING:
 
 # where each public name lives; loaded when first used, so that `import dforce` is quick
 _HOMES = {
-    "case": (
-        "Case",
-        "example",
-        "load_case",
-        "save_case",
-    ),
+    "case": ("Case", "example", "load_case", "save_case"),
     "checks.battery": ("check_force",),
-    "core.errors": (
-        "CaseError",
-        "DForceError",
-        "ForceError",
-        "ParameterError",
-        "ResultError",
-        "UnitError",
-    ),
-    "core.parameters": (
-        "param",
-        "shared",
-    ),
-    "core.units": (
-        "parse",
-        "show",
-    ),
+    "core.errors": ("CaseError", "DForceError", "ForceError", "ParameterError", "ResultError", "UnitError"),
+    "core.parameters": ("param", "shared"),
+    "core.units": ("parse", "show"),
     "findings.motion_at": ("motion_at",),
     "findings.report": ("report",),
     "findings.set_point": ("at_set_point",),
     "findings.summary": ("summary",),
-    "forces": (
-        "Force",
-        "load_plugin",
-    ),
+    "forces": ("Force", "load_plugin"),
     "instrument": (
         "Beam",
         "Cantilever",
@@ -97,66 +76,22 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
-    "inverse": (
-        "ThermalTune",
-        "calibrate",
-        "energy",
-        "read_curves",
-        "read_measured",
-        "thermal_tune",
-    ),
-    "inverse.fitting": (
-        "compare_fits",
-        "fit",
-        "fit_again",
-        "fit_many",
-        "fit_report",
-        "identify",
-        "identify_report",
-    ),
+    "inverse": ("ThermalTune", "calibrate", "energy", "read_curves", "read_measured", "thermal_tune"),
+    "inverse.fitting": ("compare_fits", "fit", "fit_again", "fit_many", "fit_report", "identify", "identify_report"),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
-    "kernel.cache": (
-        "clear_kernel_cache",
-        "kernel_cache",
-    ),
+    "kernel.cache": ("clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
-    "maps": (
-        "regimes",
-        "sweep",
-    ),
-    "results.files": (
-        "read",
-        "write",
-    ),
+    "maps": ("regimes", "sweep"),
+    "results.files": ("read", "write"),
     "results.status": ("Status",),
-    "runs": (
-        "approach",
-        "basins",
-        "branches",
-        "dwell",
-        "frequency_sweep",
-        "run",
-        "thermal_spectrum",
-    ),
+    "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run", "thermal_spectrum"),
     "solvers": ("SolverSettings",),
-    "spectroscopy": (
-        "force_along",
-        "force_curve",
-    ),
-    "thermal": (
-        "noise",
-        "noisy_motion",
-        "snap_in_distance",
-        "snap_in_rate",
-        "switching_rate",
-    ),
-    "validity": (
-        "Advice",
-        "advice",
-    ),
+    "spectroscopy": ("force_along", "force_curve"),
+    "thermal": ("noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate"),
+    "validity": ("Advice", "advice"),
 }
 _MODULES = ("experiments", "forces", "plot")
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

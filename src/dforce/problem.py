@@ -279,7 +279,7 @@ def instrument_values(
 
 
 DERIVED = {
-    "contact.E_eff": ("tip.youngs_modulus", "tip.poisson_ratio", "sample.youngs_modulus", "sample.poisson_ratio"),
+    "contact.E_eff": ("tip.youngs_modulus", "tip.poisson_ratio", "sample.youngs_modulus", "sample.poisson_ratio")
 }  # what :func:`instrument_values` makes of values that a user gives
 
 

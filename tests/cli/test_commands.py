@@ -316,14 +316,8 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
         (["examples", "figure-3-ari"], "did you mean 'figure-3-air'?"),
         (["examples", "--write", "x.toml"], "--write needs the name of an example"),
         (["examples", "figure-3-air", "--write", "case.toml"], "is there already"),
-        (
-            ["curve", "figure-3-air", "--from", "2 kHz"],
-            "--from is '2 kHz', which is a frequency, not a length",
-        ),
-        (
-            ["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"],
-            "starts and ends at 1 nm; give two distances",
-        ),
+        (["curve", "figure-3-air", "--from", "2 kHz"], "--from is '2 kHz', which is a frequency, not a length"),
+        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; give two distances"),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),
     ],
 )
@@ -415,8 +409,7 @@ def test_help_names_every_command():
 
 
 @pytest.mark.parametrize(
-    ("text", "spelled"),
-    [("54°", "54 deg"), ("µm", "um"), ("δ ≤ 3", "delta <= 3"), ("– é 中", "- e ?"), ("d²", "d^2")],
+    ("text", "spelled"), [("54°", "54 deg"), ("µm", "um"), ("δ ≤ 3", "delta <= 3"), ("– é 中", "- e ?"), ("d²", "d^2")]
 )
 def test_what_a_terminal_lacks_is_spelled_out(text, spelled):
     assert "".join(c if c.isascii() else plain(UnicodeEncodeError("ascii", c, 0, 1, ""))[0] for c in text) == spelled
@@ -519,13 +512,9 @@ def test_a_console_without_utf_8_shows_everything(encoding):
 
 
 def test_the_shell_completes_examples_and_models():
-    done = program(
-        env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce models kelv", "COMP_CWORD": "2"},
-    )
+    done = program(env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce models kelv", "COMP_CWORD": "2"})
     assert done.stdout.split() == [b"kelvin_voigt"]
-    done = program(
-        env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce run figure-3", "COMP_CWORD": "2"},
-    )
+    done = program(env={"_DFORCE_COMPLETE": "complete_bash", "COMP_WORDS": "dforce run figure-3", "COMP_CWORD": "2"})
     wanted = [name.encode() for name in df.examples() if name.startswith("figure-3")]
     assert len(wanted) > 1
     assert done.stdout.split() == wanted

@@ -17,9 +17,7 @@ GRID = 'experiment.zc={ start = "11 nm", stop = "9 nm", points = 5 }'
 
 
 @pytest.mark.parametrize(
-    ("example", "settings"),
-    [("table-1-am", []), ("figure-3-air", ["--set", GRID])],
-    ids=["dwell", "approach"],
+    ("example", "settings"), [("table-1-am", []), ("figure-3-air", ["--set", GRID])], ids=["dwell", "approach"]
 )
 @pytest.mark.slow
 def test_a_result_repeats_its_own_run_to_the_last_bit(tmp_path, monkeypatch, example, settings):

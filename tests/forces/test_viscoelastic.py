@@ -18,13 +18,7 @@ SPEED, TURN = 1e-3, 5e-6
 # the references are for plane-strain moduli, which Young's moduli are at a Poisson ratio of zero
 PLANE = {"tip__radius": RADIUS, "sample__poisson_ratio": 0.0}
 SOLID = {"instant_modulus": E0, "relaxed_modulus": E_INF, "relaxation_time": TAU}
-TING = {
-    0.5: 2.1592379033e-8,
-    1.0: 5.6206544045e-8,
-    1.1: 4.4270280957e-8,
-    1.25: 2.8448247239e-8,
-    1.4: 1.5312826869e-8,
-}
+TING = {0.5: 2.1592379033e-8, 1.0: 5.6206544045e-8, 1.1: 4.4270280957e-8, 1.25: 2.8448247239e-8, 1.4: 1.5312826869e-8}
 DETACHED, TAKEN = 1.6974909030, 4.043533e-17
 
 
@@ -189,11 +183,7 @@ def test_one_arm_of_generalized_maxwell_is_the_standard_linear_solid(bound):
 
 def test_arms_of_generalized_maxwell_add_up_while_loading(bound):
     force = GeneralizedMaxwell(
-        relaxed_modulus=E_INF,
-        arm_moduli=[0.5e9, 0.4e9],
-        arm_times=[2e-6, 2e-5],
-        elements=200,
-        max_indentation=5e-9,
+        relaxed_modulus=E_INF, arm_moduli=[0.5e9, 0.4e9], arm_times=[2e-6, 2e-5], elements=200, max_indentation=5e-9
     )
     answer = press(bound(force, **PLANE), stop=TURN)
 

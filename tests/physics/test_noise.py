@@ -104,11 +104,7 @@ def test_noise_of_a_step_keeps_equipartition(turns):
 
 @pytest.mark.parametrize(
     ("points", "place", "speed"),
-    [
-        (16, 1.02019010825, 0.97402973906),
-        (32, 1.00487403033, 0.99355790135),
-        (64, 1.00120818334, 0.99839258600),
-    ],
+    [(16, 1.02019010825, 0.97402973906), (32, 1.00487403033, 0.99355790135), (64, 1.00120818334, 0.99839258600)],
 )
 def test_equipartition_in_contact_has_the_second_order_error_that_is_derived(points, place, speed):
     spring = df.forces.Custom(law="-P1*(d - 20e-9)", P1=2.8)

@@ -40,11 +40,7 @@ def test_the_case_of_the_design_can_be_written_in_python_or_toml():
         tip=Tip(radius="2 nm"),
         sample=Sample(youngs_modulus="1 GPa", poisson_ratio=0.3),
         forces=[forces.DMT(hamaker="2e-20 J")],
-        experiment={
-            "kind": "approach",
-            "zc": {"start": "12 nm", "stop": "1 nm", "points": 221},
-            "direction": "both",
-        },
+        experiment={"kind": "approach", "zc": {"start": "12 nm", "stop": "1 nm", "points": 221}, "direction": "both"},
     )
     assert case == AIR.replace(title="", about=None)
     assert isinstance(case.experiment, Approach)
@@ -191,16 +187,8 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("forces", [{}], "forces.1.model is missing; known: "),
         ("forces", 3, "forces = 3 is not a list of forces"),
         ("forces", [3], "forces.1 = 3 is not a table with a model"),
-        (
-            "forces",
-            [{"model": "dmt", "hamakr": 1}],
-            "forces.dmt has no parameter 'hamakr'; did you mean 'hamaker'?",
-        ),
-        (
-            "forces",
-            [{"model": "hertz", "radius": 1}],
-            "takes 'radius' from the instrument: give tip.radius instead",
-        ),
+        ("forces", [{"model": "dmt", "hamakr": 1}], "forces.dmt has no parameter 'hamakr'; did you mean 'hamaker'?"),
+        ("forces", [{"model": "hertz", "radius": 1}], "takes 'radius' from the instrument: give tip.radius instead"),
         ("forces", [{"model": "hertz"}] * 2, "hertz is given twice"),
         ("forces", [{"model": "hertz"}] * 21, "forces"),
         ("experiment.zc", [], "experiment.zc is an empty list"),
@@ -210,11 +198,7 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("experiment.zc.points", True, "experiment.zc.points = true is not allowed"),
         ("experiment.zc", {"start": "1 nm"}, "experiment.zc.stop (last average distance) is missing"),
         ("experiment.direction", "up", "experiment.direction = 'up' is not one of"),
-        (
-            "experiment.start",
-            "fre",
-            "experiment.start = 'fre' is not one of 'free' or 'rest'; did you mean 'free'?",
-        ),
+        ("experiment.start", "fre", "experiment.start = 'fre' is not one of 'free' or 'rest'; did you mean 'free'?"),
         ("experiment", {"kind": "dwel"}, "experiment.kind = 'dwel' is not known; did you mean 'dwell'?"),
         ("experiment", {"zc": "1 nm"}, "experiment.kind is missing; known: "),
         ("experiment", 3, "experiment = 3 is not a table with a kind"),
@@ -299,11 +283,7 @@ START = st.sampled_from(["free", "rest"]) | table(amplitude=LENGTH, phase=PHASE)
 GRID = table(start=LENGTH, stop=LENGTH, points=st.integers(1, 10**6))
 DWELL = table({"start": START}, kind=st.just("dwell"), zc=DISTANCE)
 APPROACH = table(
-    {
-        "direction": st.sampled_from(["approach", "retract", "both"]),
-        "carry_state": st.booleans(),
-        "start": START,
-    },
+    {"direction": st.sampled_from(["approach", "retract", "both"]), "carry_state": st.booleans(), "start": START},
     kind=st.just("approach"),
     zc=GRID | st.lists(DISTANCE, min_size=1, max_size=5),
 ).map(lambda given: given if given.get("carry_state", True) else given | {"protocol": "stepwise"})
@@ -376,10 +356,7 @@ def test_text_that_needs_escapes_survives():
         ("a = " + "1" * 5000, "the case is not TOML"),
         ("#" * 1_000_001, "more than 1000000 are not read"),
         ("[cantilever]\nf0 = nan\nk = 1\nQ = 2\n[drive]\nA0 = 1", "cantilever.f0 is nan"),
-        (
-            "[cantilever]\nf0 = 2020-01-01\nk = 1\nQ = 2\n[drive]\nA0 = 1",
-            "cantilever.f0 is datetime.date(2020, 1, 1)",
-        ),
+        ("[cantilever]\nf0 = 2020-01-01\nk = 1\nQ = 2\n[drive]\nA0 = 1", "cantilever.f0 is datetime.date(2020, 1, 1)"),
         ("[sampel]\n[cantilever]\n[drive]", "case has no parameter 'sampel'; did you mean 'sample'?"),
     ],
     ids=shorten,

@@ -30,8 +30,7 @@ def quiet(done, total, note):
 
 
 @pytest.mark.parametrize(
-    ("direction", "order"),
-    [("approach", [9, 7, 5]), ("retract", [5, 7, 9]), ("both", [9, 7, 5, 5, 7, 9])],
+    ("direction", "order"), [("approach", [9, 7, 5]), ("retract", [5, 7, 9]), ("both", [9, 7, 5, 5, 7, 9])]
 )
 def test_distances_are_visited_from_far_to_near_or_back_and_stored_as_given(direction, order):
     experiment = df.experiments.Approach(zc=["7 nm", "9 nm", "5 nm"], direction=direction)

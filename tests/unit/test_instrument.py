@@ -11,18 +11,7 @@ from hypothesis import strategies as st
 from dforce import forces, library
 from dforce.core.errors import ForceError, ParameterError
 from dforce.core.parameters import shared
-from dforce.instrument import (
-    Beam,
-    Cantilever,
-    Contact,
-    Drive,
-    Medium,
-    Mode,
-    Sample,
-    Tip,
-    Tone,
-    effective_modulus,
-)
+from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone, effective_modulus
 from dforce.problem import Problem, instrument_values
 
 SILICON = {
@@ -75,18 +64,12 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         (lambda: Cantilever(), "cantilever is empty; give f0, k and Q, or a list of modes, or a beam"),
         (lambda: Cantilever(f0=1, k=1), "cantilever.Q (quality factor) is missing"),
         (lambda: Cantilever(f0=1, k=1, Q=1, beam=SILICON), "cantilever has both f0, k, Q and beam"),
-        (
-            lambda: Cantilever(modes=[{"f0": 1, "k": 1, "Q": 1, "m": 1}]),
-            "cantilever.modes.1 has no parameter 'm'",
-        ),
+        (lambda: Cantilever(modes=[{"f0": 1, "k": 1, "Q": 1, "m": 1}]), "cantilever.modes.1 has no parameter 'm'"),
         (lambda: Cantilever(modes=[{"f0": 1, "k": 1, "Q": 1}] * 11), "cantilever.modes"),
         (lambda: Drive(), "drive.A0 (free amplitude) is missing"),
         (lambda: Drive(A0=1e-9, tones=[{"A0": 1e-9}]), "drive has both A0 and tones"),
         (lambda: Drive(A0="0 nm"), "drive.A0 = 0 m is not above 0 nm"),
-        (
-            lambda: Drive(A0=1e-9, acts_on="all"),
-            "drive.acts_on = 'all' is not one of 'all_modes' or 'own_mode'",
-        ),
+        (lambda: Drive(A0=1e-9, acts_on="all"), "drive.acts_on = 'all' is not one of 'all_modes' or 'own_mode'"),
         (lambda: Drive(A0=1e-9, mode=True), "drive.mode = true is not allowed here"),
         (lambda: Medium(name="watr"), "medium = 'watr' is not known; did you mean 'water'?"),
         (lambda: Medium(temperature="0 K"), "medium.temperature = 0 K is not above 0 K"),
@@ -146,8 +129,7 @@ def test_a_given_q_of_a_beam_wins_and_a_list_has_one_for_each_mode():
 
 
 @pytest.mark.parametrize(
-    ("medium", "why"),
-    [(Medium(name="vacuum"), "vacuum does not damp the beam"), (Medium(), "no fluid is given")],
+    ("medium", "why"), [(Medium(name="vacuum"), "vacuum does not damp the beam"), (Medium(), "no fluid is given")]
 )
 def test_a_q_that_nobody_knows_is_asked_for_in_a_sentence(medium, why):
     message = refusal(Cantilever(beam=SILICON).resolve, medium)
@@ -240,11 +222,7 @@ def test_a_rigid_tip_has_an_infinite_modulus_for_forces_that_ask():
     ("tip", "sample", "message"),
     [
         (Tip(), SAMPLE, "hertz needs tip.radius, which is not given; write radius under [tip]"),
-        (
-            TIP,
-            Sample(),
-            "hertz needs sample.youngs_modulus, which is not given; write youngs_modulus under [sample]",
-        ),
+        (TIP, Sample(), "hertz needs sample.youngs_modulus, which is not given; write youngs_modulus under [sample]"),
     ],
     ids=["radius", "modulus"],
 )

@@ -96,10 +96,7 @@ def test_what_is_not_allowed_is_one_sentence_with_what_and_why(given, message):
         ({}, "box.knob is missing"),
         ({"knob": {"size": -1}}, "box.knob.size = -1 m is not above 0 nm"),
         ({"knob": {}, "others": [{}, {"size": -1}]}, "box.others.2.size = -1 m is not above 0 nm"),
-        (
-            {"knob": {}, "others": [{}, {"siez": 1}]},
-            "box.others.2 has no parameter 'siez'; did you mean 'size'?",
-        ),
+        ({"knob": {}, "others": [{}, {"siez": 1}]}, "box.others.2 has no parameter 'siez'; did you mean 'size'?"),
         ({"knob": 3}, "box.knob = 3 is not a table of parameters"),
         ({"knob": {}, "others": 3}, "box.others = 3 is not a list"),
     ],

@@ -217,10 +217,7 @@ def test_force_against_distance_shows_where_the_force_is_felt():
 
 
 def test_phase_portrait_is_velocity_against_deflection():
-    assert texts(plot.phase_portrait(synthetic.dwell())) == [
-        "deflection $z$ (nm)",
-        r"velocity $\dot z$ (mm/s)",
-    ]
+    assert texts(plot.phase_portrait(synthetic.dwell())) == ["deflection $z$ (nm)", r"velocity $\dot z$ (mm/s)"]
 
 
 def test_force_curve_shades_hysteresis_only_where_there_is_some():

@@ -41,14 +41,7 @@ def test_netcdf_gives_back_every_number_word_and_attribute(tmp_path, make):
 
 def test_netcdf_keeps_awkward_attributes(tmp_path):
     dataset = synthetic.dwell()
-    awkward = {
-        "yes": True,
-        "no": False,
-        "empty": "",
-        "unicode": "Å, ° und 中",
-        "lines": "a\nb\n",
-        "many": 2**40,
-    }
+    awkward = {"yes": True, "no": False, "empty": "", "unicode": "Å, ° und 中", "lines": "a\nb\n", "many": 2**40}
     awkward["long"] = "x" * 1_000_000  # HDF5 holds only 64 kB in an attribute itself
     dataset.attrs.update(awkward)
     back = read(write(dataset, tmp_path / "out.nc"))

@@ -88,11 +88,7 @@ def instrument_meaning(path: str) -> str:
     section, key = path.split(".")
     if (section, key) == ("contact", "E_eff"):
         return "effective modulus, from the moduli and Poisson's ratios of tip and sample"
-    owner = {
-        "tip": df.Tip,
-        "sample": df.Sample,
-        "contact": df.Contact,
-        "cantilever": df.Mode,
-        "medium": df.Medium,
-    }[section]
+    owner = {"tip": df.Tip, "sample": df.Sample, "contact": df.Contact, "cantilever": df.Mode, "medium": df.Medium}[
+        section
+    ]
     return owner.model_fields[key].description or ""

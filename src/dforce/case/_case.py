@@ -117,13 +117,7 @@ class Case(Parameters):
             raise ParameterError(f"has more than {MOST_FORCES} forces")
         models = [item.get("model") if isinstance(item, dict) else None for item in items]
         return tuple(
-            _built(
-                item,
-                "model",
-                REGISTRY,
-                f"forces.{model if models.count(model) == 1 else place}",
-                f"forces.{place}",
-            )
+            _built(item, "model", REGISTRY, f"forces.{model if models.count(model) == 1 else place}", f"forces.{place}")
             for place, (item, model) in enumerate(zip(items, models, strict=True), start=1)
         )
 
@@ -169,9 +163,16 @@ class Case(Parameters):
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
         return Problem.build(
-            self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.forces, self.readout,
+            self.cantilever,
+            self.drive,
+            self.tip,
+            self.sample,
+            self.contact,
+            self.medium,
+            self.forces,
+            self.readout,
             self.noise,
-        )  # fmt: skip
+        )
 
     @functools.cached_property
     def folder(self) -> Path | None:

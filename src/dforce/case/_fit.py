@@ -73,10 +73,11 @@ class Fit(Parameters):
         (), max_length=MOST_FREE, description="paths of the parameters to fit, such as sample.youngs_modulus"
     )
     nuisance: Part[tuple[str, ...]] = words(
-        ("zc_offset", "A0", "phase_offset"), max_length=MOST_FREE,
+        ("zc_offset", "A0", "phase_offset"),
+        max_length=MOST_FREE,
         description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2, which is "
         "fitted alike where this is left as it is",
-    )  # fmt: skip
+    )
     priors: Part[dict[str, Any]] = words(
         {},
         description='values and errors known beforehand, which frees the parameter, such as { "cantilever.Q" = "180(4)" }',
@@ -97,9 +98,11 @@ class Fit(Parameters):
         default="measured", description="measured: each point on its own branch; else one branch alone"
     )
     margin: int | None = pydantic.Field(
-        default=None, ge=0, le=1000,
+        default=None,
+        ge=0,
+        le=1000,
         description="points beside each jump that are left out; left out: 1, or 0 where the data have a column branch",
-    )  # fmt: skip
+    )
     search: bool = pydantic.Field(
         default=True, description="whether several starts around the given one are tried; false: that one alone"
     )
@@ -108,10 +111,12 @@ class Fit(Parameters):
     )
 
     bootstrap: int = pydantic.Field(
-        default=0, ge=0, le=100_000,
+        default=0,
+        ge=0,
+        le=100_000,
         description="fits to residuals drawn anew in blocks, for errors where the noise is not what the free part says; "
         "0: none",
-    )  # fmt: skip
+    )
 
     @pydantic.field_validator("bootstrap")
     @classmethod

@@ -11,10 +11,7 @@ from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Parameters, Quantity
 from dforce.forces import Force
 
-LISTS = {
-    "cantilever": "modes",
-    "drive": "tones",
-}  # whose keys may stand in the section when there is one of them
+LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
 LONGEST = 200
 P = TypeVar("P", bound=Parameters)
 

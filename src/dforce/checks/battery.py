@@ -165,11 +165,7 @@ def _calls(force: Force) -> Iterator[tuple[Any, ...]]:
         random = force.memory_scale * rng.random(force.memory)
         memories = [(np.zeros(force.memory),), (random,)]
     latches = [(0.0,), (1.0,)] if force.switch is not None else [()]
-    places = (
-        *DISTANCES,
-        *force.kinks(),
-        *(kink + shift for kink in force.kinks() for shift in (1e-13, -1e-13)),
-    )
+    places = (*DISTANCES, *force.kinks(), *(kink + shift for kink in force.kinks() for shift in (1e-13, -1e-13)))
     for d in places:
         for rate in RATES:
             for t in TIMES:

@@ -36,10 +36,12 @@ def complete_cases(incomplete: str) -> list[str]:
 CaseName = Annotated[
     str,
     typer.Argument(
-        metavar="CASE", autocompletion=complete_cases, show_default=False,
+        metavar="CASE",
+        autocompletion=complete_cases,
+        show_default=False,
         help="A case file (.toml), a result (.nc, .zarr), or the name of an example.",
     ),
-]  # fmt: skip
+]
 
 
 def exists(path: Path) -> bool:

@@ -90,10 +90,14 @@ def as_json(result: xr.Dataset) -> dict[str, Any]:
         "points": {status.meaning: count for status, count in counted(result).items()},
         "found": [
             {
-                "name": finding.name, "direction": finding.direction or None, "label": finding.label,
-                "value": finding.value, "unit": finding.unit, "text": finding.text,
+                "name": finding.name,
+                "direction": finding.direction or None,
+                "label": finding.label,
+                "value": finding.value,
+                "unit": finding.unit,
+                "text": finding.text,
             }
             for finding in df.summary(result)
         ],
         "advice": advice_as_json(advice_of(result)),
-    }  # fmt: skip
+    }

@@ -31,10 +31,13 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON, for other progra
 Settings = Annotated[
     list[str],
     typer.Option(
-        "--set", metavar="PATH=VALUE", default_factory=list, show_default=False,
+        "--set",
+        metavar="PATH=VALUE",
+        default_factory=list,
+        show_default=False,
         help='Change a value of the case, such as sample.youngs_modulus="2 GPa"; may be repeated.',
     ),
-]  # fmt: skip
+]
 
 
 def console() -> Console:

@@ -65,8 +65,22 @@ def options(
 
 options.__doc__ = HELP
 COMMANDS = (
-    run.run, sweep.sweep, plan.plan, check.check, curve.curve, read.read, fit.fit, reconstruct.reconstruct, models.models,
-    examples.examples, schema.schema, benchmark.benchmark, gui.gui, validate.validate, cache.cache, cantilevers.cantilevers,
-)  # fmt: skip
+    run.run,
+    sweep.sweep,
+    plan.plan,
+    check.check,
+    curve.curve,
+    read.read,
+    fit.fit,
+    reconstruct.reconstruct,
+    models.models,
+    examples.examples,
+    schema.schema,
+    benchmark.benchmark,
+    gui.gui,
+    validate.validate,
+    cache.cache,
+    cantilevers.cantilevers,
+)
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

@@ -14,7 +14,7 @@ def check(case: CaseName, settings: Settings, json: Json = False, traceback: Tra
     """Tell where a case leaves the range of its models; nothing is computed.
 
     CASE may be a result: what its motion says is told, too.
-    """  # fmt: skip
+    """
     source = open_source(case, settings)
     pieces = df.advice(source.case, source.result)
     if json:

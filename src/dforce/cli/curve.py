@@ -23,19 +23,13 @@ def curve(
     start: Annotated[
         str | None,
         typer.Option(
-            "--from",
-            metavar="DISTANCE",
-            show_default=False,
-            help="Farthest; left out: where the force is felt.",
+            "--from", metavar="DISTANCE", show_default=False, help="Farthest; left out: where the force is felt."
         ),
     ] = None,
     stop: Annotated[
         str | None,
         typer.Option(
-            "--to",
-            metavar="DISTANCE",
-            show_default=False,
-            help="Closest; left out: as deep as tapping reaches.",
+            "--to", metavar="DISTANCE", show_default=False, help="Closest; left out: as deep as tapping reaches."
         ),
     ] = None,
     points: Annotated[str, typer.Option("--points", metavar="NUMBER", help="Number of distances.")] = "501",
@@ -53,8 +47,7 @@ def curve(
         typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."),
     ] = None,
     plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve."),
+        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve.")
     ] = None,
     json: Json = False,
     traceback: Traceback = False,

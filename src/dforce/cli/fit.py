@@ -54,7 +54,7 @@ def fit(
 
     The table [fit] of the case says which; CASE may be a fit, which is done again. Ctrl-C keeps the best so far.
     Exit code 1: fitted, with advice. Several files or curves in one: one fit each; a bad one does not stop the others.
-    """  # fmt: skip
+    """
     source = open_source(case, settings)
     again = source.result is not None and source.result.attrs.get("kind") == "fit"
     if source.case.fit is None and not again:
@@ -123,12 +123,15 @@ def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> i
     if json:
         print_json(
             {
-                "curves": result["curve"].values.tolist(), "known": result["known"].values.tolist(),
-                "parameters": result["parameter"].values.tolist(), "units": result["unit"].values.tolist(),
-                "error": result["error"].values.tolist(), "verdict": result["verdict"].values.tolist(),
+                "curves": result["curve"].values.tolist(),
+                "known": result["known"].values.tolist(),
+                "parameters": result["parameter"].values.tolist(),
+                "units": result["unit"].values.tolist(),
+                "error": result["error"].values.tolist(),
+                "verdict": result["verdict"].values.tolist(),
                 "products": result.attrs["products"].splitlines(),
             }
-        )  # fmt: skip
+        )
         return DONE
     words = {
         "sample": "the instrument exactly known",
@@ -171,8 +174,16 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
     """Return what `--json` prints of one fit."""
     names = result["parameter"].values.tolist()
     every = (
-        "value", "error", "error_low", "error_high", "interval_low", "interval_high", "error_given", "bootstrap_error", "start",
-    )  # fmt: skip
+        "value",
+        "error",
+        "error_low",
+        "error_high",
+        "interval_low",
+        "interval_high",
+        "error_given",
+        "bootstrap_error",
+        "start",
+    )
     columns = [name for name in every if name in result]
     return {
         "title": result.attrs["title"],
@@ -180,11 +191,12 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
         **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},
         "parameters": {
             name: {
-                "unit": str(result["unit"].sel(parameter=name).values), "seen": bool(result["seen"].sel(parameter=name)),
+                "unit": str(result["unit"].sel(parameter=name).values),
+                "seen": bool(result["seen"].sel(parameter=name)),
                 **{column: float(result[column].sel(parameter=name)) for column in columns},
             }
             for name in names
         },
         "correlation": result["correlation"].values.tolist(),
         "advice": advice_as_json(advice_of(result)),
-    }  # fmt: skip
+    }

@@ -25,9 +25,7 @@ def models(
     name: Annotated[
         str | None,
         typer.Argument(
-            autocompletion=complete_models,
-            show_default=False,
-            help="Show this model's whole page; or the word check.",
+            autocompletion=complete_models, show_default=False, help="Show this model's whole page; or the word check."
         ),
     ] = None,
     file: Annotated[

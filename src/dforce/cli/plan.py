@@ -18,9 +18,7 @@ from dforce.core.units import show
 if TYPE_CHECKING:
     import xarray as xr
 
-NAMED = {
-    "recommended": "most room", "best": "best by the goal", "least_violation": "least violation",
-}  # fmt: skip
+NAMED = {"recommended": "most room", "best": "best by the goal", "least_violation": "least violation"}
 TOLD = ("phase", "peak_force", "max_indentation", "contact_time")
 
 
@@ -33,8 +31,7 @@ def plan(
         typer.Option("--output", "-o", metavar="MAP.nc", show_default=False, help="Where the plan goes, if anywhere."),
     ] = None,
     plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="MAP.png|.pdf|.svg", show_default=False, help="Draw the plan."),
+        Path | None, typer.Option("--plot", metavar="MAP.png|.pdf|.svg", show_default=False, help="Draw the plan.")
     ] = None,
     json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
@@ -96,8 +93,11 @@ def _point(found: xr.Dataset, name: str) -> dict[str, Any]:
     point, names = _at(found, name), [str(dim) for dim in found[name].dims if dim != "state"]
     values = {key: float(point[key]) for key in (*names, "zc")}
     values |= {key: float(point[key].values.ravel()[0]) for key in TOLD}
-    return values | {"room": float(point["room"]), "regime": str(point["regime"].values),
-                     "limit_hit": str(point["limit_hit"].values)}  # fmt: skip
+    return values | {
+        "room": float(point["room"]),
+        "regime": str(point["regime"].values),
+        "limit_hit": str(point["limit_hit"].values),
+    }
 
 
 def _text(point: xr.Dataset, values: dict[str, Any]) -> str:

@@ -44,17 +44,23 @@ NUMBERS = (
 Pairs = Annotated[
     list[str],
     typer.Option(
-        "--columns", metavar="NAME=COLUMN", default_factory=list, show_default=False,
+        "--columns",
+        metavar="NAME=COLUMN",
+        default_factory=list,
+        show_default=False,
         help='Which column holds a quantity, such as amplitude="Lock-in R"; may be repeated.',
     ),
-]  # fmt: skip
+]
 Units = Annotated[
     list[str],
     typer.Option(
-        "--units", metavar="NAME=UNIT", default_factory=list, show_default=False,
+        "--units",
+        metavar="NAME=UNIT",
+        default_factory=list,
+        show_default=False,
         help="Unit of a quantity whose column names none, such as amplitude=nm; may be repeated.",
     ),
-]  # fmt: skip
+]
 
 
 class Thermal(NamedTuple):
@@ -127,8 +133,7 @@ def read(
         typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."),
     ] = None,
     plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve."),
+        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve.")
     ] = None,
     json: Json = False,
     traceback: Traceback = False,
@@ -151,9 +156,14 @@ def read(
     source = open_source(case, []).case if case is not None else None
     table = Data() if source is None or source.data is None else source.data
     asked: dict[str, Any] = {
-        "sensitivity": sensitivity, "amplitude_is": amplitude_is, "phase_convention": phase, "height": height,
-        "height_grows": height_grows, "direction": direction, "curve": number,
-    }  # fmt: skip
+        "sensitivity": sensitivity,
+        "amplitude_is": amplitude_is,
+        "phase_convention": phase,
+        "height": height,
+        "height_grows": height_grows,
+        "direction": direction,
+        "curve": number,
+    }
     settings = reading_of(table) | {name: value for name, value in asked.items() if value is not None}
     for name, typed in (("columns", _pairs("--columns", columns)), ("units", _pairs("--units", units))):
         settings[name] = {**settings.get(name, {}), **typed}
@@ -204,10 +214,7 @@ def _tune(asked: Thermal) -> df.ThermalTune | None:
             )
         return None
     return df.thermal_tune(
-        asked.path,
-        sensitivity=asked.sensitivity,
-        calibrated=asked.calibrated,
-        temperature=asked.temperature,
+        asked.path, sensitivity=asked.sensitivity, calibrated=asked.calibrated, temperature=asked.temperature
     )
 
 
@@ -251,7 +258,12 @@ def _answer(data: xr.Dataset, file: str, files: list[str], missing: str) -> dict
     """Return what `--json` prints: SI numbers, phases in degrees."""
     plain = {key: value for key, value in data.attrs.items() if isinstance(value, int | float | str) and key != "case"}
     return {
-        "source": file, "files": files, "points": data.sizes["point"], "calibrated": not missing, "missing": missing,
-        "attributes": plain, "history": list(data.attrs["history"]),
+        "source": file,
+        "files": files,
+        "points": data.sizes["point"],
+        "calibrated": not missing,
+        "missing": missing,
+        "attributes": plain,
+        "history": list(data.attrs["history"]),
         "columns": {str(name): str(variable.attrs.get("units", "1")) for name, variable in data.data_vars.items()},
-    }  # fmt: skip
+    }

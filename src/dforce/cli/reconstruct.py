@@ -61,8 +61,7 @@ def reconstruct(
         typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the force goes."),
     ] = None,
     plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the force."),
+        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the force.")
     ] = None,
     formulas: Annotated[bool, typer.Option("--formulas", help="Draw the formulas in use beside it.")] = False,
     json: Json = False,

@@ -39,8 +39,7 @@ def run(
         ),
     ] = None,
     plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the result."),
+        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the result.")
     ] = None,
     width: Annotated[
         str | None,
@@ -60,7 +59,7 @@ def run(
 
     CASE may be a result: a complete one is computed again, an interrupted one is continued.
     Ctrl-C and SIGTERM keep the points that are done.
-    """  # fmt: skip
+    """
     source = open_source(case, settings)
     continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
     over = "" if source.result is None else source.result.attrs.get("over", "")

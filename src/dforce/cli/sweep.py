@@ -88,7 +88,7 @@ def sweep(
     """Compute all cases of a table [sweep] and write one result.
 
     Ctrl-C and SIGTERM keep the cases that are done, and a store keeps them whatever happens; --resume goes on.
-    """  # fmt: skip
+    """
     source = open_source(case, settings)
     if source.case.sweep is None:
         raise df.ParameterError(

@@ -221,11 +221,35 @@ def _unit_of(text: str) -> str:
 
 
 PREFIXED = {
-    "nm": "m", "um": "m", "pm": "m", "mm": "m", "kHz": "Hz", "MHz": "Hz", "GHz": "Hz", "TPa": "Pa",
-    "GPa": "Pa", "MPa": "Pa", "kPa": "Pa", "nN": "N", "pN": "N", "mJ/m^2": "J/m^2", "us": "s", "ms": "s",
-    "ns": "s", "deg": "rad", "mV": "V", "mPa s": "Pa s", "mC/m^2": "C/m^2", "degC": "K", "aJ": "J",
-    "um/s": "m/s", "mol/l": "mol/m^3", "mmol/l": "mol/m^3", "1/nm": "1/m", "nm^3": "m^3",
-}  # fmt: skip
+    "nm": "m",
+    "um": "m",
+    "pm": "m",
+    "mm": "m",
+    "kHz": "Hz",
+    "MHz": "Hz",
+    "GHz": "Hz",
+    "TPa": "Pa",
+    "GPa": "Pa",
+    "MPa": "Pa",
+    "kPa": "Pa",
+    "nN": "N",
+    "pN": "N",
+    "mJ/m^2": "J/m^2",
+    "us": "s",
+    "ms": "s",
+    "ns": "s",
+    "deg": "rad",
+    "mV": "V",
+    "mPa s": "Pa s",
+    "mC/m^2": "C/m^2",
+    "degC": "K",
+    "aJ": "J",
+    "um/s": "m/s",
+    "mol/l": "mol/m^3",
+    "mmol/l": "mol/m^3",
+    "1/nm": "1/m",
+    "nm^3": "m^3",
+}
 
 
 def _stored_unit(unit: str) -> str:
@@ -244,12 +268,7 @@ class Parameters(pydantic.BaseModel):
         With one sentence: what was given, and what is allowed.
     """
 
-    model_config = pydantic.ConfigDict(
-        frozen=True,
-        extra="forbid",
-        validate_default=True,
-        ser_json_inf_nan="constants",
-    )
+    model_config = pydantic.ConfigDict(frozen=True, extra="forbid", validate_default=True, ser_json_inf_nan="constants")
 
     title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
     example: ClassVar[

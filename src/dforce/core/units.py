@@ -55,9 +55,22 @@ SHOWN: dict[str, tuple[str, ...]] = {
 # The units that need no pint: what they measure, and their size there. A test holds each against pint.
 PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
 PREFIXED = {
-    "m": "m u n p", "Hz": "k M G", "N": "m u n p f", "N/m": "m", "Pa": "k M G T", "Pa s": "m k", "J": "", "J/m^2": "m",
-    "s": "m u n", "m/s": "m u n", "V": "m", "W": "p f", "K": "", "kg/m^3": "", "1": "",
-}  # fmt: skip
+    "m": "m u n p",
+    "Hz": "k M G",
+    "N": "m u n p f",
+    "N/m": "m",
+    "Pa": "k M G T",
+    "Pa s": "m k",
+    "J": "",
+    "J/m^2": "m",
+    "s": "m u n",
+    "m/s": "m u n",
+    "V": "m",
+    "W": "p f",
+    "K": "",
+    "kg/m^3": "",
+    "1": "",
+}
 QUICK: dict[str, tuple[str, float]] = {
     prefix + unit: (unit, PREFIXES[prefix]) for unit, prefixes in PREFIXED.items() for prefix in ("", *prefixes.split())
 } | {"": ("1", 1.0), "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0)}
@@ -139,9 +152,16 @@ def _is_angular(unit: Any) -> bool:
 
 
 ANGLES = {
-    "radian", "milliradian", "degree", "turn", "revolution", "cycle", "revolutions_per_minute", "arcminute",
+    "radian",
+    "milliradian",
+    "degree",
+    "turn",
+    "revolution",
+    "cycle",
+    "revolutions_per_minute",
+    "arcminute",
     "arcsecond",
-}  # fmt: skip
+}
 KINDS = {
     "m": "length", "Hz": "frequency", "N": "force", "N/m": "spring constant", "Pa": "pressure or modulus",
     "Pa s": "viscosity", "J": "energy", "J/m^2": "surface energy", "s": "time", "m/s": "velocity",
@@ -210,9 +230,7 @@ def parse(given: object, unit: str) -> float:
 
 
 # The unit that a message suggests, where the SI unit is not what people in the field would write.
-SUGGESTED = {
-    "m": "nm", "Hz": "kHz", "N": "nN", "Pa": "GPa", "J/m^2": "mJ/m^2", "s": "us", "rad": "deg", "m/s": "um/s",
-}  # fmt: skip
+SUGGESTED = {"m": "nm", "Hz": "kHz", "N": "nN", "Pa": "GPa", "J/m^2": "mJ/m^2", "s": "us", "rad": "deg", "m/s": "um/s"}
 
 
 def parse_share(given: object, name: str) -> float:

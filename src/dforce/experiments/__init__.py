@@ -9,9 +9,13 @@ from dforce.experiments.frequency_sweep import FrequencyGrid, FrequencySweep
 from dforce.experiments.thermal_spectrum import ThermalSpectrum
 
 EXPERIMENTS: dict[str, type[Experiment]] = {
-    "dwell": Dwell, "approach": Approach, "branches": Branches, "frequency_sweep": FrequencySweep,
-    "basins": Basins, "thermal_spectrum": ThermalSpectrum,
-}  # fmt: skip
+    "dwell": Dwell,
+    "approach": Approach,
+    "branches": Branches,
+    "frequency_sweep": FrequencySweep,
+    "basins": Basins,
+    "thermal_spectrum": ThermalSpectrum,
+}
 
 __all__ = [
     "EXPERIMENTS",

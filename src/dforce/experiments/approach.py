@@ -75,9 +75,13 @@ class Approach(MotionExperiment):
         return {"zc": whole_range(problem)}
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Return the curve; see :class:`Experiment`."""
         from dforce.experiments._curve import Curve
         from dforce.experiments.table import with_levers
@@ -91,9 +95,16 @@ class Approach(MotionExperiment):
             return Block.of_one(problem, settings, self.harmonics, points=points)
 
         curve = Curve(
-            make, coords, self.visits(), self.protocol, self.carry_state, self.start, "jump_zc",
-            ("approach", "retract"), lambda zc: f"zc = {1e9 * zc:.4g} nm",
-        )  # fmt: skip
+            make,
+            coords,
+            self.visits(),
+            self.protocol,
+            self.carry_state,
+            self.start,
+            "jump_zc",
+            ("approach", "retract"),
+            lambda zc: f"zc = {1e9 * zc:.4g} nm",
+        )
         data = curve.run(progress, earlier)
         if problem.heights is None:
             return data

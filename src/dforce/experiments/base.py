@@ -161,9 +161,13 @@ class Experiment(Parameters):
 
     @abstractmethod
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Do the experiment.
 
         Parameters

@@ -88,14 +88,14 @@ class Basins(MotionExperiment):
     """
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "amplitude and phase": ("amplitude", "phase"), "deflection and velocity": ("deflection", "velocity"),
-    }  # fmt: skip
+        "amplitude and phase": ("amplitude", "phase"),
+        "deflection and velocity": ("deflection", "velocity"),
+    }
 
     kind: Literal["basins"] = "basins"
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     amplitude: Part[AmplitudeGrid | None] = part(
-        None,
-        description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude",
+        None, description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude"
     )
     phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; left out: the whole turn")
     deflection: Part[DeflectionGrid | None] = part(
@@ -125,9 +125,13 @@ class Basins(MotionExperiment):
         return {"zc": tapping_distance(problem)}
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Return which state each start leads to, and the states; see :class:`Experiment`."""
         import xarray as xr
 
@@ -233,8 +237,14 @@ class Starts:
             crew_add = _nothing  # they are counted
 
     def _settle_with(
-        self, points: int, which: Indices, motions: list[Motion], watch: Watch, told: Callable[[int], None], is_last: bool
-    ) -> Indices:  # fmt: skip
+        self,
+        points: int,
+        which: Indices,
+        motions: list[Motion],
+        watch: Watch,
+        told: Callable[[int], None],
+        is_last: bool,
+    ) -> Indices:
         """Settle starts side by side; return those that have to be settled again."""
         from dforce.experiments.table import statuses
         from dforce.results.status import REPEATING, Status

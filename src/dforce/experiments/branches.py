@@ -57,11 +57,13 @@ class Branches(MotionExperiment):
         unit="m", symbol="z_c", doc="range {start, stop} of average distances; one distance where a parameter is given"
     )
     parameter: str | None = words(
-        None, max_length=200, title="Parameter to vary instead of the distance",
+        None,
+        max_length=200,
+        title="Parameter to vary instead of the distance",
         examples=["sample.youngs_modulus", "drive.A0", "drive.frequency", "cantilever.Q", "tip.radius"],
         description="path of the parameter to vary in place of zc, such as sample.youngs_modulus; "
         "a drive frequency is varied at constant driving force",
-    )  # fmt: skip
+    )
     start: float | str | None = words(None, description="value of the parameter to start at")
     stop: float | str | None = words(None, description="value of the parameter to end at")
     largest_step: float = pydantic.Field(
@@ -96,9 +98,13 @@ class Branches(MotionExperiment):
         return {"zc": whole_range(problem)}
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Return the points of all curves, one curve after the other; see :class:`Experiment`."""
         from dforce.solvers.continuation import Curve
         from dforce.solvers.doubling import doublings
@@ -265,9 +271,10 @@ class Branches(MotionExperiment):
             data[name].attrs.update({key: word for key, word in words.items() if word})
         unproven, is_full = why_unproven(among.problem), len(orbits) >= self.max_points - 1
         data.attrs |= {
-            "along": name, "samples_per_period": among.points,
+            "along": name,
+            "samples_per_period": among.points,
             "completeness": _completeness(sums, unproven, is_full),
-        }  # fmt: skip
+        }
         return describe(data)
 
 

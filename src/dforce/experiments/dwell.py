@@ -40,9 +40,13 @@ class Dwell(MotionExperiment):
         return {"zc": tapping_distance(problem)}
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Return traces, spectrum and scalars; see :class:`Experiment`."""
         problem = problem.at_height(self.zc)
         asked = Record(self.zc, self.start, self.record == "all", self.recorded_periods, self.harmonics)

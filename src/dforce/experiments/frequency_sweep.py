@@ -63,9 +63,12 @@ class FrequencySweep(MotionExperiment):
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
     frequency: Part[Annotated[FrequencyGrid | tuple[float, ...], pydantic.BeforeValidator(_frequencies)]] = param(
-        unit="Hz", symbol="f", above="0 Hz", high="10 GHz",
+        unit="Hz",
+        symbol="f",
+        above="0 Hz",
+        high="10 GHz",
         doc="frequencies of tone 1: a grid {start, stop, points} or a list; the driving force stays as it is",
-    )  # fmt: skip
+    )
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     direction: Literal["up", "down", "both"] = pydantic.Field(
         default="both",
@@ -105,9 +108,13 @@ class FrequencySweep(MotionExperiment):
         return {"frequency": {"start": low, "stop": high}, "zc": tapping_distance(problem)}
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Return the resonance curve; see :class:`Experiment`."""
         from dforce.experiments._curve import Curve
         from dforce.results.dataset import describe
@@ -123,9 +130,16 @@ class FrequencySweep(MotionExperiment):
             return Block.along_frequency(problem, self.zc, lowest, settings, self.harmonics, points)
 
         curve = Curve(
-            make, coords, self.visits(), self.protocol, self.carry_state, self.start, "jump_frequency", ("down", "up"),
+            make,
+            coords,
+            self.visits(),
+            self.protocol,
+            self.carry_state,
+            self.start,
+            "jump_frequency",
+            ("down", "up"),
             lambda frequency: f"frequency = {units.show(frequency, 'Hz', 6)}",
-        )  # fmt: skip
+        )
         return describe(curve.run(progress, earlier).assign_coords(zc=self.zc))
 
     def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:

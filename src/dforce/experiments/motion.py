@@ -73,8 +73,12 @@ def components(problem: Problem) -> dict[str, Any]:
     branches = sum(force.switch is not None for force in problem.forces)
     late = modes * problem.late_fluid
     counts = {
-        "z": (modes, "m"), "v": (modes, "m/s"), "fluid": (late, "m/s"), "memory": (memory, "SI"), "branch": (branches, "1")
-    }  # fmt: skip
+        "z": (modes, "m"),
+        "v": (modes, "m/s"),
+        "fluid": (late, "m/s"),
+        "memory": (memory, "SI"),
+        "branch": (branches, "1"),
+    }
     names = [f"{name}_{number + 1}" for name, (count, _) in counts.items() for number in range(count)]
     units = [unit for count, unit in counts.values() for _ in range(count)]
     return {COMPONENT: (COMPONENT, names), "component_units": (COMPONENT, units)}

@@ -67,9 +67,13 @@ class ThermalSpectrum(Experiment):
             raise ParameterError(f"{asked} is too long to keep; at most {units.show(0.994 * longest, 's', 3)} is")
 
     def run(
-        self, problem: Problem, settings: SolverSettings, progress: Progress, earlier: xr.Dataset | None = None,
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        progress: Progress,
+        earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> xr.Dataset:
         """Return the spectrum, its fit and the spring constants; see :class:`Experiment`. A part of a record is not kept."""
         import xarray as xr
 
@@ -177,9 +181,7 @@ def _record(problem: Problem, sensitivity: Array, length: float, tell: Callable[
     return reading
 
 
-def _thermal_motion(
-    mode: ModeNumbers, count: int, h: float, kT: float, random: np.random.Generator
-) -> Iterator[Array]:  # fmt: skip
+def _thermal_motion(mode: ModeNumbers, count: int, h: float, kT: float, random: np.random.Generator) -> Iterator[Array]:
     """Give a mode's thermal deflection (m) at so many samples, from equilibrium on, in parts of :data:`CHUNK`.
 
     Along each left eigenvector of its free motion, late fluid included, it is a number that turns, decays and is kicked.

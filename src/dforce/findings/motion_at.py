@@ -137,9 +137,11 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
     if "harmonic_amplitude" in point and modes == 1:  # of several modes no harmonic says whose it is
         first = problem.tones[0]
         for h, amplitude, lag in zip(
-            point["harmonic"].values[1:], point["harmonic_amplitude"].values[1:],
-            np.radians(point["harmonic_phase"].values[1:]), strict=True,
-        ):  # fmt: skip
+            point["harmonic"].values[1:],
+            point["harmonic_amplitude"].values[1:],
+            np.radians(point["harmonic_phase"].values[1:]),
+            strict=True,
+        ):
             turned = amplitude * np.exp(1j * (h * first.phase - lag))
             z[0] += turned.real / integrator.scales.length
             v[0] -= 2.0 * np.pi * h * first.frequency * turned.imag / integrator.scales.speed

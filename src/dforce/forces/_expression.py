@@ -31,10 +31,22 @@ from dforce.forces._exponential import exponential
 MOTION = {"d": "d", "z": "z", "indentation": "indentation", "velocity": "rate", "t": "t"}
 PARAMETERS = ("R", "H", "a0", "E_eff", "k", "Q", "P1", "P2", "P3", "P4")
 FUNCTIONS = {
-    "abs": "abs", "exp": "exp", "log": "log", "log10": "log10", "sqrt": "sqrt", "sign": "sign",
-    "sin": "sin", "cos": "cos", "tan": "tan", "asin": "arcsin", "acos": "arccos", "atan": "arctan",
-    "sinh": "sinh", "cosh": "cosh", "tanh": "tanh",
-}  # fmt: skip
+    "abs": "abs",
+    "exp": "exp",
+    "log": "log",
+    "log10": "log10",
+    "sqrt": "sqrt",
+    "sign": "sign",
+    "sin": "sin",
+    "cos": "cos",
+    "tan": "tan",
+    "asin": "arcsin",
+    "acos": "arccos",
+    "atan": "arctan",
+    "sinh": "sinh",
+    "cosh": "cosh",
+    "tanh": "tanh",
+}
 EXTREMES = {"min": "minimum", "max": "maximum"}
 CONSTANTS = {"pi": math.pi}
 NAMES = (*MOTION, *PARAMETERS, *FUNCTIONS, *EXTREMES, "where", *CONSTANTS)
@@ -53,11 +65,21 @@ OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 }
 COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
 REFUSED = {
-    ast.Attribute: "an attribute", ast.Lambda: "a lambda", ast.Subscript: "an index", ast.JoinedStr: "text",
-    ast.ListComp: "a comprehension", ast.SetComp: "a comprehension", ast.DictComp: "a comprehension",
-    ast.GeneratorExp: "a comprehension", ast.NamedExpr: "an assignment", ast.Starred: "a star",
-    ast.List: "a list", ast.Tuple: "a list", ast.Dict: "a dictionary", ast.Set: "a set",
-}  # fmt: skip
+    ast.Attribute: "an attribute",
+    ast.Lambda: "a lambda",
+    ast.Subscript: "an index",
+    ast.JoinedStr: "text",
+    ast.ListComp: "a comprehension",
+    ast.SetComp: "a comprehension",
+    ast.DictComp: "a comprehension",
+    ast.GeneratorExp: "a comprehension",
+    ast.NamedExpr: "an assignment",
+    ast.Starred: "a star",
+    ast.List: "a list",
+    ast.Tuple: "a list",
+    ast.Dict: "a dictionary",
+    ast.Set: "a set",
+}
 
 
 @dataclass(frozen=True)
@@ -213,11 +235,7 @@ class _Builder:
         return ast.Name(f"c{list(self.constants).index(ast.unparse(term.tree))}", ast.Load())
 
     def joined(
-        self,
-        node: ast.expr,
-        terms: Sequence[_Term],
-        make: Callable[..., ast.expr],
-        compute: Callable[..., Any],
+        self, node: ast.expr, terms: Sequence[_Term], make: Callable[..., ast.expr], compute: Callable[..., Any]
     ) -> _Term:
         """Return an operation on terms; one on numbers alone is done at once."""
         values = [term.value for term in terms]

@@ -37,11 +37,7 @@ class AdhesionHysteresis(Force):
         "30 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_r", doc="surface energy while the tip goes"
     )
     hamaker: MaybeNumber = param(
-        None,
-        unit="J",
-        low="0 J",
-        symbol="H",
-        doc="Hamaker constant outside contact; left out, each way has its own",
+        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant outside contact; left out, each way has its own"
     )
 
     def check_bound(self) -> None:
@@ -109,9 +105,6 @@ class AdhesionHysteresis(Force):
         return (self.a0,)
 
     def jumps(self) -> tuple[float, ...]:
-        pairs = (
-            (self.approach_attraction, self.approach_adhesion),
-            (self.retract_attraction, self.retract_adhesion),
-        )
+        pairs = ((self.approach_attraction, self.approach_adhesion), (self.retract_attraction, self.retract_adhesion))
         matched = all(abs(far / self.a0**2 - near) <= 1e-12 * near for far, near in pairs)
         return () if matched else (self.a0,)

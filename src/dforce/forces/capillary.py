@@ -45,17 +45,10 @@ class Capillary(Force):
     a0: float = shared("contact.a0")
     surface_tension: Number = param("72 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_L", doc="surface tension of the liquid")
     contact_angle: Number = param(
-        "0 deg",
-        low="0 deg",
-        below="90 deg",
-        symbol=r"\theta",
-        doc="contact angle of the liquid on both bodies",
+        "0 deg", low="0 deg", below="90 deg", symbol=r"\theta", doc="contact angle of the liquid on both bodies"
     )
     formation: Number = param(
-        "0.5 nm",
-        low="0 nm",
-        symbol=r"d_\mathrm{on}",
-        doc="distance at which the neck forms while the tip comes",
+        "0.5 nm", low="0 nm", symbol=r"d_\mathrm{on}", doc="distance at which the neck forms while the tip comes"
     )
     meniscus: Literal["constant_volume", "kelvin"] = pydantic.Field(
         "constant_volume", description="what the neck keeps while it is stretched"

@@ -68,18 +68,10 @@ class DLVO(Force):
     tip_potential: MaybeNumber = param(None, unit="V", symbol=r"\psi_t", doc="surface potential of the tip")
     sample_potential: MaybeNumber = param(None, unit="V", symbol=r"\psi_s", doc="surface potential of the sample")
     debye_length: MaybeNumber = param(
-        None,
-        unit="m",
-        above="0 nm",
-        symbol=r"\lambda",
-        doc="Debye length; left out, it follows from the salt",
+        None, unit="m", above="0 nm", symbol=r"\lambda", doc="Debye length; left out, it follows from the salt"
     )
     salt: MaybeNumber = param(
-        None,
-        unit="mol/m^3",
-        above="0 mol/m^3",
-        symbol="c",
-        doc="concentration of the 1:1 salt; or the Debye length",
+        None, unit="mol/m^3", above="0 mol/m^3", symbol="c", doc="concentration of the 1:1 salt; or the Debye length"
     )
     variant: Literal[
         "superposition", "constant_charge", "constant_charge_exact", "constant_potential", "gouy_chapman"

@@ -40,11 +40,7 @@ class DMT(Force):
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
     hamaker: MaybeNumber = param(
-        None,
-        unit="J",
-        low="0 J",
-        symbol="H",
-        doc="Hamaker constant; left out, it follows from the surface energy",
+        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant; left out, it follows from the surface energy"
     )
     surface_energy: MaybeNumber = param(
         None,

@@ -64,14 +64,7 @@ class JKR(Force):
 
     @staticmethod
     def law(
-        d: float,
-        rate: float,
-        t: float,
-        latched: float,
-        length: float,
-        strength: float,
-        attraction: float,
-        a0: float,
+        d: float, rate: float, t: float, latched: float, length: float, strength: float, attraction: float, a0: float
     ) -> float:
         if latched < 0.5:
             near = d if d > a0 else a0
@@ -82,14 +75,7 @@ class JKR(Force):
 
     @staticmethod
     def switch(
-        latched: float,
-        d: float,
-        rate: float,
-        t: float,
-        length: float,
-        strength: float,
-        attraction: float,
-        a0: float,
+        latched: float, d: float, rate: float, t: float, length: float, strength: float, attraction: float, a0: float
     ) -> float:
         return d - a0 + DEPTH_PULL_OFF * length if latched > 0.5 else a0 - d
 

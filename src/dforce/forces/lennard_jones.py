@@ -31,16 +31,10 @@ class LennardJones(Force):
 
     radius: float = shared("tip.radius")
     work_of_adhesion: Number = param(
-        unit="J/m^2",
-        low="0 J/m^2",
-        symbol="W",
-        doc="work of adhesion, energy per area at the equilibrium distance",
+        unit="J/m^2", low="0 J/m^2", symbol="W", doc="work of adhesion, energy per area at the equilibrium distance"
     )
     equilibrium: Number = param(
-        "0.165 nm",
-        above="0 nm",
-        symbol="z_0",
-        doc="distance at which flat surfaces neither attract nor repel",
+        "0.165 nm", above="0 nm", symbol="z_0", doc="distance at which flat surfaces neither attract nor repel"
     )
 
     @property

@@ -60,14 +60,7 @@ class Sneddon(Force):
 
     @staticmethod
     def law(
-        d: float,
-        rate: float,
-        t: float,
-        linear: float,
-        quadratic: float,
-        sphere: float,
-        E_eff: float,
-        a0: float,
+        d: float, rate: float, t: float, linear: float, quadratic: float, sphere: float, E_eff: float, a0: float
     ) -> float:
         depth = a0 - d
         if depth <= 0.0:

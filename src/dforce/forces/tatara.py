@@ -85,14 +85,7 @@ class Tatara(Force):
 
     @staticmethod
     def law(
-        d: float,
-        rate: float,
-        t: float,
-        stiffness: float,
-        ratio: float,
-        last: float,
-        limit: float,
-        a0: float,
+        d: float, rate: float, t: float, stiffness: float, ratio: float, last: float, limit: float, a0: float
     ) -> float:
         depth = a0 - d
         if depth <= 0.0:

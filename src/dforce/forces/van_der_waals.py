@@ -55,12 +55,7 @@ class VanDerWaals(Force):
     @property
     def strength(self) -> float:
         """Constant before the fraction: HR/6 of spheres (N m^2), HR²/6 flat (N m^3), H/6 of a cone (N m)."""
-        factor = {
-            "sphere": self.radius,
-            "exact_sphere": self.radius,
-            "capped_cone": 1.0,
-            "flat": self.radius**2,
-        }
+        factor = {"sphere": self.radius, "exact_sphere": self.radius, "capped_cone": 1.0, "flat": self.radius**2}
         return self.hamaker / 6.0 * factor[self.geometry]
 
     @property

@@ -46,9 +46,11 @@ class Chart(ui.element, component="chart.js"):
     """
 
     def __init__(
-        self, label: str, on_point: Callable[[dict[str, Any]], None] | None = None,
+        self,
+        label: str,
+        on_point: Callable[[dict[str, Any]], None] | None = None,
         on_limit: Callable[[float], None] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__()
         self.props.update(library=LIBRARY, label=label)
         self.revision = 0

@@ -35,16 +35,32 @@ class Entry(ui.element, component="entry.js"):
     """
 
     def __init__(
-        self, path: str, label: str, *, on_typed: Callable[[str, str], None], symbol: str = "", help: str = "",
-        kind: str = "text", known: Sequence[str] = (), numeric: bool = False, on_unit: Callable[[str], None] | None = None,
+        self,
+        path: str,
+        label: str,
+        *,
+        on_typed: Callable[[str, str], None],
+        symbol: str = "",
+        help: str = "",
+        kind: str = "text",
+        known: Sequence[str] = (),
+        numeric: bool = False,
+        on_unit: Callable[[str], None] | None = None,
         on_slider: Callable[[], None] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__()
         self._ahead = False  # the browser was told a text that the page's own list of properties does not hold yet
         self.props.update(
-            path=path, label=label, symbol=symbol, help=help, kind=kind, known=list(known), numeric=numeric,
-            slidable=on_slider is not None, longest=LONGEST,
-        )  # fmt: skip
+            path=path,
+            label=label,
+            symbol=symbol,
+            help=help,
+            kind=kind,
+            known=list(known),
+            numeric=numeric,
+            slidable=on_slider is not None,
+            longest=LONGEST,
+        )
 
         def typed(event: GenericEventArguments) -> None:
             on_typed(str(event.args["text"])[:LONGEST], str(event.args["unit"])[:40])
@@ -89,9 +105,15 @@ class SliderElement(ui.element, component="slider.js"):
     """
 
     def __init__(
-        self, path: str, label: str, symbol: str, *, on_slide: Callable[[float], None],
-        on_range: Callable[[Sequence[str]], None], on_remove: Callable[[], None],
-    ) -> None:  # fmt: skip
+        self,
+        path: str,
+        label: str,
+        symbol: str,
+        *,
+        on_slide: Callable[[float], None],
+        on_range: Callable[[Sequence[str]], None],
+        on_remove: Callable[[], None],
+    ) -> None:
         super().__init__()
         self.props.update(path=path, label=label, symbol=symbol)
         self._there: float | None = None  # what the browser shows

@@ -25,9 +25,10 @@ NO_LIMIT, NO_STATE = "all limits hold", "no state"
 LEFT_OUT = ("status", "motion", "component")
 MOST = 300  # values along an axis that are drawn; of more some are left out
 MARKS = (
-    ("recommended", "most room", "circle", 11), ("best", "best by the goal", "star", 13),
+    ("recommended", "most room", "circle", 11),
+    ("best", "best by the goal", "star", 13),
     ("least_violation", "least violation", "x", 11),
-)  # fmt: skip
+)
 ALLOWED, FAILING = 2, (1, 3, 4, 0, 5)  # colors of series
 EVEN = 1e-6
 LEGEND = {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
@@ -175,24 +176,40 @@ def _map(result: xr.Dataset, choice: Choice) -> Figure:
         colors = [known.get(name, FAILING[rank % len(FAILING)]) for rank, name in enumerate(names)]
         count = len(names)
         scale = [[(n + more) / count, colors[n]] for n in range(count) for more in (0, 1)]
-        trace |= {"z": packed(codes), "zmin": -0.5, "zmax": count - 0.5, "colorscale": scale,
-                  "showscale": False, "opacity": 0.75, "text": words.tolist(),
-                  "hovertemplate": "%{x:.4g}, %{y:.4g}: %{text}<extra></extra>"}  # fmt: skip
-        legend = [_entry(name.replace("_", " ") or NO_STATE, "square", 10, color)
-                  for name, color in zip(names, colors, strict=True)]  # fmt: skip
+        trace |= {
+            "z": packed(codes),
+            "zmin": -0.5,
+            "zmax": count - 0.5,
+            "colorscale": scale,
+            "showscale": False,
+            "opacity": 0.75,
+            "text": words.tolist(),
+            "hovertemplate": "%{x:.4g}, %{y:.4g}: %{text}<extra></extra>",
+        }
+        legend = [
+            _entry(name.replace("_", " ") or NO_STATE, "square", 10, color)
+            for name, color in zip(names, colors, strict=True)
+        ]
     else:
         variable = _cut(result, choice.quantity, choice).transpose(choice.y, choice.x)
         variable.load()
         scale_, unit = unit_of(variable)
         bar = {"title": {"text": title(variable, unit), "side": "right"}, "thickness": 14, "outlinewidth": 0}
-        trace |= {"z": packed(variable.values / scale_), "colorscale": "Viridis", "colorbar": bar,
-                  "hovertemplate": f"%{{x:.4g}}, %{{y:.4g}}: %{{z:.4g}} {unit}<extra></extra>"}  # fmt: skip
+        trace |= {
+            "z": packed(variable.values / scale_),
+            "colorscale": "Viridis",
+            "colorbar": bar,
+            "hovertemplate": f"%{{x:.4g}}, %{{y:.4g}}: %{{z:.4g}} {unit}<extra></extra>",
+        }
     marks = _marks(result, choice)
     layout: Figure = {
-        "margin": {"l": 58, "r": 14, "t": 14 + 16 * -(-(len(legend) + len(marks)) // 2), "b": 48}, "hovermode": "closest",
-        "xaxis": {**x_axis, "showgrid": False}, "yaxis": {**y_axis, "showgrid": False}, "showlegend": bool(legend or marks),
+        "margin": {"l": 58, "r": 14, "t": 14 + 16 * -(-(len(legend) + len(marks)) // 2), "b": 48},
+        "hovermode": "closest",
+        "xaxis": {**x_axis, "showgrid": False},
+        "yaxis": {**y_axis, "showgrid": False},
+        "showlegend": bool(legend or marks),
         "legend": LEGEND,
-    }  # fmt: skip
+    }
     return {"data": [trace, *legend, *marks], "layout": layout, "bar": False}
 
 
@@ -238,17 +255,28 @@ def _lines(result: xr.Dataset, choice: Choice, limit: Limit | None) -> Figure:
     values = variable.values.reshape(len(x), -1) / scale
     traces = list[Figure]()
     for number, (name, (across, up)) in enumerate(_states(result, choice, x, values).items()):
-        traces.append({
-            "type": "scatter", "mode": "lines+markers", "x": packed(across), "y": packed(up),
-            "name": name, "meta": choice.quantity, "line": {"color": number, "width": 2},
-            "marker": {"size": 5, "color": number},
-            "hovertemplate": f"%{{x:.4g}}, %{{y:.4g}} {unit}<extra>{name}</extra>",
-        })  # fmt: skip
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines+markers",
+                "x": packed(across),
+                "y": packed(up),
+                "name": name,
+                "meta": choice.quantity,
+                "line": {"color": number, "width": 2},
+                "marker": {"size": 5, "color": number},
+                "hovertemplate": f"%{{x:.4g}}, %{{y:.4g}} {unit}<extra>{name}</extra>",
+            }
+        )
     y_axis: Figure = {"title": {"text": title(variable, unit)}}
     layout: Figure = {
-        "margin": {"l": 62, "r": 14, "t": 30, "b": 48}, "hovermode": "closest", "xaxis": x_axis, "yaxis": y_axis,
-        "showlegend": any(trace["name"] for trace in traces), "legend": LEGEND,
-    }  # fmt: skip
+        "margin": {"l": 62, "r": 14, "t": 30, "b": 48},
+        "hovermode": "closest",
+        "xaxis": x_axis,
+        "yaxis": y_axis,
+        "showlegend": any(trace["name"] for trace in traces),
+        "legend": LEGEND,
+    }
     seen = values[np.isfinite(values)].tolist()
     if limit is not None:
         at = limit.value / scale
@@ -257,9 +285,16 @@ def _lines(result: xr.Dataset, choice: Choice, limit: Limit | None) -> Figure:
         across = {"xref": "paper", "x0": 0, "x1": 1, "y0": at}
         layout["shapes"] = [
             across | {"type": "line", "y1": at, "line": {"color": "ink", "width": 2, "dash": "dash"}},
-            across | {"type": "rect", "y1": high if limit.above else low, "layer": "below", "line": {"width": 0},
-                      "fillcolor": "rgba(0,122,90,0.13)", "editable": False},
-        ]  # fmt: skip
+            across
+            | {
+                "type": "rect",
+                "y1": high if limit.above else low,
+                "layer": "below",
+                "line": {"width": 0},
+                "fillcolor": "rgba(0,122,90,0.13)",
+                "editable": False,
+            },
+        ]
     elif seen:
         y_axis["range"] = list(_range(seen))
     return {"data": traces, "layout": layout, "bar": False, "drag": limit is not None}
@@ -325,8 +360,9 @@ def settings_at(result: xr.Dataset, choice: Choice) -> dict[str, tuple[float, st
     known = paths_of(result) | ({"set_point": "set_point"} if "set_point" in result.dims else {})
     return {
         path: (float(result[dim].values[choice.places[dim]]), str(result[dim].attrs.get("units", "1")))
-        for dim, path in known.items() if dim in choice.places and result[dim].dtype.kind == "f"
-    }  # fmt: skip
+        for dim, path in known.items()
+        if dim in choice.places and result[dim].dtype.kind == "f"
+    }
 
 
 def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str]) -> str:

@@ -206,10 +206,20 @@ class _FigureBuilder:
                 look = self._look(layer, line, name)
                 hover = f"%{{x:.4g}} {_plain(self.x_unit)}, %{{y:.4g}} {_plain(unit)}"
                 hover += f"<br>{_plain(layer.name)}" if self.several and layer.name else ""
-                self._add((layer, line), {
-                    "x": packed(line.x / self.x_scale), "y": packed(y / scale), "xaxis": x_axis, "yaxis": y_axis,
-                    "type": "scatter", "mode": "lines", "meta": name, "hovertemplate": hover + "<extra></extra>", **look,
-                })  # fmt: skip
+                self._add(
+                    (layer, line),
+                    {
+                        "x": packed(line.x / self.x_scale),
+                        "y": packed(y / scale),
+                        "xaxis": x_axis,
+                        "yaxis": y_axis,
+                        "type": "scatter",
+                        "mode": "lines",
+                        "meta": name,
+                        "hovertemplate": hover + "<extra></extra>",
+                        **look,
+                    },
+                )
                 for mark in _marks(line, self.x_scale, scale, look["line"]["color"]):
                     self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **mark})
             if layer.states is not None and name in layer.states:
@@ -249,8 +259,17 @@ class _FigureBuilder:
         for word, line in found.items():
             if len(found) > 1:
                 dash = DASHES.get(line.direction, "solid") if line.stable else UNSTABLE
-                self._add(None, {"x": [None], "y": [None], "type": "scatter", "mode": "lines", "name": word,
-                                 "line": {"color": "soft", "dash": dash, "width": 2}})  # fmt: skip
+                self._add(
+                    None,
+                    {
+                        "x": [None],
+                        "y": [None],
+                        "type": "scatter",
+                        "mode": "lines",
+                        "name": word,
+                        "line": {"color": "soft", "dash": dash, "width": 2},
+                    },
+                )
 
 
 def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Figure]:
@@ -258,10 +277,14 @@ def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Fig
     for kind in dict.fromkeys(line.marks.values()):
         places = [place for place, word in line.marks.items() if word == kind]
         yield {
-            "x": packed(line.x[places] / x_scale), "y": packed(line.y[places] / scale), "type": "scatter", "mode": "markers",
-            "name": kind.replace("_", " "), "marker": {"symbol": SIGNS[kind], "size": 8, "color": color},
+            "x": packed(line.x[places] / x_scale),
+            "y": packed(line.y[places] / scale),
+            "type": "scatter",
+            "mode": "markers",
+            "name": kind.replace("_", " "),
+            "marker": {"symbol": SIGNS[kind], "size": 8, "color": color},
             "hovertemplate": f"{_plain(kind.replace('_', ' '))}<extra></extra>",
-        }  # fmt: skip
+        }
 
 
 def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Iterator[Figure]:
@@ -269,10 +292,17 @@ def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> 
     for across, values in zip(states[x].values, states[y].values, strict=True):
         for up in np.ravel(values) / scale:
             yield {
-                "type": "circle", "xsizemode": "pixel", "ysizemode": "pixel", "xanchor": float(np.ravel(across)[0] / x_scale),
+                "type": "circle",
+                "xsizemode": "pixel",
+                "ysizemode": "pixel",
+                "xanchor": float(np.ravel(across)[0] / x_scale),
                 "yanchor": float(up),
-                "x0": -RING, "x1": RING, "y0": -RING, "y1": RING, "line": {"color": "ink", "width": 2},
-            }  # fmt: skip
+                "x0": -RING,
+                "x1": RING,
+                "y0": -RING,
+                "y1": RING,
+                "line": {"color": "ink", "width": 2},
+            }
 
 
 def basins(result: xr.Dataset) -> Drawn:
@@ -284,18 +314,29 @@ def basins(result: xr.Dataset) -> Drawn:
     steps = [(n + more) / (count + 1) for n in range(count + 1) for more in (0, 1)]
     colors: list[Any] = [name for n in range(count + 1) for name in [n - 1 if n else "grid"] * 2]
     trace = {
-        "type": "heatmap", "x": packed(result[across].values / x_scale), "y": packed(result[vertical].values / y_scale),
-        "z": packed(result["reached"].values), "zmin": -0.5, "zmax": count + 0.5, "meta": "reached",
-        "colorscale": [list(pair) for pair in zip(steps, colors, strict=True)], "showscale": False,
+        "type": "heatmap",
+        "x": packed(result[across].values / x_scale),
+        "y": packed(result[vertical].values / y_scale),
+        "z": packed(result["reached"].values),
+        "zmin": -0.5,
+        "zmax": count + 0.5,
+        "meta": "reached",
+        "colorscale": [list(pair) for pair in zip(steps, colors, strict=True)],
+        "showscale": False,
         "hovertemplate": f"%{{x:.4g}} {_plain(x_unit)}, %{{y:.4g}} {_plain(y_unit)}: state %{{z}}<extra></extra>",
-    }  # fmt: skip
+    }
     states = [
         {
-            "type": "scatter", "x": [None], "y": [None], "mode": "markers", "showlegend": True,
-            "name": _plain(f"{finding.label}: {finding.text}"), "marker": {"symbol": "square", "size": 10, "color": n},
+            "type": "scatter",
+            "x": [None],
+            "y": [None],
+            "mode": "markers",
+            "showlegend": True,
+            "name": _plain(f"{finding.label}: {finding.text}"),
+            "marker": {"symbol": "square", "size": 10, "color": n},
         }
         for n, finding in enumerate(finding for finding in df.summary(result) if finding.name == "share")
-    ]  # fmt: skip
+    ]
     layout = {
         "margin": MARGIN | {"t": 28 + 18 * len(states)},
         "hovermode": "closest",
@@ -324,11 +365,16 @@ def force_distance(result: xr.Dataset) -> Figure:
         }
         data.append(
             {
-                "x": packed(result["distance"].values / x_scale), "y": packed(force[way] / scale), "meta": "force",
-                "type": "scatter", "mode": "lines", "name": direction, "line": look,
+                "x": packed(result["distance"].values / x_scale),
+                "y": packed(force[way] / scale),
+                "meta": "force",
+                "type": "scatter",
+                "mode": "lines",
+                "name": direction,
+                "line": look,
                 "hovertemplate": f"%{{x:.3g}} {x_unit}, %{{y:.3g}} {unit}<extra></extra>",
             }
-        )  # fmt: skip
+        )
     layout = {
         "margin": {"l": 54, "r": 12, "t": 8, "b": 38},
         "showlegend": False,

@@ -285,7 +285,7 @@ def script_of(document: Document) -> str:
 
 def figure_file(
     layers: list[Layer], wanted: Picture | None, ending: str, width: str, points: xr.Dataset | None = None
-) -> bytes:  # fmt: skip
+) -> bytes:
     """Return the file of a figure, with the points of a measured curve where one is given. Blocking.
 
     Raises

@@ -289,7 +289,7 @@ class Forms:
 
     def _choice(
         self, path: Path, label: str, words: Mapping[str, str], chosen: str, take: Callable[[str], None], help: str = ""
-    ) -> Entry:  # fmt: skip
+    ) -> Entry:
         def typed_(word: str, unit: str) -> None:
             if word in words:
                 take(word)

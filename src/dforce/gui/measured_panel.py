@@ -52,9 +52,13 @@ class MeasuredCurve:
             self.text = ui.label(NONE)
         self.button.props["title"] = "Draw a measured curve under that of the model; or drop its file onto the window"
         # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
-        self.button.on("click", self._pressed, js_handler="""(event) => {
+        self.button.on(
+            "click",
+            self._pressed,
+            js_handler="""(event) => {
             if (event.currentTarget.dataset.there !== "yes") window.dforceFiles.pick(); else emit();
-        }""")  # fmt: skip
+        }""",
+        )
 
     def panel(self) -> None:
         """Make the panel, in the container that is open."""
@@ -132,11 +136,17 @@ class MeasuredCurve:
         for row in rows:
             name = "" if fit is None else fitting.name_in(fit, row, document)
             about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
-            shown["rows"].append({
-                "name": row.name, "label": row.label, "symbol": row.symbol, "value": row.value, "free": row.path in chosen,
-                "found": fitting.found_for(fit, name) if fit is not None and name else "",
-                "note": about or (fitting.note(fit, name) if fit is not None and name else ""),
-            })  # fmt: skip
+            shown["rows"].append(
+                {
+                    "name": row.name,
+                    "label": row.label,
+                    "symbol": row.symbol,
+                    "value": row.value,
+                    "free": row.path in chosen,
+                    "found": fitting.found_for(fit, name) if fit is not None and name else "",
+                    "note": about or (fitting.note(fit, name) if fit is not None and name else ""),
+                }
+            )
         if failed and not any(row.name in failed for row in rows):
             shown["failed"] = as_sentence(in_words(document, failed))
         busy = job is not None and job.busy
@@ -147,10 +157,12 @@ class MeasuredCurve:
         }
         if fit is not None:
             shown |= {
-                "report": df.fit_report(fit), "stale": not fitting.is_of(fit, document),
-                "notes": [with_labels(document, piece.text) for piece in advice_in(fit)], "summary": _summary(fit),
+                "report": df.fit_report(fit),
+                "stale": not fitting.is_of(fit, document),
+                "notes": [with_labels(document, piece.text) for piece in advice_in(fit)],
+                "summary": _summary(fit),
                 "others": fitting.others(fit, rows, document),
-            }  # fmt: skip
+            }
         return shown
 
     def _pressed(self) -> None:

@@ -197,10 +197,14 @@ def _trace(whole: xr.DataArray, seen: xr.DataArray) -> dict[str, Any]:
     values = seen.values / scale
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     return {
-        "name": str(whole.name), "label": str(whole.attrs.get("long_name", whole.name)),
-        "symbol": html_symbol(str(whole.attrs.get("symbol", ""))), "unit": unit, "values": _short(values), "low": low,
+        "name": str(whole.name),
+        "label": str(whole.attrs.get("long_name", whole.name)),
+        "symbol": html_symbol(str(whole.attrs.get("symbol", ""))),
+        "unit": unit,
+        "values": _short(values),
+        "low": low,
         "high": high if high > low else low + 1.0,
-    }  # fmt: skip
+    }
 
 
 def _short(values: Any) -> list[float]:

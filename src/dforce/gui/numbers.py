@@ -63,9 +63,10 @@ class Numbers:
         rows = [row for words, block in blocks.items() for row in _rows(words, block, heads[1:])]
         skipped = 0 if any(blocks) else 1  # one curve needs no name
         self.sheet.props.update(
-            heads=["curve", *heads][skipped:], rows=[row[skipped:] for row in rows[:MOST_ROWS]],
+            heads=["curve", *heads][skipped:],
+            rows=[row[skipped:] for row in rows[:MOST_ROWS]],
             text=MORE if len(rows) > MOST_ROWS else "",
-        )  # fmt: skip
+        )
         self.sheet.update()
 
     def _toggle(self) -> None:

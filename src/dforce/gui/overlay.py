@@ -95,11 +95,18 @@ def _points(
                     continue
                 words = f"measured, {word}"
                 yield {
-                    "x": packed(across[rows] / drawn.x_scale), "y": packed(values[rows] / scale), "xaxis": x_axis,
-                    "yaxis": y_axis, "type": "scatter", "mode": "markers", "meta": f"measured {name}", "name": words,
-                    "marker": {"symbol": symbol, "size": 5, "color": "soft"}, "showlegend": words not in named,
+                    "x": packed(across[rows] / drawn.x_scale),
+                    "y": packed(values[rows] / scale),
+                    "xaxis": x_axis,
+                    "yaxis": y_axis,
+                    "type": "scatter",
+                    "mode": "markers",
+                    "meta": f"measured {name}",
+                    "name": words,
+                    "marker": {"symbol": symbol, "size": 5, "color": "soft"},
+                    "showlegend": words not in named,
                     "hovertemplate": "%{x:.4g}, %{y:.4g}<extra>measured</extra>",
-                }  # fmt: skip
+                }
                 named.add(words)
 
 
@@ -114,10 +121,18 @@ def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> I
             x, y = along(fit, fit[f"{name}_fit"].values[:, tone])
             turn = beside.turn if name == "phase" and not tone else 0.0
             yield {
-                "x": packed((x + beside.shift) / drawn.x_scale), "y": packed((y - turn) / scale), "xaxis": x_axis,
-                "yaxis": y_axis, "type": "scatter", "mode": "lines", "meta": f"fit {name}", "name": "best fit",
-                "line": {"color": "ink", "width": 1.4, "dash": "solid"}, "showlegend": first, "hoverinfo": "skip",
-            }  # fmt: skip
+                "x": packed((x + beside.shift) / drawn.x_scale),
+                "y": packed((y - turn) / scale),
+                "xaxis": x_axis,
+                "yaxis": y_axis,
+                "type": "scatter",
+                "mode": "lines",
+                "meta": f"fit {name}",
+                "name": "best fit",
+                "line": {"color": "ink", "width": 1.4, "dash": "solid"},
+                "showlegend": first,
+                "hoverinfo": "skip",
+            }
             first = False
 
 
@@ -156,21 +171,43 @@ def _residuals(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) 
             {"title": across} if last else {}
         )
         layout[name_of_axis("yaxis", tag + number)] = {
-            "anchor": x_axis, "domain": [bottom, bottom + SHARE - GAP], "zeroline": True, "nticks": 4,
+            "anchor": x_axis,
+            "domain": [bottom, bottom + SHARE - GAP],
+            "zeroline": True,
+            "nticks": 4,
             "title": {"text": f"Δ<i>{html_symbol(str(fit[name].attrs.get('symbol', '')))}</i> / σ"},
-        }  # fmt: skip
-        shapes.append({
-            "type": "rect", "xref": f"{x_axis} domain", "yref": y_axis, "x0": 0, "x1": 1, "y0": -SIGMAS, "y1": SIGMAS,
-            "layer": "below", "line": {"width": 0}, "fillcolor": "rgba(128,128,128,0.14)",
-        })  # fmt: skip
+        }
+        shapes.append(
+            {
+                "type": "rect",
+                "xref": f"{x_axis} domain",
+                "yref": y_axis,
+                "x0": 0,
+                "x1": 1,
+                "y0": -SIGMAS,
+                "y1": SIGMAS,
+                "layer": "below",
+                "line": {"width": 0},
+                "fillcolor": "rgba(128,128,128,0.14)",
+            }
+        )
         for tone in range(fit.sizes["tone"]):
             x = fit["height"].values[used] + beside.shift
             y = fit[f"{name}_residual"].values[used, tone]
-            traces.append({
-                "x": packed(x / drawn.x_scale), "y": packed(y), "xaxis": x_axis, "yaxis": y_axis, "type": "scatter",
-                "mode": "markers", "meta": f"residual {name}", "name": "residual", "showlegend": False,
-                "marker": {"symbol": "circle", "size": 4, "color": 2 * tone},
-                "hovertemplate": "%{x:.4g}, %{y:.3g} standard deviations<extra></extra>",
-            })  # fmt: skip
+            traces.append(
+                {
+                    "x": packed(x / drawn.x_scale),
+                    "y": packed(y),
+                    "xaxis": x_axis,
+                    "yaxis": y_axis,
+                    "type": "scatter",
+                    "mode": "markers",
+                    "meta": f"residual {name}",
+                    "name": "residual",
+                    "showlegend": False,
+                    "marker": {"symbol": "circle", "size": 4, "color": 2 * tone},
+                    "hovertemplate": "%{x:.4g}, %{y:.3g} standard deviations<extra></extra>",
+                }
+            )
     layout |= {"shapes": shapes, "uirevision": f"{layout.get('uirevision')} fit"}
     return traces, layout

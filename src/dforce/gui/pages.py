@@ -43,7 +43,7 @@ SHEETS = ("style.css", "plots.css")
 
 def register(
     folder: Path, document: Document | None = None, limits: Limits = ALONE, over: xr.Dataset | None = None
-) -> None:  # fmt: skip
+) -> None:
     """Make the page known to the server.
 
     Parameters

@@ -190,10 +190,13 @@ class Plots:
             self.names = names
             self.picker.props["all"] = [_words(result, name) for name in names]
         changed = {
-            "titles": [picture.title for picture in self.usual], "x": wanted.x, "y": list(wanted.y),
-            "chosen": self.usual.index(wanted) if wanted in self.usual else -1, "together": wanted.together,
+            "titles": [picture.title for picture in self.usual],
+            "x": wanted.x,
+            "y": list(wanted.y),
+            "chosen": self.usual.index(wanted) if wanted in self.usual else -1,
+            "together": wanted.together,
             "logarithmic": wanted.logarithmic,
-        }  # fmt: skip
+        }
         if any(self.picker.props.get(key) != value for key, value in changed.items()):
             self.picker.props.update(changed)
             self.picker.update()
@@ -267,7 +270,11 @@ def _words(result: xr.Dataset, name: str) -> dict[str, str]:
     label, symbol = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("symbol", ""))
     unit = figures.unit_of(variable)[1]
     return {
-        "name": name, "label": label, "symbol": html_symbol(symbol), "unit": "" if unit == "1" else unit,
-        "row": row_of(result, name), "text": f"{label} {plain_math(symbol)}".strip(),
+        "name": name,
+        "label": label,
+        "symbol": html_symbol(symbol),
+        "unit": "" if unit == "1" else unit,
+        "row": row_of(result, name),
+        "text": f"{label} {plain_math(symbol)}".strip(),
         "help": str(variable.attrs.get("description", "")),
-    }  # fmt: skip
+    }

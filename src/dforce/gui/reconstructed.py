@@ -23,40 +23,75 @@ def figure_of(result: xr.Dataset) -> Drawn:
     data: list[Figure] = []
 
     def add(y: Any, meta: str, name: str, line: Figure) -> None:
-        data.append({
-            "x": packed(x / x_scale), "y": packed(y / scale), "type": "scatter", "mode": "lines", "meta": meta, "name": name,
-            "line": line, "hovertemplate": f"%{{x:.3g}} {x_unit}, %{{y:.3g}} {unit}<extra>{name}</extra>",
-        })  # fmt: skip
+        data.append(
+            {
+                "x": packed(x / x_scale),
+                "y": packed(y / scale),
+                "type": "scatter",
+                "mode": "lines",
+                "meta": meta,
+                "name": name,
+                "line": line,
+                "hovertemplate": f"%{{x:.3g}} {x_unit}, %{{y:.3g}} {unit}<extra>{name}</extra>",
+            }
+        )
 
     known = np.isfinite(force) & np.isfinite(error)
     for part in np.split(np.flatnonzero(known), np.flatnonzero(np.diff(np.flatnonzero(known)) > 1) + 1):
         around = np.concatenate([force[part] + BAND * error[part], (force[part] - BAND * error[part])[::-1]])
-        data.append({
-            "x": packed(np.concatenate([x[part], x[part][::-1]]) / x_scale), "y": packed(around / scale), "type": "scatter",
-            "mode": "lines", "meta": "force_error", "name": "two errors", "line": {"color": "soft", "width": 0},
-            "fill": "toself", "fillcolor": FILL, "hoverinfo": "skip", "showlegend": False,
-        })  # fmt: skip
+        data.append(
+            {
+                "x": packed(np.concatenate([x[part], x[part][::-1]]) / x_scale),
+                "y": packed(around / scale),
+                "type": "scatter",
+                "mode": "lines",
+                "meta": "force_error",
+                "name": "two errors",
+                "line": {"color": "soft", "width": 0},
+                "fill": "toself",
+                "fillcolor": FILL,
+                "hoverinfo": "skip",
+                "showlegend": False,
+            }
+        )
     if "law_force" in result:
         add(result["law_force"].values, "law_force", "law", {"color": "soft", "dash": "dash", "width": 2})
     add(force, "force", "reconstructed, with two errors", {"color": 0, "dash": "solid", "width": 2})
     gaps: list[Figure] = [
         {
-            "type": "rect", "xref": "x", "yref": "paper", "x0": float(low / x_scale), "x1": float(high / x_scale), "y0": 0,
-            "y1": 1, "layer": "below", "line": {"width": 0}, "fillcolor": FILL,
+            "type": "rect",
+            "xref": "x",
+            "yref": "paper",
+            "x0": float(low / x_scale),
+            "x1": float(high / x_scale),
+            "y0": 0,
+            "y1": 1,
+            "layer": "below",
+            "line": {"width": 0},
+            "fillcolor": FILL,
         }
         for low, high in zip(result["gap_low"].values, result["gap_high"].values, strict=True)
-    ]  # fmt: skip
+    ]
     words = [
         {
-            "text": "not told by the curve", "x": 0.5 * (gap["x0"] + gap["x1"]), "y": 1, "yref": "paper", "yanchor": "top",
-            "showarrow": False, "textangle": -90,
+            "text": "not told by the curve",
+            "x": 0.5 * (gap["x0"] + gap["x1"]),
+            "y": 1,
+            "yref": "paper",
+            "yanchor": "top",
+            "showarrow": False,
+            "textangle": -90,
         }
         for gap in gaps
-    ]  # fmt: skip
+    ]
     layout = {
-        "margin": MARGIN, "hovermode": "closest", "showlegend": True, "shapes": gaps, "annotations": words,
+        "margin": MARGIN,
+        "hovermode": "closest",
+        "showlegend": True,
+        "shapes": gaps,
+        "annotations": words,
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"},
         "xaxis": {"title": {"text": title(result["distance"], x_unit)}},
         "yaxis": {"title": {"text": title(result["force"], unit)}, "zeroline": True},
-    }  # fmt: skip
+    }
     return Drawn({"data": data, "layout": layout, "bar": "hover"}, (None,) * len(data))

@@ -30,7 +30,7 @@ def text(label: str, suggested: str) -> Field:
 
 def ask(
     title: str, fields: Sequence[Field], save: Callable[..., Awaitable[None]], *, why: str = "", button: str = "Save"
-) -> None:  # fmt: skip
+) -> None:
     """Ask, and call `save` with the answers; those of a choice are always among its values.
 
     `why` is a sentence above the questions, which then have room for longer words; `button` sends the answers.

@@ -35,9 +35,15 @@ RECONNECT = 45.0  # s that a page may be without connection before it starts ane
 STARTS_WITHIN = 2.0  # s in which a browser that cannot start, for want of a screen say, gives up
 SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
 BROWSERS = (
-    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "msedge", "chrome",
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "microsoft-edge",
+    "msedge",
+    "chrome",
     "brave-browser",
-)  # fmt: skip
+)
 PLACES = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
@@ -135,12 +141,26 @@ def serve(options: Options) -> None:
     )
     app.on_startup(told.start)
     ui.run(
-        host=options.host, port=port, title="dForce", language="en-US", reload=False, show=False, dark=None,
-        reconnect_timeout=RECONNECT, storage_secret=cookie_secret, show_welcome_message=False,
+        host=options.host,
+        port=port,
+        title="dForce",
+        language="en-US",
+        reload=False,
+        show=False,
+        dark=None,
+        reconnect_timeout=RECONNECT,
+        storage_secret=cookie_secret,
+        show_welcome_message=False,
         # numbers hardly shrink, and packing them takes time and memory for each page
-        ws_per_message_deflate=False, favicon=str(Path(__file__).parent / "icon.svg"), tailwind=False,
-        session_middleware_kwargs={"max_age": 10 * 365 * 86400, "same_site": "lax", "session_cookie": f"dforce-session-{port}"},
-    )  # fmt: skip
+        ws_per_message_deflate=False,
+        favicon=str(Path(__file__).parent / "icon.svg"),
+        tailwind=False,
+        session_middleware_kwargs={
+            "max_age": 10 * 365 * 86400,
+            "same_site": "lax",
+            "session_cookie": f"dforce-session-{port}",
+        },
+    )
 
 
 def own_hosts(port: int) -> frozenset[str]:
@@ -205,8 +225,10 @@ def open_window(address: str, profile: Path) -> bool:
         return False
     started = subprocess.Popen(
         [found, f"--app={address}", f"--user-data-dir={profile}", "--window-size=1366,800", "--no-first-run"],
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     try:
         failed = started.wait(timeout=STARTS_WITHIN) != 0  # one that hands over to a running one ends with 0
     except subprocess.TimeoutExpired:

@@ -63,9 +63,11 @@ class SetPoint:
             return
         columns, rows = table_of(with_states, wanted)
         changed = {
-            "percent": round(100.0 * self.view.document.set_point, 6), "rows": rows[:MOST_ROWS],
-            "columns": [column.head for column in columns], "text": "" if rows else self._why(with_states),
-        }  # fmt: skip
+            "percent": round(100.0 * self.view.document.set_point, 6),
+            "rows": rows[:MOST_ROWS],
+            "columns": [column.head for column in columns],
+            "text": "" if rows else self._why(with_states),
+        }
         self.element.show(changed)
 
     def _why(self, layers: Sequence[Layer]) -> str:

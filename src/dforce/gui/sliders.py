@@ -116,11 +116,13 @@ class SliderStrip:
         if field is None:
             return
         element = SliderElement(
-            ".".join(map(str, path)), self._label(path, field), html_symbol(field.symbol),
+            ".".join(map(str, path)),
+            self._label(path, field),
+            html_symbol(field.symbol),
             on_slide=lambda value: self._slide(path, field, value),
             on_range=lambda ends: self._range(path, field, ends),
             on_remove=lambda: toggle(self.view, path, field),
-        )  # fmt: skip
+        )
         self.made[path] = (field, element)
 
     def _label(self, path: Path, field: Field) -> str:

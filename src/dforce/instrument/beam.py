@@ -163,12 +163,7 @@ def _polynomial(x: float, *coefficients: float) -> float:
 
 
 def fluid_mode(
-    vacuum_frequency: float,
-    beam_density: float,
-    width: float,
-    thickness: float,
-    density: float,
-    viscosity: float,
+    vacuum_frequency: float, beam_density: float, width: float, thickness: float, density: float, viscosity: float
 ) -> FluidMode:
     r"""Return frequency (Hz) and Q of a mode in a fluid of `density` (kg/m^3) and `viscosity` (Pa s).
 

@@ -30,9 +30,13 @@ class Drift(Parameters):
         (), unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor at each; left out: the lever's own at all"
     )
     A0: Numbers = param(
-        (), unit="m", symbol="A_0", above="0 nm", high="1 mm",
+        (),
+        unit="m",
+        symbol="A_0",
+        above="0 nm",
+        high="1 mm",
         doc="free amplitude at each; left out: what the drive that gives drive.A0 at the lever's own Q gives there",
-    )  # fmt: skip
+    )
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -72,16 +72,19 @@ class Tone(Parameters):
     """One tone of the drive, by the free amplitude that it gives its mode, or by the amplitude of the base."""
 
     A0: MaybeNumber = param(
-        None, unit="m", symbol="A_0", above="0 nm", high="1 mm",
-        doc="free amplitude; of its mode, at its frequency",
-    )  # fmt: skip
+        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of its mode, at its frequency"
+    )
     base_amplitude: MaybeNumber = param(
         None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the shaken base; in the place of A0"
     )
     frequency: MaybeTuned = param(
-        None, unit="Hz", symbol="f", above="0 Hz", high="10 GHz",
+        None,
+        unit="Hz",
+        symbol="f",
+        above="0 Hz",
+        high="10 GHz",
         doc="drive frequency; peak: where the free response of its mode is largest; left out: the f0 of its mode",
-    )  # fmt: skip
+    )
     mode: int | None = pydantic.Field(
         default=None,
         ge=1,
@@ -92,9 +95,12 @@ class Tone(Parameters):
         "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the tone at time zero"
     )
     lag: Number = param(
-        "0 deg", symbol=r"\lambda", low="-360 deg", high="360 deg",
+        "0 deg",
+        symbol=r"\lambda",
+        low="-360 deg",
+        high="360 deg",
         doc="lag of the force, or of the base, behind the drive signal; such as of photothermal drive",
-    )  # fmt: skip
+    )
 
     @pydantic.model_validator(mode="after")
     def _an_amplitude(self) -> Self:
@@ -109,8 +115,9 @@ class Drive(Parameters):
     """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or a shaken base."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag"), "several tones": ("tones",),
-    }  # fmt: skip
+        "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag"),
+        "several tones": ("tones",),
+    }
 
     A0: MaybeNumber = param(
         None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of several tones each has its own"
@@ -119,9 +126,13 @@ class Drive(Parameters):
         None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the shaken base; in the place of A0"
     )
     frequency: MaybeTuned = param(
-        None, unit="Hz", symbol="f", above="0 Hz", high="10 GHz",
+        None,
+        unit="Hz",
+        symbol="f",
+        above="0 Hz",
+        high="10 GHz",
         doc="drive frequency; peak: where the free response of its mode is largest; left out: the f0 of its mode",
-    )  # fmt: skip
+    )
     mode: int | None = pydantic.Field(
         default=None, ge=1, le=MOST_MODES, description="mode that is driven, from 1; left out: 1"
     )
@@ -129,9 +140,12 @@ class Drive(Parameters):
         "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the drive at time zero"
     )
     lag: Number = param(
-        "0 deg", symbol=r"\lambda", low="-360 deg", high="360 deg",
+        "0 deg",
+        symbol=r"\lambda",
+        low="-360 deg",
+        high="360 deg",
         doc="lag of the force, or of the base, behind the drive signal; such as of photothermal drive",
-    )  # fmt: skip
+    )
     tones: Part[tuple[Tone, ...]] = part((), max_length=MOST_MODES, description="tones, instead of a single one")
     excitation: Literal["force", "base"] = pydantic.Field(
         default="force",
@@ -144,9 +158,13 @@ class Drive(Parameters):
         description="all_modes: a tone is a force on the tip, so on every mode; own_mode: only on its own",
     )
     fluid_follows: Number = param(
-        0.0, unit="1", symbol="s", low=0.0, high=1.0,
+        0.0,
+        unit="1",
+        symbol="s",
+        low=0.0,
+        high=1.0,
         doc="share of the fluid that moves with a shaken base; 0: at rest, 1: the whole cell is shaken",
-    )  # fmt: skip
+    )
     piezo: Part[Piezo | None] = part(None, description="resonance of the piezo that shakes the base")
 
     @pydantic.model_validator(mode="after")

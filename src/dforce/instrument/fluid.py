@@ -165,9 +165,15 @@ def wall_flow(n: int, width: float, density: float, viscosity: float, wall: Wall
 
 
 def mode_near_wall(
-    n: int, vacuum_frequency: float, beam_density: float, width: float, thickness: float, density: float, viscosity: float,
+    n: int,
+    vacuum_frequency: float,
+    beam_density: float,
+    width: float,
+    thickness: float,
+    density: float,
+    viscosity: float,
     wall: Wall,
-) -> beam.FluidMode:  # fmt: skip
+) -> beam.FluidMode:
     r"""Return frequency (Hz), Q and added mass of mode `n` (from 1) of a beam over a wall.
 
     As :func:`dforce.instrument.beam.fluid_mode`, with the :math:`\Gamma` of :func:`wall_flow`.

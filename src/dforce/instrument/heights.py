@@ -64,9 +64,13 @@ def _between(a: float, b: float, share: float) -> float:
 
 @functools.lru_cache(maxsize=256)  # the problems of a sweep share what does not change in it
 def heights_of(
-    cantilever: Cantilever, drive: Drive, medium: Medium, readout: Readout, modes: tuple[ModeNumbers, ...],
+    cantilever: Cantilever,
+    drive: Drive,
+    medium: Medium,
+    readout: Readout,
+    modes: tuple[ModeNumbers, ...],
     tones: tuple[ToneNumbers, ...],
-) -> Heights | None:  # fmt: skip
+) -> Heights | None:
     """Return what a lever and its drive are at each height; None where they stay what they are, `modes` and `tones`.
 
     Raises

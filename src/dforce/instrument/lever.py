@@ -74,25 +74,29 @@ class Mode(Parameters):
     k: Number = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
     # at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
     Q: Number = param(
-        unit="1",
-        symbol="Q",
-        above=0.5,
-        high=1e9,
-        doc="quality factor; above 0.5, so that the mode oscillates",
+        unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; above 0.5, so that the mode oscillates"
     )
     base_coupling: MaybeNumber = param(
-        None, unit="1", symbol=r"\chi", low=-10.0, high=10.0,
+        None,
+        unit="1",
+        symbol=r"\chi",
+        low=-10.0,
+        high=10.0,
         doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
-    )  # fmt: skip
+    )
     added_mass: MaybeNumber = param(
         None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
     )
 
 
 TILT = param(
-    None, unit="rad", symbol=r"\alpha", low="0 deg", high="60 deg",
+    None,
+    unit="rad",
+    symbol=r"\alpha",
+    low="0 deg",
+    high="60 deg",
     doc="tilt of the lever against the sample, often 11 degrees; across the sample it is stiffer by 1/cos^2",
-)  # fmt: skip
+)
 
 
 class Beam(Parameters):
@@ -105,8 +109,12 @@ class Beam(Parameters):
     title_of: ClassVar[str] = "cantilever.beam"
     # silicon along <110>: M. A. Hopcroft, W. D. Nix, T. W. Kenny, J. Microelectromech. Syst. 19, 229 (2010)
     example: ClassVar[Mapping[str, Any]] = {
-        "youngs_modulus": "169 GPa", "density": "2330 kg/m^3", "length": "225 um", "width": "30 um", "thickness": "3 um",
-    }  # fmt: skip
+        "youngs_modulus": "169 GPa",
+        "density": "2330 kg/m^3",
+        "length": "225 um",
+        "width": "30 um",
+        "thickness": "3 um",
+    }
 
     youngs_modulus: Number = param(
         unit="Pa", symbol="E", above="0 GPa", high="10 TPa", doc="Young's modulus of the beam"
@@ -117,9 +125,13 @@ class Beam(Parameters):
     thickness: Number = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
     modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
     tip_height: MaybeNumber = param(
-        None, unit="m", symbol="h_t", above="0 um", high="1 mm",
+        None,
+        unit="m",
+        symbol="h_t",
+        above="0 um",
+        high="1 mm",
         doc="height of the tip: how far the lever's end is above the sample, whose fluid then damps it more; left out: far",
-    )  # fmt: skip
+    )
     tilt: MaybeNumber = TILT
     wall: Literal["at_sample", "at_distance"] = pydantic.Field(
         default="at_sample",
@@ -133,9 +145,13 @@ class Beam(Parameters):
         "by a memory of the motion",
     )
     Q: Numbers = param(
-        (), unit="1", symbol="Q", above=0.5, high=1e9,
+        (),
+        unit="1",
+        symbol="Q",
+        above=0.5,
+        high=1e9,
         doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
-    )  # fmt: skip
+    )
 
     @pydantic.field_validator("Q", mode="before")
     @classmethod
@@ -234,9 +250,14 @@ class Beam(Parameters):
 
 @functools.lru_cache(maxsize=256)
 def _memory(
-    n: int, vacuum_frequency: float, load: float, flowing: tuple[float, float, float], wall: Wall | None, low: float,
+    n: int,
+    vacuum_frequency: float,
+    load: float,
+    flowing: tuple[float, float, float],
+    wall: Wall | None,
+    low: float,
     high: float,
-) -> FluidMemory:  # fmt: skip
+) -> FluidMemory:
     """Return the fluid's memory on a mode; `flowing` are width (m), density and viscosity."""
     gamma = fluid.free_flow(*flowing) if wall is None else fluid.wall_flow(n, *flowing, wall)
     return fluid_memory(vacuum_frequency, load, gamma, low, high)
@@ -247,8 +268,9 @@ class Cantilever(Parameters):
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "one mode": ("name", "library", "f0", "k", "Q", "tip_radius", "base_coupling", "added_mass"),
-        "several modes": ("modes",), "a beam": ("beam",),
-    }  # fmt: skip
+        "several modes": ("modes",),
+        "a beam": ("beam",),
+    }
 
     name: str | None = words(
         None,
@@ -279,16 +301,24 @@ class Cantilever(Parameters):
         None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
     )
     base_coupling: MaybeNumber = param(
-        None, unit="1", symbol=r"\chi", low=-10.0, high=10.0,
+        None,
+        unit="1",
+        symbol=r"\chi",
+        low=-10.0,
+        high=10.0,
         doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
-    )  # fmt: skip
+    )
     added_mass: MaybeNumber = param(
         None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
     )
     tip_radius: MaybeNumber = param(
-        None, unit="m", symbol="R", above="0 nm", high="1 mm",
+        None,
+        unit="m",
+        symbol="R",
+        above="0 nm",
+        high="1 mm",
         doc="radius of the tip of a cantilever known by name; tip.radius comes first",
-    )  # fmt: skip
+    )
     tilt: MaybeNumber = TILT
     drift: Part[Drift | None] = part(None, description="how Q or the free amplitude changes on the way to the sample")
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
@@ -330,11 +360,7 @@ class Cantilever(Parameters):
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
         given = [name for name in self.ways["one mode"] if getattr(self, name) is not None]
-        ways = [
-            *(["f0, k, Q"] if given else []),
-            *(["modes"] if self.modes else []),
-            *(["beam"] if self.beam else []),
-        ]
+        ways = [*(["f0, k, Q"] if given else []), *(["modes"] if self.modes else []), *(["beam"] if self.beam else [])]
         if self.beam is not None and self.tilt is not None:
             raise ParameterError("cantilever.tilt is that of given modes; a beam has its own, cantilever.beam.tilt")
         if self.beam is not None and self.drift is not None:

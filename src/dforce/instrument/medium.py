@@ -27,17 +27,15 @@ class Medium(Parameters):
     density: MaybeNumber = param(None, unit="kg/m^3", symbol=r"\rho", low=0.0, high=1e5, doc="density of the fluid")
     viscosity: MaybeNumber = param(None, unit="Pa s", symbol=r"\mu", low=0.0, high=1e6, doc="viscosity of the fluid")
     permittivity: MaybeNumber = param(
-        None,
-        unit="1",
-        symbol=r"\epsilon",
-        low=1.0,
-        high=1e6,
-        doc="relative permittivity between tip and sample",
+        None, unit="1", symbol=r"\epsilon", low=1.0, high=1e6, doc="relative permittivity between tip and sample"
     )
     temperature: Number = param(
-        "298.15 K", symbol="T", above="0 K", high="1e4 K",
+        "298.15 K",
+        symbol="T",
+        above="0 K",
+        high="1e4 K",
         doc="temperature; the values of a medium known by name stay those at 298.15 K",
-    )  # fmt: skip
+    )
 
     @pydantic.model_validator(mode="before")
     @classmethod

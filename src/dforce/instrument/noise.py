@@ -52,9 +52,13 @@ class Noise(Parameters):
         default=True, title="Thermal motion", description="whether the medium's temperature shakes the lever"
     )
     detector: MaybeNumber = param(
-        None, unit="m/Hz^0.5", symbol="n_d", low="0 m/Hz^0.5", high="1e-9 m/Hz^0.5",
+        None,
+        unit="m/Hz^0.5",
+        symbol="n_d",
+        low="0 m/Hz^0.5",
+        high="1e-9 m/Hz^0.5",
         doc="noise of the detector beside the thermal one, as it reads deflections; white",
-    )  # fmt: skip
+    )
     bandwidth: MaybeNumber = param(
         None, unit="Hz", symbol="B", above="0 Hz", high="10 GHz", doc="equivalent noise bandwidth of the lock-in"
     )

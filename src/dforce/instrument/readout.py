@@ -46,13 +46,20 @@ class Readout(Parameters):
         description="static: by a force curve on a hard sample; each_mode: each mode by itself",
     )
     mode_sensitivity: Numbers = param(
-        (), unit="1", symbol="s_n", low=-1e3, high=1e3,
+        (),
+        unit="1",
+        symbol="s_n",
+        low=-1e3,
+        high=1e3,
         doc="sensitivity of the lever of light to each mode over that to a steady force; left out: of a uniform beam",
-    )  # fmt: skip
+    )
     invols: MaybeNumber = param(
-        None, unit="m/V", above="0 nm/V", high="1 mm/V",
+        None,
+        unit="m/V",
+        above="0 nm/V",
+        high="1 mm/V",
         doc="inverse sensitivity of the lever of light, from a force curve on a hard sample: A0 may then be typed in volts",
-    )  # fmt: skip
+    )
     phase_reference: Literal["drive", "free"] | None = pydantic.Field(
         default=None,
         title="Phase counts from",

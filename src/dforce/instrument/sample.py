@@ -19,12 +19,7 @@ class Sample(Parameters):
         0.3, unit="1", symbol=r"\nu_s", low=0.0, high=0.5, doc="Poisson's ratio of the sample"
     )
     thickness: MaybeNumber = param(
-        None,
-        unit="m",
-        symbol="h_s",
-        above="0 nm",
-        high="1 m",
-        doc="thickness of a thin sample on a stiff support",
+        None, unit="m", symbol="h_s", above="0 nm", high="1 m", doc="thickness of a thin sample on a stiff support"
     )
     radius: MaybeNumber = param(
         None, unit="m", symbol="R_s", above="0 nm", high="1 m", doc="radius of a spherical sample"
@@ -35,11 +30,7 @@ class Contact(Parameters):
     """Where contact begins, the same for all forces."""
 
     a0: Number = param(
-        A0_DEFAULT,
-        symbol="a_0",
-        above="0 nm",
-        high="10 nm",
-        doc="intermolecular distance; contact is at d < a0",
+        A0_DEFAULT, symbol="a_0", above="0 nm", high="10 nm", doc="intermolecular distance; contact is at d < a0"
     )
 
 

@@ -65,9 +65,19 @@ def remember(h: float, weights: Any, memory: Any, work: Any, target: int) -> Non
 
 
 def attempt(
-    y: Any, tau: float, h: float, t0: float, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any, work: Any,
-    sizes: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    tau: float,
+    h: float,
+    t0: float,
+    memory: Any,
+    latched: Any,
+    tones: Any,
+    bases: Any,
+    kinks: Any,
+    work: Any,
+    sizes: Any,
+    p: Any,
+) -> Any:
     """Return the motion after a step and its error, relative to the motion; the memory then is in work[0].
 
     The whole step sees the forces on the side of all kinks on which it starts.
@@ -104,9 +114,20 @@ def attempt(
 
 
 def advance(
-    y: Any, memory: Any, latched: Any, period: int, points: int, tones: Any, bases: Any, kinks: Any,
-    tolerance: float, sizes: Any, work: Any, block: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    memory: Any,
+    latched: Any,
+    period: int,
+    points: int,
+    tones: Any,
+    bases: Any,
+    kinks: Any,
+    tolerance: float,
+    sizes: Any,
+    work: Any,
+    block: Any,
+    p: Any,
+) -> Any:
     """Return the motion one period later; block[i] holds sample i of the period, both ends included."""
     sample = TAU / points
     t0 = seconds(period * TAU, p)
@@ -157,9 +178,23 @@ def advance(
 
 
 def march(
-    y: Any, memory: Any, latched: Any, first: int, periods: int, points: int, tones: Any, p: Any, kinks: Any,
-    work: Any, block: Any, tolerance: float, sizes: Any, turns: Any, every: bool, out: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    memory: Any,
+    latched: Any,
+    first: int,
+    periods: int,
+    points: int,
+    tones: Any,
+    p: Any,
+    kinks: Any,
+    work: Any,
+    block: Any,
+    tolerance: float,
+    sizes: Any,
+    turns: Any,
+    every: bool,
+    out: Any,
+) -> Any:
     """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
     finest = turns.cosine.shape[1] - 1
     samples = np.empty((finest + 1, block.shape[1])) if finest > points else block

@@ -44,9 +44,20 @@ def copy_columns(motions: Any, first: int, room: Any, place: int) -> None:
 
 
 def divide_whole(
-    here: Any, there: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, marks: Any,
-    room: Any, work: Any,
-) -> None:  # fmt: skip
+    here: Any,
+    there: Any,
+    numbers: Any,
+    kinks: Any,
+    drive: Any,
+    c0: Any,
+    c1: Any,
+    c2: Any,
+    h: float,
+    tau: float,
+    marks: Any,
+    room: Any,
+    work: Any,
+) -> None:
     """Divide the steps of lanes that are marked as near a kink, where that is needed, and take those marks away."""
     size, count = motion_size(), room.shape[1]
     for first in range(0, marks.shape[0], count):
@@ -92,8 +103,8 @@ def surround(here: Any, numbers: Any, kinks: Any, first: int, room: Any) -> None
 
 
 def divide_lanes(
-    numbers: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
-) -> bool:  # fmt: skip
+    numbers: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, first: int, room: Any, work: Any
+) -> bool:
     """Write where steps, or parts of them, lead in parts; return whether those of any lane count."""
     size, count, begin, end = motion_size(), room.shape[1], 0.0, 0.0
     for i in range(count):
@@ -163,8 +174,18 @@ def weigh_spikes(numbers: Any, kinks: Any, h: float, tau: float, first: int, roo
 
 
 def add_parts(
-    side: int, numbers: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
-) -> None:  # fmt: skip
+    side: int,
+    numbers: Any,
+    drive: Any,
+    c0: Any,
+    c1: Any,
+    c2: Any,
+    h: float,
+    tau: float,
+    first: int,
+    room: Any,
+    work: Any,
+) -> None:
     """Add what parts change that start at the beginning, or at the end, to where the steps lead."""
     size, count = motion_size(), room.shape[1]
     now, ends = room[STATES + 2 * size : STATES + 3 * size], np.zeros((PARTS + 1, count))
@@ -192,9 +213,21 @@ def add_parts(
 
 @inlined
 def part(
-    y: Any, f: float, low: float, high: float, j: int, drive: Any, c0: Any, c1: Any, c2: Any, h: float, t: float,
-    limits: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    f: float,
+    low: float,
+    high: float,
+    j: int,
+    drive: Any,
+    c0: Any,
+    c1: Any,
+    c2: Any,
+    h: float,
+    t: float,
+    limits: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion of lane j after the part of a step between two of its shares."""
     u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
     v0, v2 = drive_between(u0, u1, u2, low), drive_between(u0, u1, u2, high)

@@ -107,9 +107,20 @@ def smooth_step(
     "i8(f8[:,:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],{p})"
 )
 def advance_lanes(
-    block: Any, numbers: Any, drive: Any, kinks: Any, tones: Any, phases: Any, period: int, points: int, waves: Any,
-    crossed: Any, nothing: Any, work: Any, p: Any,
-) -> int:  # fmt: skip
+    block: Any,
+    numbers: Any,
+    drive: Any,
+    kinks: Any,
+    tones: Any,
+    phases: Any,
+    period: int,
+    points: int,
+    waves: Any,
+    crossed: Any,
+    nothing: Any,
+    work: Any,
+    p: Any,
+) -> int:
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
     block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
@@ -141,17 +152,45 @@ def advance_lanes(
         if marked & CROSSED:
             for first in range(0, size, LANES):
                 cut_lanes(
-                    here, there, numbers, kinks, drive, c0, c1, c2, h, period * TAU + i * h, first, crossed, cuts, room,
-                    nothing, work,
-                )  # fmt: skip
+                    here,
+                    there,
+                    numbers,
+                    kinks,
+                    drive,
+                    c0,
+                    c1,
+                    c2,
+                    h,
+                    period * TAU + i * h,
+                    first,
+                    crossed,
+                    cuts,
+                    room,
+                    nothing,
+                    work,
+                )
             for j in range(size):
                 if crossed[j]:
                     p = parameters_of(numbers, j)
                     end = cut_at_kink(
-                        column(here, j), column(there, j), here[place, j], lane_drive(drive, j, c0),
-                        lane_drive(drive, j, c1), lane_drive(drive, j, c2), i * h, h, period, nothing, nothing,
-                        tones[j], phases, kinks[:, j].copy(), work[0], work, p,
-                    )  # fmt: skip
+                        column(here, j),
+                        column(there, j),
+                        here[place, j],
+                        lane_drive(drive, j, c0),
+                        lane_drive(drive, j, c1),
+                        lane_drive(drive, j, c2),
+                        i * h,
+                        h,
+                        period,
+                        nothing,
+                        nothing,
+                        tones[j],
+                        phases,
+                        kinks[:, j].copy(),
+                        work[0],
+                        work,
+                        p,
+                    )
                     put_column(there, j, end)
     end_row = points % rows
     last = block[end_row]
@@ -163,9 +202,23 @@ def advance_lanes(
 
 
 def cut_lanes(
-    here: Any, there: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any, c2: Any, h: float, tau: float,
-    first: int, crossed: Any, cuts: Any, room: Any, nothing: Any, work: Any,
-) -> None:  # fmt: skip
+    here: Any,
+    there: Any,
+    numbers: Any,
+    kinks: Any,
+    drive: Any,
+    c0: Any,
+    c1: Any,
+    c2: Any,
+    h: float,
+    tau: float,
+    first: int,
+    crossed: Any,
+    cuts: Any,
+    room: Any,
+    nothing: Any,
+    work: Any,
+) -> None:
     """Cut the steps of some lanes, from the first one on, where they pass one kink, and unmark those for which it is done.
 
     The way is that of `cut_at_kink`, which is left the rest: two kinks in a step, or one where Newton's method does not land.
@@ -252,9 +305,23 @@ def cut_lanes(
 
 
 def divide_part(
-    cuts: Any, limits: Any, side: int, share: Any, passes: Any, numbers: Any, kinks: Any, drive: Any, c0: Any, c1: Any,
-    c2: Any, h: float, tau: float, first: int, room: Any, work: Any,
-) -> None:  # fmt: skip
+    cuts: Any,
+    limits: Any,
+    side: int,
+    share: Any,
+    passes: Any,
+    numbers: Any,
+    kinks: Any,
+    drive: Any,
+    c0: Any,
+    c1: Any,
+    c2: Any,
+    h: float,
+    tau: float,
+    first: int,
+    room: Any,
+    work: Any,
+) -> None:
     """Divide the part of steps before their cut (0) or behind it (2), which leads to `cuts`; the room holds its start."""
     copy_columns(cuts, 0, room, motion_size())
     for i in range(share.shape[0]):

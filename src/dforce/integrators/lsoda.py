@@ -84,9 +84,18 @@ class Flow:
     """
 
     def __init__(
-        self, rates: Any, take: Any, state: Any, start: float, latched: Any, tones: Any, bases: Any, p: Any,
-        tolerance: float, most: float,
-    ) -> None:  # fmt: skip
+        self,
+        rates: Any,
+        take: Any,
+        state: Any,
+        start: float,
+        latched: Any,
+        tones: Any,
+        bases: Any,
+        p: Any,
+        tolerance: float,
+        most: float,
+    ) -> None:
         self.rates, self.take = rates, take
         self.start, self.latched, self.p = start, latched, p
         self.tolerance, self.most = tolerance, most

@@ -59,9 +59,24 @@ LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the
 
 @uncounted
 def cut_at_kink(
-    y: Any, end: Any, f: float, u0: Any, u1: Any, u2: Any, tau: float, h: float, period: int, memory: Any, latched: Any,
-    tones: Any, bases: Any, kinks: Any, stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    end: Any,
+    f: float,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    tau: float,
+    h: float,
+    period: int,
+    memory: Any,
+    latched: Any,
+    tones: Any,
+    bases: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
 
     `f` is the force at the start, `u0`, `u1` and `u2` are the drive there, in the middle and at the end; `end` is where the
@@ -116,9 +131,20 @@ def cut_at_kink(
 
 @uncounted
 def cut_step(
-    y: Any, end: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
-    stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    end: Any,
+    tau: float,
+    h: float,
+    period: int,
+    memory: Any,
+    latched: Any,
+    tones: Any,
+    bases: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
 
     `end` is where the uncut step would lead.
@@ -159,9 +185,21 @@ def cut_step(
 
 @uncounted
 def first_event(
-    y: Any, end: Any, which: int, start: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any,
-    kinks: Any, stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    end: Any,
+    which: int,
+    start: float,
+    h: float,
+    period: int,
+    memory: Any,
+    latched: Any,
+    tones: Any,
+    bases: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return a time within the step just after the first event in it, and the motion then; its memory is in `stage`.
 
     The first guess comes from the cubic through both ends, the next ones from secants aimed at either side.
@@ -202,9 +240,19 @@ def first_event(
 
 @uncounted
 def driven_step(
-    y: Any, tau: float, h: float, period: int, memory: Any, latched: Any, tones: Any, bases: Any, kinks: Any,
-    stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    tau: float,
+    h: float,
+    period: int,
+    memory: Any,
+    latched: Any,
+    tones: Any,
+    bases: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Take a step of any length from any time within the period, with the drive evaluated anew, on one side of all kinks."""
     t = seconds(period * TAU + tau, p)
     limits = interval(y, kinks, p)
@@ -217,9 +265,20 @@ def driven_step(
 
 @by_address("{y}({y},f8[::1],f8[::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],f8[::1],f8[:,::1],f8[:,::1],{p})")
 def advance(
-    y: Any, memory: Any, latched: Any, period: int, points: int, tones: Any, bases: Any, table: Any, kinks: Any,
-    stage: Any, work: Any, block: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    memory: Any,
+    latched: Any,
+    period: int,
+    points: int,
+    tones: Any,
+    bases: Any,
+    table: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    block: Any,
+    p: Any,
+) -> Any:
     """Return the motion one period later; block[i] holds sample i of the period, both ends included."""
     h = TAU / points
     start = seconds(period * TAU, p)
@@ -247,9 +306,21 @@ def advance(
 
 
 def over_common_period(
-    y: Any, memory: Any, latched: Any, first: int, common: int, points: int, tones: Any, bases: Any, table: Any,
-    kinks: Any, stage: Any, work: Any, block: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    memory: Any,
+    latched: Any,
+    first: int,
+    common: int,
+    points: int,
+    tones: Any,
+    bases: Any,
+    table: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    block: Any,
+    p: Any,
+) -> Any:
     """Return the motion one common period later."""
     for k in range(common):
         if common > 1:
@@ -260,9 +331,22 @@ def over_common_period(
 
 
 def march(
-    y: Any, memory: Any, latched: Any, first: int, periods: int, points: int, tones: Any, p: Any, kinks: Any,
-    work: Any, block: Any, table: Any, turns: Any, every: bool, out: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    memory: Any,
+    latched: Any,
+    first: int,
+    periods: int,
+    points: int,
+    tones: Any,
+    p: Any,
+    kinks: Any,
+    work: Any,
+    block: Any,
+    table: Any,
+    turns: Any,
+    every: bool,
+    out: Any,
+) -> Any:
     """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
     bases, z, stage = np.empty(tones.shape[0]), np.empty(points + 1), work[0]
     phases(tones, first, bases)

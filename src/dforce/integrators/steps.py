@@ -55,9 +55,20 @@ STRIDE = 1.0  # lengths of a step against the distance: a shorter one holds no s
 
 @inlined
 def step(
-    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
-    work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    f: float,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    limits: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion one step later; the memory then is in `stage`. Forces are evaluated within the limits."""
     half = seconds(0.5 * h, p)
     full = seconds(h, p)
@@ -114,9 +125,20 @@ def step(
 
 @uncounted
 def whole_step(
-    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, stage: Any,
-    work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    f: float,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    limits: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion one step later: `step`, not inlined, so that it is compiled once."""
     return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
 
@@ -174,9 +196,21 @@ def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
 
 @uncounted
 def part_step(
-    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any, kinks: Any,
-    stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    f: float,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    limits: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion after a part of a step on one side of all kinks, divided where that is near a root, or a spike."""
     end = whole_step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
     around = near_roots(y, end, h, kinks, p)
@@ -188,9 +222,21 @@ def part_step(
 
 @uncounted
 def divided(
-    y: Any, whole: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any,
-    stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    whole: Any,
+    f: float,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    kinks: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return where a step that passes no kink leads in parts where that is needed; the whole step leads to `whole`."""
     around = near_roots(y, whole, h, kinks, p)
     if strides(y, whole, h, kinks, p):
@@ -212,9 +258,19 @@ def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
 
 @uncounted
 def near_spikes(
-    y: Any, end: Any, f: float, h: float, t: float, memory: Any, latched: Any, limits: Any, kinks: Any, stage: Any,
-    around: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    end: Any,
+    f: float,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    limits: Any,
+    kinks: Any,
+    stage: Any,
+    around: Any,
+    p: Any,
+) -> Any:
     """Return how much parts count, see `with_parts`, with what they count for a spike beside a kink."""
     before, after, at_begin, at_end = around
     dt, d0, v0, d1, v1 = seconds(h, p), distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
@@ -244,9 +300,21 @@ def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
 
 @uncounted
 def with_parts(
-    y: Any, whole: Any, around: Any, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any, limits: Any,
-    stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    whole: Any,
+    around: Any,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    limits: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Add to where a step leads, and to its memory in `stage`, what parts change.
 
     `around` says how many steps it begins behind a root and ends before one, and how much the parts count: those that become
@@ -272,9 +340,21 @@ def with_parts(
 
 @uncounted
 def in_parts(
-    y: Any, steps: float, mirrored: bool, u0: Any, u1: Any, u2: Any, h: float, t: float, memory: Any, latched: Any,
-    limits: Any, stage: Any, work: Any, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    steps: float,
+    mirrored: bool,
+    u0: Any,
+    u1: Any,
+    u2: Any,
+    h: float,
+    t: float,
+    memory: Any,
+    latched: Any,
+    limits: Any,
+    stage: Any,
+    work: Any,
+    p: Any,
+) -> Any:
     """Return the motion one step later, taken in parts; `mirrored` counts the lengths to the root from the step's end."""
     share, now = 0.0, work[7]
     for k in range(memory_size()):
@@ -283,10 +363,20 @@ def in_parts(
         end = 1.0 - node(steps, PARTS - k) if mirrored else node(steps, k)
         f = force(held(distance(y, p), limits), rate_of(y, p), t + seconds(share * h, p), now, latched, p)
         y = whole_step(
-            y, f, drive_between(u0, u1, u2, share), drive_between(u0, u1, u2, 0.5 * (share + end)),
-            drive_between(u0, u1, u2, end), (end - share) * h, t + seconds(share * h, p), now, latched, limits, stage,
-            work, p,
-        )  # fmt: skip
+            y,
+            f,
+            drive_between(u0, u1, u2, share),
+            drive_between(u0, u1, u2, 0.5 * (share + end)),
+            drive_between(u0, u1, u2, end),
+            (end - share) * h,
+            t + seconds(share * h, p),
+            now,
+            latched,
+            limits,
+            stage,
+            work,
+            p,
+        )
         for i in range(memory_size()):
             now[i] = stage[i]
         share = end

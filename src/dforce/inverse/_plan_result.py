@@ -19,8 +19,15 @@ if TYPE_CHECKING:
     from dforce.inverse._states import Judged, Rest
     from dforce.kernel import Array
 
-LEFT_OUT = ("corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",
-            "multiplier_angle")  # fmt: skip
+LEFT_OUT = (
+    "corrections",
+    "settling_periods",
+    "drift",
+    "harmonic_amplitude",
+    "harmonic_phase",
+    "multiplier_modulus",
+    "multiplier_angle",
+)
 SAME = 1e-3  # relative difference of amplitudes of one motion
 LEAST_ROOM = 1e-6  # margins; a point with less lies on a boundary and is not recommended
 TRACES = ("deflection", "velocity", "distance", "force", "indentation")

@@ -23,7 +23,7 @@ DIGITS = 3
 
 def sentences(
     axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, chosen: Any, walked: bool
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Return the sentences of a plan; `chosen` says which point is recommended."""
     allowed = judged.hit == ""
     said = [f"The limits are held against {WALKED if walked else MET}."]
@@ -63,8 +63,9 @@ def _ends(values: Array, text: Any) -> str:
 def _binding(axes: Sequence[Axis], shares: Array, judged: Judged, allowed: Any) -> Iterator[str]:
     """Give the ranges at whose ends limits hold."""
     columns = [*judged.points.values[allowed].T, judged.points.set_points[allowed]]
-    for name, values, own in zip([*(axis.path for axis in axes), "set_points"], [*(axis.values for axis in axes), shares],
-                                 columns, strict=True):  # fmt: skip
+    for name, values, own in zip(
+        [*(axis.path for axis in axes), "set_points"], [*(axis.values for axis in axes), shares], columns, strict=True
+    ):
         if len(values) > 1 and bool(np.isin(own, (min(values), max(values))).any()):
             yield name
 

@@ -86,9 +86,11 @@ class Solver:
 
         problems = [self.problem(values, extra) for values in points.values]
         found = solve(
-            Wanted(problems, points.set_points, points.zc, self._states(problems, points.motions)), self.case.solver, 1,
+            Wanted(problems, points.set_points, points.zc, self._states(problems, points.motions)),
+            self.case.solver,
+            1,
             self.watch,
-        )  # fmt: skip
+        )
         points.zc = found.zc.copy()
         for i, problem in enumerate(problems):
             points.motions[i] = rows_of(found.states.take([i]), scales_of(problem), base_of(problem), problem)[0]

@@ -64,9 +64,12 @@ class Asked:
                 if not isinstance(value, str):
                     raise ParameterError(f"{name}: {key} = {shorten(value)} is not text")
         choices = {
-            "amplitude_is": ("peak", "rms"), "phase_convention": tuple(CONVENTIONS), "height": ("sensor", "piezo"),
-            "height_grows": ("away", "toward"), "direction": ("approach", "retract"),
-        }  # fmt: skip
+            "amplitude_is": ("peak", "rms"),
+            "phase_convention": tuple(CONVENTIONS),
+            "height": ("sensor", "piezo"),
+            "height_grows": ("away", "toward"),
+            "direction": ("approach", "retract"),
+        }
         for name, words in choices.items():
             given = getattr(asked, name)
             if given is not None and given not in words:

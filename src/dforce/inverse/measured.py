@@ -137,8 +137,15 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
         When the file itself cannot be read.
     """
     names = (
-        "columns", "units", "sensitivity", "amplitude_is", "phase_convention", "height", "height_grows", "direction",
-    )  # fmt: skip
+        "columns",
+        "units",
+        "sensitivity",
+        "amplitude_is",
+        "phase_convention",
+        "height",
+        "height_grows",
+        "direction",
+    )
     asked = Asked.of(*(how.get(name) for name in names))
     out: list[xr.Dataset | DForceError] = []
     for make in _each(path, asked, how.get("curve")):

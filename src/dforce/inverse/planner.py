@@ -128,7 +128,7 @@ class _Work:
 
     def __init__(
         self, case: Case, axes: list[Axis], shares: Array, wishes: Wishes, grid: Array, curves: Curves, tell: Progress
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
         self.grid, self.curves, self.tell, self.stage = grid, curves, tell, "branches"
         self.number = 1
@@ -183,9 +183,12 @@ class _Work:
             raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
         near = np.array([seed.case for seed in seeds])
         points = Points(
-            self.grid[near], self.shares[[seed.set_point for seed in seeds]], near, np.array([seed.zc for seed in seeds]),
+            self.grid[near],
+            self.shares[[seed.set_point for seed in seeds]],
+            near,
+            np.array([seed.zc for seed in seeds]),
             np.array([seed.motion for seed in seeds]),
-        )  # fmt: skip
+        )
         found = self.solver.solve(points)
         stable = found.columns["multiplier_modulus"][:, 0] < 1.0
         points = points.take(np.flatnonzero(found.found & stable))

@@ -23,8 +23,11 @@ if TYPE_CHECKING:
 
 UNITS = {"amplitude": "m", "phase": "deg", "amplitude_2": "m", "phase_2": "deg", "frequency_shift": "Hz"}
 TONES = (("amplitude", "phase", "", 0), ("amplitude_2", "phase_2", "_2", 1))
-RATIOS = ((math.sqrt(2.0), "rms where it should be zero to peak"), (0.5, "peak to peak where it should be zero to peak"),
-          (1.0 / math.sqrt(2.0), "zero to peak, and was multiplied as if it were rms"))  # fmt: skip
+RATIOS = (
+    (math.sqrt(2.0), "rms where it should be zero to peak"),
+    (0.5, "peak to peak where it should be zero to peak"),
+    (1.0 / math.sqrt(2.0), "zero to peak, and was multiplied as if it were rms"),
+)
 NEAR = 0.03  # of a ratio
 FAR_FORCES = "it cannot be told from forces that reach so far"  # a drift of a short free part
 DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: what changes by more along a stretch is no drift

@@ -159,9 +159,19 @@ def thermal_tune(
         f"{warm.value:.5g} K ({way})"
     )
     return ThermalTune(
-        tune.f0, tune.f0_error, k, k_error, tune.Q, tune.Q_error, k_static, tune.mean_square, tune.background,
-        tune.averages, tune.band, tuple(history),
-    )  # fmt: skip
+        tune.f0,
+        tune.f0_error,
+        k,
+        k_error,
+        tune.Q,
+        tune.Q_error,
+        k_static,
+        tune.mean_square,
+        tune.background,
+        tune.averages,
+        tune.band,
+        tuple(history),
+    )
 
 
 def _spectrum(
@@ -244,9 +254,19 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
         f"Q: {show(peak.Q, peak.Q * errors[1], '1')}",
     )
     return ThermalTune(
-        peak.f0, peak.f0 * errors[0], 1.0, errors[2], peak.Q, peak.Q * errors[1], 1.0, peak.mean_square,
-        peak.background, fit.averages, ends, history,
-    )  # fmt: skip
+        peak.f0,
+        peak.f0 * errors[0],
+        1.0,
+        errors[2],
+        peak.Q,
+        peak.Q * errors[1],
+        1.0,
+        peak.mean_square,
+        peak.background,
+        fit.averages,
+        ends,
+        history,
+    )
 
 
 def _most_likely(frequency: Floats, power: Floats, start: Resonance, name: str) -> FittedResonance:

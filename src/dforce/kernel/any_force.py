@@ -12,16 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dforce.forces import Force
-from dforce.kernel.codegen import (
-    HEADER,
-    OMEGA,
-    OTHERS,
-    forces_text,
-    parameter_count,
-    shared_text,
-    sizes_of,
-    tuple_of,
-)
+from dforce.kernel.codegen import HEADER, OMEGA, OTHERS, forces_text, parameter_count, shared_text, sizes_of, tuple_of
 from dforce.kernel.linker import Linker
 
 # the first parameters, which laws may ask for, the place of their own and the way to the next, and the addresses

@@ -70,10 +70,15 @@ def start(code: str, arguments: Sequence[str], folder: Path, priority: int = 0) 
     """
     environment = child.environment() | {"DFORCE_CACHE_DIR": str(cache.cache_folder().resolve())}
     process = subprocess.Popen(
-        child.command("-c", code, *arguments), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, cwd=folder, env=environment, start_new_session=True,
+        child.command("-c", code, *arguments),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        cwd=folder,
+        env=environment,
+        start_new_session=True,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0) | priority,
-    )  # fmt: skip
+    )
     atexit.register(_let_go_on, process)
     with contextlib.suppress(RuntimeError):  # no more threads
         # nobody else waits: one that ends leaves the system's list, and one that goes on is warned of by nobody

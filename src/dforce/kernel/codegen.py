@@ -94,9 +94,13 @@ def compose_solvers(
 
 
 def compose(
-    modes: int, tones: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]], lagging: bool = True,
+    modes: int,
+    tones: int,
+    forces: Sequence[Force],
+    entries: dict[str, Callable[..., Any]],
+    lagging: bool = True,
     late: int = 0,
-) -> str:  # fmt: skip
+) -> str:
     """Return the text of a module with the composed tip equation and the given entry functions.
 
     Parameters
@@ -142,9 +146,13 @@ def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
     latches = sum(force.switch is not None for force in forces)
     roots = sum(force.is_rooted for force in forces)
     return {
-        "mode_count": modes, "memory_size": memory, "latch_count": latches, "root_count": roots,
-        "fluid_size": late * modes, "motion_size": motion_size(modes, late),
-    }  # fmt: skip
+        "mode_count": modes,
+        "memory_size": memory,
+        "latch_count": latches,
+        "root_count": roots,
+        "fluid_size": late * modes,
+        "motion_size": motion_size(modes, late),
+    }
 
 
 def shared_text(sizes: dict[str, int], modes: int, late: int) -> list[str]:

@@ -26,9 +26,21 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # the composed module's own names
 RESERVED = {
-    "math", "np", "njit", "compiled", "apart", "inlined", "reordered", "uncounted", "entry", "unshared", "INNER", "OPTIONS",
-    "carray", "pointer",
-}  # fmt: skip
+    "math",
+    "np",
+    "njit",
+    "compiled",
+    "apart",
+    "inlined",
+    "reordered",
+    "uncounted",
+    "entry",
+    "unshared",
+    "INNER",
+    "OPTIONS",
+    "carray",
+    "pointer",
+}
 
 
 # of a function that returns no array, as annotations say it

@@ -19,9 +19,16 @@ from dforce.core.stopping import look
 
 # what is used of numba's class for a function's code; a numba that has it no more compiles in its own way
 USED = (
-    "_check_llvm_bugs", "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
-    "add_linking_library", "codegen", "finalize", "get_pointer_to_function",
-)  # fmt: skip
+    "_check_llvm_bugs",
+    "_ensure_finalized",
+    "_finalize_final_module",
+    "_get_module_for_linking",
+    "_optimize_final_module",
+    "add_linking_library",
+    "codegen",
+    "finalize",
+    "get_pointer_to_function",
+)
 _COUNTING = threading.Lock()
 _INSIDE: list[Any] = []  # the class that each who compiles has found
 

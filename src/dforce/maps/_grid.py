@@ -71,14 +71,7 @@ class Grid:
             case = with_number(case, axis.path, value)
         try:
             return Problem.build(
-                case.cantilever,
-                case.drive,
-                case.tip,
-                case.sample,
-                case.contact,
-                case.medium,
-                case.forces,
-                case.readout,
+                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
             )
         except DForceError as error:
             where = ", ".join(f"{axis.path} = {value:g}" for axis, value in self._values(place))
@@ -167,9 +160,12 @@ class Grid:
         table[:, :, FIRST_DRIVE:-3] = np.moveaxis(scaled, 3, 2).reshape(len(numbers), -1, 2 * count)
         table[:, :, -3:-1], table[:, :, -1] = tones[:, :, 3:5] / length[:, None, None], tones[:, :, 5]
         return Lot(
-            example, np.concatenate([first, per_mode.reshape(len(numbers), -1), fluid, *laws], axis=1), table,
-            _distinct(_joined(kinks, len(numbers))), _joined(jumps, len(numbers)),
-        )  # fmt: skip
+            example,
+            np.concatenate([first, per_mode.reshape(len(numbers), -1), fluid, *laws], axis=1),
+            table,
+            _distinct(_joined(kinks, len(numbers))),
+            _joined(jumps, len(numbers)),
+        )
 
 
 def _laws(problem: Problem) -> list[Any]:

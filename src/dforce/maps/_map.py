@@ -69,8 +69,13 @@ class Map:
     """
 
     def __init__(
-        self, asked: Case, layout: Layout, names: list[str] | None, set_point: float | None, store: str | os.PathLike[str]
-    ) -> None:  # fmt: skip
+        self,
+        asked: Case,
+        layout: Layout,
+        names: list[str] | None,
+        set_point: float | None,
+        store: str | os.PathLike[str],
+    ) -> None:
         self.asked, self.layout, self.names, self.set_point, self.store = asked, layout, names, set_point, store
         self.case = asked.model_copy(update={"sweep": None})
 

@@ -57,7 +57,7 @@ class Part:
 
     def __init__(
         self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found, checks: bool = True
-    ) -> None:  # fmt: skip
+    ) -> None:
         from dforce.maps._grid import Grid
 
         self.case, self.crew, self.kept = case, crew, kept

@@ -220,8 +220,9 @@ def _tables(found: list[list[list[Jump]]]) -> dict[str, Any]:
     for name in JUMPS if most else ():
         rows = [
             [getattr(jump, name.removeprefix("jump_")) for jump in jumps] + [_empty(name)] * (most - len(jumps))
-            for cases in found for jumps in cases
-        ]  # fmt: skip
+            for cases in found
+            for jumps in cases
+        ]
         tables[name] = np.array(rows).reshape(len(found), -1, most)
     return tables
 

@@ -132,7 +132,7 @@ class Lines:
 
     def __init__(
         self, case: Case, knobs: Sequence[Knob], conditions: Sequence[Condition], length: float, watch: Watch
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.case, self.knobs, self.conditions = case, list(knobs), list(conditions)
         self.length, self.watch = length, watch
         from dforce.kernel import size_of

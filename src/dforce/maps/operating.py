@@ -92,9 +92,12 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, watch: Watch
 
     count = len(wanted.problems)
     out = OperatingPoints(
-        np.zeros(count, dtype=bool), wanted.zc.copy(), wanted.states.copy(), {},
+        np.zeros(count, dtype=bool),
+        wanted.zc.copy(),
+        wanted.states.copy(),
+        {},
         np.full(count, Status.FAILED, dtype=np.int8),
-    )  # fmt: skip
+    )
     for which, samples in _alike(wanted.problems, settings):
         some = wanted.take(which)
         lot = Lot.of(some.problems)

@@ -31,9 +31,16 @@ if TYPE_CHECKING:
     from dforce.kernel import Array
 
 SCALARS = (
-    "amplitude", "phase", "peak_force", "min_force", "mean_force", "min_distance", "max_indentation", "contact_time",
+    "amplitude",
+    "phase",
+    "peak_force",
+    "min_force",
+    "mean_force",
+    "min_distance",
+    "max_indentation",
+    "contact_time",
     "total_dissipated_energy",
-)  # fmt: skip
+)
 MOST_SET_POINTS = 200
 MOST_VALUES = 2000  # of a parameter
 RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a logarithmic scale
@@ -41,10 +48,7 @@ RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a log
 
 @checked
 def regimes(
-    case: Case,
-    over: Mapping[str, Any],
-    set_points: Any = None,
-    progress: Progress | bool | None = None,
+    case: Case, over: Mapping[str, Any], set_points: Any = None, progress: Progress | bool | None = None
 ) -> xr.Dataset:
     r"""Return the regime map: which states there are at set points, over a parameter, with boundaries solved by continuation.
 
@@ -191,8 +195,10 @@ def refuse_others(case: Case) -> None:
                 f"{force.name} remembers earlier motion, and operating points are solved for forces that do not"
             )
     if common_period([tone.frequency for tone in case.problem.tones]) is None:
-        raise ParameterError("the tones have no common period, so there are no periodic orbits at a set point; "
-                             "choose a simple ratio of their frequencies, such as 6.2")  # fmt: skip
+        raise ParameterError(
+            "the tones have no common period, so there are no periodic orbits at a set point; "
+            "choose a simple ratio of their frequencies, such as 6.2"
+        )
     if case.solver.method != "periodic":
         raise ParameterError(
             'operating points are periodic orbits; leave out solver.method, or write method = "periodic"'

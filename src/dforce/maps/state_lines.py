@@ -88,7 +88,7 @@ def scaled_motion(problem: Any, motion: Array) -> Array:
 
 def _lies_on(
     places: list[Place], lines: Lines, scaled: float, seed: Seed, value: float, case: Case, axis: Axis
-) -> bool:  # fmt: skip
+) -> bool:
     """Say whether a seed lies on a line, where that passes its value of the parameter."""
     x = scaled_motion(problem_at(case, [axis], (value,)), seed.motion)
     for u in _crossings(places, scaled, lines.size + 1):

@@ -38,15 +38,31 @@ from dforce.observables.lockin import TAU, add_lock_in, turned
 # end at a kink
 PLAIN, TURNED, CUT = 3, 5, 11
 NODES = (
-    0.1127016653792583, 0.5, 0.8872983346207417,
-    1e-9, 0.999999999,
-    0.003343283942477668, 0.0763627911457814, 0.3244323018146883, 0.6755676981853117, 0.9236372088542186, 0.9966567160575223,
-)  # fmt: skip
+    0.1127016653792583,
+    0.5,
+    0.8872983346207417,
+    1e-9,
+    0.999999999,
+    0.003343283942477668,
+    0.0763627911457814,
+    0.3244323018146883,
+    0.6755676981853117,
+    0.9236372088542186,
+    0.9966567160575223,
+)
 WEIGHTS = (
-    0.2777777777777778, 0.4444444444444444, 0.2777777777777778,
-    0.0, 0.0,
-    0.01676846244060248, 0.1522780409672892, 0.3309534965921084, 0.3309534965921084, 0.1522780409672892, 0.01676846244060248,
-)  # fmt: skip
+    0.2777777777777778,
+    0.4444444444444444,
+    0.2777777777777778,
+    0.0,
+    0.0,
+    0.01676846244060248,
+    0.1522780409672892,
+    0.3309534965921084,
+    0.3309534965921084,
+    0.1522780409672892,
+    0.01676846244060248,
+)
 TURN, SWITCH = -1.0, -2.0  # events other than levels of the distance, which are counted from 0; latch k is SWITCH - k
 TRIES, NEAR = 3, 1e-3  # Runge–Kutta steps to an event; share of a step that a Taylor step leads over at most
 SECTIONS = 6  # of the golden section: to a tenth of the piece, where a parabola through three places gives the extreme
@@ -63,8 +79,18 @@ FROM, TO, D0, V0, A0, D1, V1, A1, BEGIN, END, LATE, STEP, PIECE = range(13)
 
 @inlined
 def force_at(
-    d: float, rate: float, share: float, block: Any, i: int, t: float, h: float, rates: Any, stage: Any, late: bool, p: Any
-) -> float:  # fmt: skip
+    d: float,
+    rate: float,
+    share: float,
+    block: Any,
+    i: int,
+    t: float,
+    h: float,
+    rates: Any,
+    stage: Any,
+    late: bool,
+    p: Any,
+) -> float:
     """Return the force in step i, which starts at t and lasts h seconds; `late` takes the branches from its end.
 
     `rates` holds the rates of change of the memory at all samples, `stage` has room for the memory.
@@ -82,10 +108,28 @@ def force_at(
 
 
 def add_pieces(
-    block: Any, i: int, h: float, t: float, points: int, tones: Any, bases: Any, phasor: Any, p: Any, kinks: Any,
-    rates: Any, stage: Any, a0: float, a1: float, rooted: bool, cuts: Any, piece: Any, tops: Any, sums: Any, forces: int,
+    block: Any,
+    i: int,
+    h: float,
+    t: float,
+    points: int,
+    tones: Any,
+    bases: Any,
+    phasor: Any,
+    p: Any,
+    kinks: Any,
+    rates: Any,
+    stage: Any,
+    a0: float,
+    a1: float,
+    rooted: bool,
+    cuts: Any,
+    piece: Any,
+    tops: Any,
+    sums: Any,
+    forces: int,
     out: Any,
-) -> int:  # fmt: skip
+) -> int:
     """Add a step piece by piece; return how many events it holds besides a turn.
 
     `phasor` holds the tones' cosine and sine at its start, `a0` and `a1` are the tip's accelerations at its ends. Where it
@@ -143,9 +187,25 @@ def add_pieces(
             if 0.0 <= event < kinks.shape[0]:
                 level = kinks[int(event)]
             y, share = landed(
-                y, share, max(guess, share), event, level, low, high, block, i, h, t, tau, tones, bases, rates, stage,
-                late, p,
-            )  # fmt: skip
+                y,
+                share,
+                max(guess, share),
+                event,
+                level,
+                low,
+                high,
+                block,
+                i,
+                h,
+                t,
+                tau,
+                tones,
+                bases,
+                rates,
+                stage,
+                late,
+                p,
+            )
             piece[TO], piece[D1], piece[V1] = share, distance(y, p), rate_of(y, p)
             f = force_at(min(max(piece[D1], low), high), piece[V1], share, block, i, t, h, rates, stage, late, p)
             piece[A1] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
@@ -194,9 +254,25 @@ def turned_at(guess: float, h: float, piece: Any) -> float:
 
 @inlined
 def landed(
-    y: Any, share: float, guess: float, event: float, level: float, low: float, high: float, block: Any, i: int, h: float,
-    t: float, tau: float, tones: Any, bases: Any, rates: Any, stage: Any, late: bool, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    share: float,
+    guess: float,
+    event: float,
+    level: float,
+    low: float,
+    high: float,
+    block: Any,
+    i: int,
+    h: float,
+    t: float,
+    tau: float,
+    tones: Any,
+    bases: Any,
+    rates: Any,
+    stage: Any,
+    late: bool,
+    p: Any,
+) -> Any:
     """Return the motion at an event near a guess, and the share of the step at which it is; forces stay within limits."""
     step, end, there = h * p[3], y, share
     for _ in range(TRIES):
@@ -240,9 +316,23 @@ def time_to(event: float, level: float, d: float, rate: float, a: float, block: 
 
 @inlined
 def carried(
-    y: Any, share: float, there: float, low: float, high: float, block: Any, i: int, h: float, t: float, tau: float,
-    tones: Any, bases: Any, rates: Any, stage: Any, late: bool, p: Any,
-) -> Any:  # fmt: skip
+    y: Any,
+    share: float,
+    there: float,
+    low: float,
+    high: float,
+    block: Any,
+    i: int,
+    h: float,
+    t: float,
+    tau: float,
+    tones: Any,
+    bases: Any,
+    rates: Any,
+    stage: Any,
+    late: bool,
+    p: Any,
+) -> Any:
     """Return the motion at another share of a step, by one step of the classical Runge–Kutta method within limits."""
     step, middle_share = (there - share) * h * p[3], 0.5 * (share + there)
     start = tau + share * h * p[3]
@@ -267,9 +357,23 @@ def carried(
 
 
 def add_piece(
-    block: Any, h: float, t: float, points: int, tones: Any, phasor: Any, p: Any, rates: Any, stage: Any, first: int,
-    after: int, piece: Any, tops: Any, sums: Any, forces: int, out: Any,
-) -> None:  # fmt: skip
+    block: Any,
+    h: float,
+    t: float,
+    points: int,
+    tones: Any,
+    phasor: Any,
+    p: Any,
+    rates: Any,
+    stage: Any,
+    first: int,
+    after: int,
+    piece: Any,
+    tops: Any,
+    sums: Any,
+    forces: int,
+    out: Any,
+) -> None:
     """Add the nodes from `first` to `after` of a piece."""
     i, late = int(piece[STEP]), piece[LATE] == 1.0
     share, width = piece[FROM], piece[TO] - piece[FROM]

@@ -46,9 +46,12 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     lengths = {"tone": free, "mode": of_modes}
     energies = {"tone": energy[:, example.own_modes], "mode": energy}
     plain = {
-        Scale.SPEED: omega * length, Scale.PERIOD: 2.0 * np.pi / omega, Scale.ONE: 1.0, Scale.FORCE: largest,
+        Scale.SPEED: omega * length,
+        Scale.PERIOD: 2.0 * np.pi / omega,
+        Scale.ONE: 1.0,
+        Scale.FORCE: largest,
         Scale.POWER: energy[:, 0] * omega / (2.0 * np.pi),
-    }  # fmt: skip
+    }
     out = np.zeros((count, len(DEVIATIONS)))
     for i, name in enumerate(DEVIATIONS):
         if name not in a:

@@ -51,9 +51,14 @@ def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, we
 
 
 def finish_each(
-    problem: Problem, harmonics: int, rows: Array, weights: Array, numbers: Array, tables: Array,
+    problem: Problem,
+    harmonics: int,
+    rows: Array,
+    weights: Array,
+    numbers: Array,
+    tables: Array,
     added: Complex | None = None,
-) -> dict[str, Array]:  # fmt: skip
+) -> dict[str, Array]:
     """Return the same for motions of different problems with as many modes and tones as `problem`.
 
     `numbers` are the kernel's parameters (motions, parameters), `tables` its tone tables (motions, tones, columns), `added` is
@@ -90,10 +95,7 @@ def finish_each(
         "mode_phase": phase_lag(of_modes),
     }
     if tones == 1:
-        values |= {
-            "harmonic_amplitude": modulus(of_harmonics) * lengths,
-            "harmonic_phase": phase_lag(of_harmonics),
-        }
+        values |= {"harmonic_amplitude": modulus(of_harmonics) * lengths, "harmonic_phase": phase_lag(of_harmonics)}
     with_base = product(of_force, base.conj()) * lengths
     if problem.tip_differs:
         values |= {"tip_amplitude": modulus(tip) * lengths, "tip_phase": phase_lag(tip)}

@@ -154,9 +154,19 @@ def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: An
 
 @by_address("void(f8[:,::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[:,::1],{p},f8[::1],f8[:,::1],i8,f8[::1])")
 def measure_force(
-    block: Any, period: int, points: int, tones: Any, bases: Any, cosine: Any, sine: Any, p: Any, kinks: Any, room: Any,
-    forces: int, out: Any,
-) -> None:  # fmt: skip
+    block: Any,
+    period: int,
+    points: int,
+    tones: Any,
+    bases: Any,
+    cosine: Any,
+    sine: Any,
+    p: Any,
+    kinks: Any,
+    room: Any,
+    forces: int,
+    out: Any,
+) -> None:
     """Measure the force and the extremes of the motion, step by step between the samples."""
     h, start = TAU / points / p[3], period * TAU / p[3]
     d, v, f = room[0], room[1], room[2]
@@ -219,9 +229,22 @@ def measure_force(
 
 
 def highest(
-    block: Any, h: float, start: float, d: Any, v: Any, a: Any, kind: Any, rates: Any, stage: Any, sign: float, best: float,
-    at: int, top: Any, piece: Any, p: Any,
-) -> float:  # fmt: skip
+    block: Any,
+    h: float,
+    start: float,
+    d: Any,
+    v: Any,
+    a: Any,
+    kind: Any,
+    rates: Any,
+    stage: Any,
+    sign: float,
+    best: float,
+    at: int,
+    top: Any,
+    piece: Any,
+    p: Any,
+) -> float:
     """Return the largest of sign times the force between samples: in the piece `top`, or in the steps beside a sample."""
     if top[STEP] == at:
         return refine(block, h, start + at * h, rates, stage, sign, best, top, p)
@@ -241,9 +264,20 @@ def highest(
 
 
 def accelerations(
-    block: Any, h: float, d: Any, v: Any, f: Any, tones: Any, bases: Any, cosine: Any, sine: Any, p: Any, a: Any, b0: Any,
+    block: Any,
+    h: float,
+    d: Any,
+    v: Any,
+    f: Any,
+    tones: Any,
+    bases: Any,
+    cosine: Any,
+    sine: Any,
+    p: Any,
+    a: Any,
+    b0: Any,
     b1: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Write the tip's acceleration (m/s^2) at all samples, and what it adds to the cubics of the steps."""
     nothing = row(np.zeros((1, mode_count())), 0)
     for i in range(d.shape[0]):
@@ -281,9 +315,21 @@ def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> None:
 
 
 def sort_steps(
-    block: Any, h: float, start: float, d: Any, v: Any, f: Any, kinks: Any, rates: Any, stage: Any, p: Any,
-    d_middle: Any, v_middle: Any, middle: Any, kind: Any,
-) -> None:  # fmt: skip
+    block: Any,
+    h: float,
+    start: float,
+    d: Any,
+    v: Any,
+    f: Any,
+    kinks: Any,
+    rates: Any,
+    stage: Any,
+    p: Any,
+    d_middle: Any,
+    v_middle: Any,
+    middle: Any,
+    kind: Any,
+) -> None:
     """Write distance, velocity and force in the middle of each step, and how the force is to be averaged over it."""
     points = d.shape[0] - 1
     if latch_count():  # any step may hold a switch
@@ -345,9 +391,27 @@ def flat_lock_in(f: Any, middle: Any, kind: Any, cosine: Any, sine: Any, c: floa
 
 
 def add_steep(
-    block: Any, h: float, start: float, d: Any, v: Any, b0: Any, b1: Any, kind: Any, points: int, tones: Any, bases: Any,
-    cosine: Any, sine: Any, p: Any, rates: Any, stage: Any, scratch: Any, sums: Any, forces: int, out: Any,
-) -> None:  # fmt: skip
+    block: Any,
+    h: float,
+    start: float,
+    d: Any,
+    v: Any,
+    b0: Any,
+    b1: Any,
+    kind: Any,
+    points: int,
+    tones: Any,
+    bases: Any,
+    cosine: Any,
+    sine: Any,
+    p: Any,
+    rates: Any,
+    stage: Any,
+    scratch: Any,
+    sums: Any,
+    forces: int,
+    out: Any,
+) -> None:
     """Add the steep steps by Gauss–Legendre quadrature, each node in all steps at once."""
     first, after, inside = points, 0, 0
     for i in range(points):
@@ -372,9 +436,23 @@ def add_steep(
 
 @reordered
 def steep_sums(
-    s: float, weight: float, block: Any, h: float, start: float, d: Any, v: Any, b0: Any, b1: Any, kind: Any, first: int,
-    after: int, p: Any, rates: Any, stage: Any, scratch: Any,
-) -> Any:  # fmt: skip
+    s: float,
+    weight: float,
+    block: Any,
+    h: float,
+    start: float,
+    d: Any,
+    v: Any,
+    b0: Any,
+    b1: Any,
+    kind: Any,
+    first: int,
+    after: int,
+    p: Any,
+    rates: Any,
+    stage: Any,
+    scratch: Any,
+) -> Any:
     """Return sums like those of `flat_sums` over one node of the steep steps; `scratch` gets what each step adds."""
     force_sum, with_z, with_v = 0.0, 0.0, 0.0
     for i in range(first, after):

@@ -15,7 +15,7 @@ FILLED = {"approach": GRAY, "retract": "none"}
 
 def draw_points(
     axes: Axes, measured: xr.Dataset, across: tuple[str, float], up: tuple[str, float], tone: int = 0
-) -> list[Line2D]:  # fmt: skip
+) -> list[Line2D]:
     """Draw the measured points of one quantity against another, where both were measured, and return what was drawn.
 
     Parameters
@@ -38,7 +38,14 @@ def draw_points(
             rows = np.asarray(measured["direction"].values == word)
             if rows.any():
                 out += axes.plot(
-                    x[rows] / across[1], values[rows] / up[1], "o", markersize=2.5, markeredgewidth=0.6, color=GRAY,
-                    markerfacecolor=inside, zorder=1.5, label=f"measured, {word}",
-                )  # fmt: skip
+                    x[rows] / across[1],
+                    values[rows] / up[1],
+                    "o",
+                    markersize=2.5,
+                    markeredgewidth=0.6,
+                    color=GRAY,
+                    markerfacecolor=inside,
+                    zorder=1.5,
+                    label=f"measured, {word}",
+                )
     return out

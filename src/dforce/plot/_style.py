@@ -25,14 +25,7 @@ from dforce.results.status import check_computed
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 # Okabe and Ito, Color Universal Design (2008): told apart by the color-blind, and in print
-BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-)
+BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 COLORS = (BLUE, GREEN, VERMILLION, PURPLE, ORANGE, SKY)
 GRAY, LIGHT = "0.45", "0.88"
 DIRECTIONS: dict[str, dict[str, Any]] = {

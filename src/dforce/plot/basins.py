@@ -38,9 +38,15 @@ def basins(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None)
     count = dataset.sizes["state"]
     colors = color_cycle(count)
     axes.pcolormesh(
-        x, y, reached.values, cmap=ListedColormap([LIGHT, *colors]), vmin=-0.5, vmax=count + 0.5, shading="nearest",
+        x,
+        y,
+        reached.values,
+        cmap=ListedColormap([LIGHT, *colors]),
+        vmin=-0.5,
+        vmax=count + 0.5,
+        shading="nearest",
         rasterized=True,
-    )  # fmt: skip
+    )
     handles = [Patch(color=color, label=_words(dataset, i, tone)) for i, color in enumerate(colors)]
     if (reached.values == 0).any():
         handles.append(Patch(color=LIGHT, label=NO_STATE))

@@ -140,14 +140,17 @@ def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset, along: str) -> N
 
 def _legend(axes: Axes, dataset: xr.Dataset) -> None:
     stable = dataset["stable"].values
-    looks: list[tuple[Any, str, bool]] = [
-        ("-", "stable", bool(stable.any())), (UNSTABLE, "unstable", not stable.all()),
-    ]  # fmt: skip
+    looks: list[tuple[Any, str, bool]] = [("-", "stable", bool(stable.any())), (UNSTABLE, "unstable", not stable.all())]
     lines = [Line2D([], [], color=GRAY, linestyle=style, label=label) for style, label, there in looks if there]
     lines += [
         Line2D([], [], color=GRAY, linewidth=THIN, label=f"repeats after {periods} periods")
         for periods in np.unique(repeats(dataset))[1:]
     ]
     handles, labels = axes.get_legend_handles_labels()
-    axes.legend([*lines, *handles], [*(str(line.get_label()) for line in lines), *labels], framealpha=0.85,
-                fontsize="small", loc="best")  # fmt: skip
+    axes.legend(
+        [*lines, *handles],
+        [*(str(line.get_label()) for line in lines), *labels],
+        framealpha=0.85,
+        fontsize="small",
+        loc="best",
+    )

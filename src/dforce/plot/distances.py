@@ -41,9 +41,12 @@ FEW_POINTS = 40  # so few that each is worth a dot
 
 @checked
 def amplitude_phase(
-    dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None, states: xr.Dataset | None = None,
+    dataset: xr.Dataset,
+    tone: int = 1,
+    figure: FigureBase | None = None,
+    states: xr.Dataset | None = None,
     measured: xr.Dataset | None = None,
-) -> tuple[Axes, Axes]:  # fmt: skip
+) -> tuple[Axes, Axes]:
     """Draw amplitude and phase of a drive tone against the average distance, one above the other.
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
@@ -93,9 +96,16 @@ def phase_axis(axes: Axes) -> None:
     axes.axhline(90.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     for text, side, place in (("net attraction", 3.0, "bottom"), ("net repulsion", -3.0, "top")):
         axes.annotate(
-            text, (0.01, 90.0), (0.0, side), xycoords=axes.get_yaxis_transform(), textcoords="offset points",
-            va=place, ha="left", color=GRAY, fontsize="x-small",
-        )  # fmt: skip
+            text,
+            (0.01, 90.0),
+            (0.0, side),
+            xycoords=axes.get_yaxis_transform(),
+            textcoords="offset points",
+            va=place,
+            ha="left",
+            color=GRAY,
+            fontsize="x-small",
+        )
 
 
 @checked
@@ -217,12 +227,7 @@ def sweeps(variable: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _lines(
-    axes: Axes,
-    variable: xr.DataArray,
-    dataset: xr.Dataset,
-    *,
-    color: str | None = None,
-    scale: float | None = None,
+    axes: Axes, variable: xr.DataArray, dataset: xr.Dataset, *, color: str | None = None, scale: float | None = None
 ) -> None:
     """Draw a line for each direction, and mark the points that have no result or did not settle."""
     across, x_unit = reader_unit(dataset["zc"])
@@ -248,15 +253,27 @@ def _mark(axes: Axes, x: Floats, y: Floats, status: np.ndarray[Any, Any], color:
     restless = (status == Status.NOT_SETTLED) & np.isfinite(y)
     if restless.any():
         axes.plot(
-            x[restless], y[restless], "o", markersize=6.0, markerfacecolor="none", markeredgecolor=color,
+            x[restless],
+            y[restless],
+            "o",
+            markersize=6.0,
+            markerfacecolor="none",
+            markeredgecolor=color,
             label="did not settle",
-        )  # fmt: skip
+        )
     lost = np.isin(status, (Status.FAILED, Status.UNRESOLVED, Status.BROKEN))
     if lost.any():
         axes.plot(
-            x[lost], np.zeros(lost.sum()), "x", color=VERMILLION, markersize=6.0, clip_on=False, zorder=5,
-            transform=axes.get_xaxis_transform(), label="no result",
-        )  # fmt: skip
+            x[lost],
+            np.zeros(lost.sum()),
+            "x",
+            color=VERMILLION,
+            markersize=6.0,
+            clip_on=False,
+            zorder=5,
+            transform=axes.get_xaxis_transform(),
+            label="no result",
+        )
 
 
 def _legend(host: Axes, axes: Sequence[Axes] = (), named: Mapping[str, str] | None = None) -> None:

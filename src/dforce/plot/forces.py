@@ -49,9 +49,15 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
         axes.axvline(contact, color=GRAY, linewidth=0.8, linestyle=":")
         low_side = y.max() < -y.min()  # away from the line of no force
         axes.annotate(
-            "$a_0$", (contact, 0.02 if low_side else 0.98), (3, 0), xycoords=axes.get_xaxis_transform(),
-            textcoords="offset points", va="bottom" if low_side else "top", color=GRAY, fontsize="small",
-        )  # fmt: skip
+            "$a_0$",
+            (contact, 0.02 if low_side else 0.98),
+            (3, 0),
+            xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points",
+            va="bottom" if low_side else "top",
+            color=GRAY,
+            fontsize="small",
+        )
     _finish(axes, across, up)
     head(axes, dataset, at_distance(dataset))
     return axes

@@ -27,8 +27,13 @@ EVEN = 1e-6  # of a step: values of a range are as even as this
 
 @checked
 def map(
-    dataset: xr.Dataset, x: str, y: str, quantity: str, levels: Sequence[float] | None = None, figure: FigureBase | None = None
-) -> Axes:  # fmt: skip
+    dataset: xr.Dataset,
+    x: str,
+    y: str,
+    quantity: str,
+    levels: Sequence[float] | None = None,
+    figure: FigureBase | None = None,
+) -> Axes:
     """Draw a quantity over two parameters: colors, with lines of equal value on top.
 
     An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both signs
@@ -89,9 +94,7 @@ def regimes(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     return map(dataset, x, y, "regime", figure=figure)
 
 
-def _regimes(
-    dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None
-) -> Axes:  # fmt: skip
+def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None) -> Axes:
     """Draw the regimes of a map, and the boundaries that were solved."""
     if {x, y} != set(dataset["regime"].dims):
         raise ParameterError(

@@ -49,9 +49,18 @@ def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axe
             rows = dataset["direction"].values == word
             if rows.any():
                 axes.errorbar(
-                    height[rows], values[rows], yerr=error or None, fmt=MARKER[word], markersize=3.0, elinewidth=0.6,
-                    linewidth=0.6, linestyle="-", color=look["color"], markerfacecolor="white", label=look["label"],
-                )  # fmt: skip
+                    height[rows],
+                    values[rows],
+                    yerr=error or None,
+                    fmt=MARKER[word],
+                    markersize=3.0,
+                    elinewidth=0.6,
+                    linewidth=0.6,
+                    linestyle="-",
+                    color=look["color"],
+                    markerfacecolor="white",
+                    label=look["label"],
+                )
         if "free" in dataset:
             free = np.asarray(dataset["free"].values, dtype=bool)
             axes.plot(height[free], values[free], ".", color=GRAY, markersize=4.0, zorder=5, label="free part")

@@ -170,9 +170,15 @@ def spectrum(
         axes.plot(multiple * first / scale, height, "o", color=VERMILLION, markersize=3.5)
         if multiple <= MOST_LABELS or multiple % 10 == 0:
             axes.annotate(
-                f"{multiple}", (multiple * first / scale, height), (0, 4), textcoords="offset points",
-                ha="center", va="bottom", color=GRAY, fontsize="x-small",
-            )  # fmt: skip
+                f"{multiple}",
+                (multiple * first / scale, height),
+                (0, 4),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                color=GRAY,
+                fontsize="x-small",
+            )
     lowest = min(height for _, height in [*marked, (0, -80.0 if decibel else 1e-4 * float(y.max()))])
     if decibel:
         axes.set_ylim(max(lowest - 25.0, float(y.min())), 12.0)

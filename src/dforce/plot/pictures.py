@@ -23,9 +23,11 @@ from dforce.results.curves import Picture, drawable, goes_along, pictures_of
 
 @checked
 def draw(
-    results: xr.Dataset | Mapping[str, xr.Dataset], picture: Picture | None = None, figure: FigureBase | None = None,
+    results: xr.Dataset | Mapping[str, xr.Dataset],
+    picture: Picture | None = None,
+    figure: FigureBase | None = None,
     measured: xr.Dataset | None = None,
-) -> list[Axes]:  # fmt: skip
+) -> list[Axes]:
     """Draw quantities against another one, and return all axes.
 
     Parameters
@@ -64,7 +66,7 @@ def draw(
 
 def _own(
     result: xr.Dataset, picture: Picture, measured: xr.Dataset | None
-) -> Callable[[FigureBase | None], Any] | None:  # fmt: skip
+) -> Callable[[FigureBase | None], Any] | None:
     """Return the function that draws this very picture, with what a reader of it looks for; None where there is none."""
     if picture not in pictures_of(result):
         return None

@@ -27,8 +27,12 @@ from dforce.results.dataset import reader_unit
 
 BAND = 2.0  # errors
 SHOWN = 0.02  # of the range of the force: further out there is nothing to see
-LOOKS = {"sader_jarvis": (GREEN, "Sader and Jarvis"), "holscher": (ORANGE, "Hölscher"), "payam": (PURPLE, "Payam"),
-         "sinusoid": (SKY, "sinusoid for a path")}  # fmt: skip
+LOOKS = {
+    "sader_jarvis": (GREEN, "Sader and Jarvis"),
+    "holscher": (ORANGE, "Hölscher"),
+    "payam": (PURPLE, "Payam"),
+    "sinusoid": (SKY, "sinusoid for a path"),
+}
 
 
 @checked

@@ -18,10 +18,13 @@ from dforce.results.dataset import reader_unit
 COLORS = ("#ffffff", "#fbe3d4", "#f0a582", "#d9cfe3", "#84b8d9")
 # boundaries that are drawn alike: what they are called, and their line
 EDGES = {
-    "fold": ("a state ends", "solid"), "end": ("a state ends", "solid"), "instability": ("a state ends", "solid"),
-    "lost": ("a line was lost", "dashdot"), "net force": ("net force is zero", "dashed"),
+    "fold": ("a state ends", "solid"),
+    "end": ("a state ends", "solid"),
+    "instability": ("a state ends", "solid"),
+    "lost": ("a line was lost", "dashdot"),
+    "net force": ("net force is zero", "dashed"),
     "contact": ("the tip just touches", "dotted"),
-}  # fmt: skip
+}
 LINES: dict[str, Any] = {name: name for name in ("solid", "dashed", "dotted", "dashdot")}
 FARTHEST = 0.3  # of the picture's width: boundary points of neighboring rows farther apart are not joined
 

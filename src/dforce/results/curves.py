@@ -222,8 +222,15 @@ def _values(variable: xr.Variable, row: str, chosen: Mapping[str, int], picked: 
 
 
 def _parts(
-    dataset: xr.Dataset, row: str, x: Floats, y: Floats, name: str, direction: str, column: int, chosen: Mapping[str, int]
-) -> Iterator[Line]:  # fmt: skip
+    dataset: xr.Dataset,
+    row: str,
+    x: Floats,
+    y: Floats,
+    name: str,
+    direction: str,
+    column: int,
+    chosen: Mapping[str, int],
+) -> Iterator[Line]:
     """Give a line as it is, or its stable and unstable parts with gaps between its pieces."""
     places = np.arange(len(x))
     if row != "point" or "stable" not in dataset:
@@ -241,8 +248,18 @@ def _parts(
         xs, ys = (np.insert(np.where(kept, values, np.nan), breaks, np.nan) for values in (x, y))
         at = np.insert(np.where(kept, places, -1), breaks, -1)
         marks = {i: special[p] for i, p in enumerate(at) if p >= 0 and wanted[p] and special[p] in MARKED}
-        yield Line(xs, ys, ", ".join([*([name] if name else []), word]), direction, column, word == "stable", row, at,
-                   chosen, marks)  # fmt: skip
+        yield Line(
+            xs,
+            ys,
+            ", ".join([*([name] if name else []), word]),
+            direction,
+            column,
+            word == "stable",
+            row,
+            at,
+            chosen,
+            marks,
+        )
 
 
 def start_across(lines: Iterable[Line]) -> float:

@@ -30,9 +30,14 @@ def look(content: bytes, what: Literal["result", "curves"], name: str = "this fi
         raise ResultError(unseen)
     try:
         done = subprocess.run(
-            child.command(hdf5_child.__file__, what), input=content, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            timeout=SECONDS, check=True, env=child.environment(),
-        )  # fmt: skip
+            child.command(hdf5_child.__file__, what),
+            input=content,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=SECONDS,
+            check=True,
+            env=child.environment(),
+        )
         wrong, curves = pickle.loads(done.stdout)  # written by our own process
     except subprocess.TimeoutExpired:
         raise ResultError(f"{name} takes too long to read, so it is not opened") from None

@@ -36,9 +36,12 @@ def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     of_modes = np.array([_energy(problem, n) for n in range(len(problem.modes))])
     of_tones = np.array([of_modes[tone.mode] for tone in problem.tones])
     scales = {
-        "length": first.A0, "energy": of_modes[0], "power": of_modes[0] * first.frequency, "period": 1.0 / first.frequency,
+        "length": first.A0,
+        "energy": of_modes[0],
+        "power": of_modes[0] * first.frequency,
+        "period": 1.0 / first.frequency,
         "share": 1.0,
-    }  # fmt: skip
+    }
     of_each = {"mode": of_modes, "tone": of_tones}  # energies
     for name, amount in AMOUNTS.items():
         if name in dataset.variables and amount.scale not in ("force", "work"):

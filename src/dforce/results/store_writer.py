@@ -17,16 +17,7 @@ import numpy as np
 
 from dforce.core.errors import ResultError, shorten
 from dforce.core.files import TEMPORARY, reason
-from dforce.results.seal import (
-    ABSENT,
-    COPY,
-    ROOT,
-    Seal,
-    checksum,
-    record_key,
-    sealed,
-    unsealed,
-)
+from dforce.results.seal import ABSENT, COPY, ROOT, Seal, checksum, record_key, sealed, unsealed
 from dforce.results.store import UNFINISHED, read_root, whole_files, zarr_package
 from dforce.results.store_files import Files, said
 from dforce.results.store_plan import Blocks, Plan, encoded, plain

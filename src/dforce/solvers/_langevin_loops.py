@@ -25,10 +25,27 @@ from dforce.solvers.philox import normals
 
 
 def march(
-    ys: Any, memories: Any, branches: Any, keys: Any, first: int, periods: int, tones: Any, free: Any, carry: Any,
-    spread: Any, gains: Any, p: Any, kinks: Any, block: Any, turns: Any, weights: Any, decay: float, lock_ins: Any, out: Any,
+    ys: Any,
+    memories: Any,
+    branches: Any,
+    keys: Any,
+    first: int,
+    periods: int,
+    tones: Any,
+    free: Any,
+    carry: Any,
+    spread: Any,
+    gains: Any,
+    p: Any,
+    kinks: Any,
+    block: Any,
+    turns: Any,
+    weights: Any,
+    decay: float,
+    lock_ins: Any,
+    out: Any,
     lowest: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
 
     Parameters
@@ -61,9 +78,21 @@ def march(
             tabulate_free(tones, bases, free, steady)
         for j in range(ys.shape[0]):
             least = advance(
-                ys[j], memories[j], branches[j], keys[j, 0], keys[j, 1], first + i, steady, carry, spread, gains, p,
-                kinks, change, block,
-            )  # fmt: skip
+                ys[j],
+                memories[j],
+                branches[j],
+                keys[j, 0],
+                keys[j, 1],
+                first + i,
+                steady,
+                carry,
+                spread,
+                gains,
+                p,
+                kinks,
+                change,
+                block,
+            )
             lowest[j] = min(lowest[j], least)
             if lock_ins.shape[2] == 0:
                 lock_in_turned(block, turns, bases, z, out[j, i])
@@ -113,9 +142,21 @@ def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
 
 
 def advance(
-    y: Any, memory: Any, branch: Any, k0: int, k1: int, period: int, steady: Any, carry: Any, spread: Any, gains: Any,
-    p: Any, kinks: Any, change: Any, block: Any,
-) -> float:  # fmt: skip
+    y: Any,
+    memory: Any,
+    branch: Any,
+    k0: int,
+    k1: int,
+    period: int,
+    steady: Any,
+    carry: Any,
+    spread: Any,
+    gains: Any,
+    p: Any,
+    kinks: Any,
+    change: Any,
+    block: Any,
+) -> float:
     """Advance one lane by a period; return its least distance (m). block[i] holds sample i, both ends included."""
     points = steady.shape[0] - 1
     h = TAU / points

@@ -61,10 +61,17 @@ class Block:
     predicted, wanted = PREDICTED, ALL
 
     def __init__(
-        self, lot: Lot, problem: Callable[[int, float], tuple[Problem, float]], settings: SolverSettings,
-        harmonics: int, points: int, watch: Watch, parameter: int = DISTANCE, zc: Array | None = None,
+        self,
+        lot: Lot,
+        problem: Callable[[int, float], tuple[Problem, float]],
+        settings: SolverSettings,
+        harmonics: int,
+        points: int,
+        watch: Watch,
+        parameter: int = DISTANCE,
+        zc: Array | None = None,
         whole: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         example = lot.example
         self.lot, self.problem, self.settings, self.harmonics = lot, problem, settings, harmonics
         self.points, self.watch, self.parameter = points, watch, parameter
@@ -92,22 +99,38 @@ class Block:
 
     @classmethod
     def of_one(
-        cls, problem: Problem, settings: SolverSettings, harmonics: int, watch: Watch = unwatched,
-        points: int | None = None, unit: float | None = None,
-    ) -> Block:  # fmt: skip
+        cls,
+        problem: Problem,
+        settings: SolverSettings,
+        harmonics: int,
+        watch: Watch = unwatched,
+        points: int | None = None,
+        unit: float | None = None,
+    ) -> Block:
         """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
         samples = points or sample_count(problem, settings)
         block = cls(
-            Lot.of([problem]), lambda _, zc: (problem.at_height(zc), zc), settings, harmonics, samples, watch, whole=True
-        )  # fmt: skip
+            Lot.of([problem]),
+            lambda _, zc: (problem.at_height(zc), zc),
+            settings,
+            harmonics,
+            samples,
+            watch,
+            whole=True,
+        )
         block.unit = block.unit if unit is None else np.array([unit])
         return block
 
     @classmethod
     def along_frequency(
-        cls, problem: Problem, zc: float, lowest: float, settings: SolverSettings, harmonics: int,
+        cls,
+        problem: Problem,
+        zc: float,
+        lowest: float,
+        settings: SolverSettings,
+        harmonics: int,
         points: int | None = None,
-    ) -> Block:  # fmt: skip
+    ) -> Block:
         """Return the block of one problem at a distance (m), along the first tone's frequency from the lowest one (Hz) on."""
 
         def at(_: int, frequency: float) -> tuple[Problem, float]:
@@ -125,9 +148,15 @@ class Block:
             return self
         zc = self.numbers[case : case + 1, 0] if self.parameter == FREQUENCY else None
         return Block(
-            self.lot.take([case]), lambda _, value: self.problem(case, value), self.settings, self.harmonics, self.points,
-            self.watch, self.parameter, zc,
-        )  # fmt: skip
+            self.lot.take([case]),
+            lambda _, value: self.problem(case, value),
+            self.settings,
+            self.harmonics,
+            self.points,
+            self.watch,
+            self.parameter,
+            zc,
+        )
 
     def finer(self, points: int) -> Block:
         """Return the block of the same problems with other samples per period."""
@@ -234,11 +263,21 @@ class Block:
         names = ["advance_lanes" if self.is_smooth else "advance", "measure_force"]
         tip, levers = self._tip.at(self._parameters, names), self._levers
         return Model(
-            self._tip.numbers(self.numbers[which]), np.ascontiguousarray(self.lot.kinks[which].T),
-            np.ascontiguousarray(self.lot.tones[which]), np.ascontiguousarray(self.responses[which]), self.parameter,
-            np.ascontiguousarray(self.unit[which]), np.ascontiguousarray(self.reference[which]), levers.which[which],
-            levers.zc, levers.modes, levers.tones, self.memory_scale, self.hysteresis, tip,
-        )  # fmt: skip
+            self._tip.numbers(self.numbers[which]),
+            np.ascontiguousarray(self.lot.kinks[which].T),
+            np.ascontiguousarray(self.lot.tones[which]),
+            np.ascontiguousarray(self.responses[which]),
+            self.parameter,
+            np.ascontiguousarray(self.unit[which]),
+            np.ascontiguousarray(self.reference[which]),
+            levers.which[which],
+            levers.zc,
+            levers.modes,
+            levers.tones,
+            self.memory_scale,
+            self.hysteresis,
+            tip,
+        )
 
     def _solver(self, name: str, orbits: int = 1) -> Callable[..., Any]:
         return solver(self._solvers, name, orbits, self.lot.example, self._tip)
@@ -254,13 +293,23 @@ class Block:
         size, states, branches, periods = self.size, len(self.memory_scale), self.hysteresis, self.common * repeats
         counts = np.full(cases, steps, dtype=np.int64) if counts is None else counts
         found = Branch(
-            np.full((cases, steps, size), np.nan), np.full((cases, steps, states), np.nan),
-            np.full((cases, steps, branches), np.nan), np.full((cases, steps, size, size), np.nan),
-            np.full((cases, steps, periods, self.columns), np.nan), np.full((cases, steps), np.nan),
-            np.zeros((cases, steps), np.int64), np.zeros(cases, np.int64), np.zeros(cases, np.int64),
-            at.astype(float), starts.x.copy(), starts.memory.copy(), starts.branch.copy(),
-            np.full((cases, size, size), np.nan), np.zeros((cases, size)), np.full(cases, np.nan),
-        )  # fmt: skip
+            np.full((cases, steps, size), np.nan),
+            np.full((cases, steps, states), np.nan),
+            np.full((cases, steps, branches), np.nan),
+            np.full((cases, steps, size, size), np.nan),
+            np.full((cases, steps, periods, self.columns), np.nan),
+            np.full((cases, steps), np.nan),
+            np.zeros((cases, steps), np.int64),
+            np.zeros(cases, np.int64),
+            np.zeros(cases, np.int64),
+            at.astype(float),
+            starts.x.copy(),
+            starts.memory.copy(),
+            starts.branch.copy(),
+            np.full((cases, size, size), np.nan),
+            np.zeros((cases, size)),
+            np.full(cases, np.nan),
+        )
         follow = self._solver("follow", int(counts.sum()))
         for start in range(0, cases, ABREAST):
             part = slice(start, start + ABREAST)
@@ -270,9 +319,14 @@ class Block:
             orbits = empty_orbits(most, size)
             path = Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted)
             follow(
-                path, Branch(*(array[part] for array in found)), slots, orbits, self._room(most, size + 2),
-                self.model(which[part]), self.drive(repeats),
-            )  # fmt: skip
+                path,
+                Branch(*(array[part] for array in found)),
+                slots,
+                orbits,
+                self._room(most, size + 2),
+                self.model(which[part]),
+                self.drive(repeats),
+            )
             self.watch()
         return found
 
@@ -337,10 +391,14 @@ class Block:
             slots = self._slots(count, 1)
             slots.case[:], slots.value[:], slots.x[:] = np.arange(count), at[part], out.x[part]
             leaps = Leaps(
-                np.empty((count, size)), np.empty((count, size)), np.empty((count, size, size)),
-                np.zeros(count, np.int64), np.zeros(count, np.int64), self.most_periods(which[part]),
+                np.empty((count, size)),
+                np.empty((count, size)),
+                np.empty((count, size, size)),
+                np.zeros(count, np.int64),
+                np.zeros(count, np.int64),
+                self.most_periods(which[part]),
                 np.full(count, GOING, np.int64),
-            )  # fmt: skip
+            )
             model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
             while relax(slots, LOOKS, leaps, model, drive, room) and (looks := looks + LOOKS) < MOST_LOOKS:
                 self.watch()
@@ -390,10 +448,17 @@ class Block:
     def _slots(self, count: int, periods: int) -> Slots:
         size, states, branches = self.size, len(self.memory_scale), self.hysteresis
         return Slots(
-            np.empty(count, np.int64), np.empty(count), np.empty((count, size)), np.empty((count, states)),
-            np.empty((count, branches)), np.empty((count, size + 2, size)), np.empty((count, states)),
-            np.empty((count, branches)), np.empty((count, periods, self.columns)), np.full(count, self.wanted),
-        )  # fmt: skip
+            np.empty(count, np.int64),
+            np.empty(count),
+            np.empty((count, size)),
+            np.empty((count, states)),
+            np.empty((count, branches)),
+            np.empty((count, size + 2, size)),
+            np.empty((count, states)),
+            np.empty((count, branches)),
+            np.empty((count, periods, self.columns)),
+            np.full(count, self.wanted),
+        )
 
     def _room(self, slots: int, each: int) -> Array:
         """Return scratch for the samples of slots alone, or of the ends of each with its neighbors."""

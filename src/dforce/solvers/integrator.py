@@ -218,9 +218,22 @@ class RK4(Integrator):
         table = np.empty((2 * self.points + 1, len(self.problem.modes)))
         tip = self.tip("advance", *(["measure_force"] if every else []))
         y = self.solvers.entry("march_rk4")(
-            motion.y, memory, latched, motion.period, periods, self.points, self.tones, tip, self.kinks, self.work,
-            self.block, table, self.turns(self.points), every, out,
-        )  # fmt: skip
+            motion.y,
+            memory,
+            latched,
+            motion.period,
+            periods,
+            self.points,
+            self.tones,
+            tip,
+            self.kinks,
+            self.work,
+            self.block,
+            table,
+            self.turns(self.points),
+            every,
+            out,
+        )
         return Motion(y, memory, latched, motion.period + periods)
 
 
@@ -235,9 +248,23 @@ class Adaptive(Integrator):
         memory, latched = motion.memory.copy(), motion.latched.copy()
         finest = self.points * max(1, -(-adaptive.MEASURED // self.points)) if every else self.points
         y = self.kernel.entry("march_adaptive")(
-            motion.y, memory, latched, motion.period, periods, self.points, self.tones, self.p, self.kinks, self.work,
-            self.block, self.settings.relative_tolerance, self.sizes, self.turns(finest), every, out,
-        )  # fmt: skip
+            motion.y,
+            memory,
+            latched,
+            motion.period,
+            periods,
+            self.points,
+            self.tones,
+            self.p,
+            self.kinks,
+            self.work,
+            self.block,
+            self.settings.relative_tolerance,
+            self.sizes,
+            self.turns(finest),
+            every,
+            out,
+        )
         return Motion(y, memory, latched, motion.period + periods)
 
 
@@ -268,10 +295,17 @@ class LSODA(Integrator):
         fastest = max(1.0, *(mode.f0 / self.problem.tones[0].frequency for mode in self.problem.modes))
         self._first = motion.period
         return lsoda.Flow(
-            self.kernel.entry("derivative"), self.kernel.entry("sample"), np.concatenate([motion.y, motion.memory]),
-            motion.period * loops.TAU, latched, self.tones, bases, self.p, self.settings.relative_tolerance,
+            self.kernel.entry("derivative"),
+            self.kernel.entry("sample"),
+            np.concatenate([motion.y, motion.memory]),
+            motion.period * loops.TAU,
+            latched,
+            self.tones,
+            bases,
+            self.p,
+            self.settings.relative_tolerance,
             loops.TAU / STEPS_PER_PERIOD / fastest,
-        )  # fmt: skip
+        )
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         phases, reading = self.kernel.entry("phases"), self.kernel.entry("measure" if every else "lock_in")

@@ -137,9 +137,14 @@ class Lanes:
     def part(self, which: Any) -> Lanes:
         """Return some of them."""
         return Lanes(
-            self.y[which], self.memory[which], self.latched[which], self.keys[which], self.period, self.lowest[which],
+            self.y[which],
+            self.memory[which],
+            self.latched[which],
+            self.keys[which],
+            self.period,
+            self.lowest[which],
             self.lock_ins[which],
-        )  # fmt: skip
+        )
 
 
 class Langevin(Integrator):
@@ -187,10 +192,14 @@ class Langevin(Integrator):
     def lanes(self, starts: Sequence[Motion], seeds: Sequence[int]) -> Lanes:
         """Return motions as lanes, each with the noise of its seed."""
         return Lanes(
-            np.array([start.y for start in starts]), np.array([start.memory for start in starts]),
-            np.array([start.latched for start in starts]), np.array([self.key(seed) for seed in seeds], dtype=np.int64),
-            starts[0].period, np.full(len(starts), np.inf), np.zeros((len(starts), len(self.tones), self._poles, 2)),
-        )  # fmt: skip
+            np.array([start.y for start in starts]),
+            np.array([start.memory for start in starts]),
+            np.array([start.latched for start in starts]),
+            np.array([self.key(seed) for seed in seeds], dtype=np.int64),
+            starts[0].period,
+            np.full(len(starts), np.inf),
+            np.zeros((len(starts), len(self.tones), self._poles, 2)),
+        )
 
     def key(self, seed: int) -> tuple[int, int]:
         """Return what the random numbers of a seed depend on, at this distance of this problem."""
@@ -216,10 +225,27 @@ class Langevin(Integrator):
         out = np.empty((count, periods, 2 * len(self.problem.tones)))
         weights = np.array(self.problem.readout.weights)
         self.noisy.entry("march_noisy")(
-            y, memory, latched, lanes.keys, lanes.period, periods, self.tones, self._free, self._carry, self._spread,
-            self._gains, self.p, self.kinks, self.block, self.turns(self.points), weights, self._decay,
-            held, out, lowest,
-        )  # fmt: skip
+            y,
+            memory,
+            latched,
+            lanes.keys,
+            lanes.period,
+            periods,
+            self.tones,
+            self._free,
+            self._carry,
+            self._spread,
+            self._gains,
+            self.p,
+            self.kinks,
+            self.block,
+            self.turns(self.points),
+            weights,
+            self._decay,
+            held,
+            out,
+            lowest,
+        )
         self._check_step(float(lowest.min()))
         after = Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held)
         return after, out[..., ::2] + 1j * out[..., 1::2]

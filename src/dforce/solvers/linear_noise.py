@@ -125,9 +125,17 @@ def _periods(integrator: Integrator, motion: Motion, periods: int) -> Sequence[t
         period = motion.period
         motion, block = integrator.record(motion)
         compiled.entry("tangents")(
-            block, period, integrator.tones, bases, integrator.kinks, np.maximum(integrator.sizes, 1e-300), integrator.p,
-            change, np.zeros((9, max(states, 1))), np.empty((2, size + states)),
-        )  # fmt: skip
+            block,
+            period,
+            integrator.tones,
+            bases,
+            integrator.kinks,
+            np.maximum(integrator.sizes, 1e-300),
+            integrator.p,
+            change,
+            np.zeros((9, max(states, 1))),
+            np.empty((2, size + states)),
+        )
         rows.append((change, bases, 2.0 * math.pi / integrator.points))
     return rows
 

@@ -75,9 +75,17 @@ def empty_orbits(slots: int, size: int) -> Orbits:
     normal = np.zeros((slots, size + 1))
     normal[:, size] = 1.0
     return Orbits(
-        normal, np.empty(slots), np.empty((slots, size, size)), np.empty((slots, size)), np.empty((slots, size)),
-        np.empty(slots), np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots),
-    )  # fmt: skip
+        normal,
+        np.empty(slots),
+        np.empty((slots, size, size)),
+        np.empty((slots, size)),
+        np.empty((slots, size)),
+        np.empty(slots),
+        np.empty(slots, np.int64),
+        np.empty(slots, np.int64),
+        np.empty(slots, np.int64),
+        np.empty(slots),
+    )
 
 
 def subtract_from_one(monodromy: Any, matrix: Any) -> None:

@@ -135,9 +135,15 @@ class ParameterRange:
     """
 
     def __init__(
-        self, problem_at: Callable[[float], Problem], start: float, stop: float, settings: SolverSettings, harmonics: int,
-        zc: float | None = None, points: int | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        problem_at: Callable[[float], Problem],
+        start: float,
+        stop: float,
+        settings: SolverSettings,
+        harmonics: int,
+        zc: float | None = None,
+        points: int | None = None,
+    ) -> None:
         self._whole_at, self.zc = problem_at, zc
         among = [self.problem_at(value) for value in (start, 0.5 * (start + stop), stop)]
         periods = {common_period([tone.frequency for tone in problem.tones]) for problem in among}
@@ -256,9 +262,18 @@ class ParameterRange:
         gaps = slots.rows[0, :, measure.D_MIN].min() - block.lot.kinks[0]
         residual = float(np.abs(here - x).max())
         return Orbit(
-            np.append(x, value / self.span), state, value, kept, monodromy, by_parameter, slots.rows[0], gaps, residual,
-            steps, repeats=repeats,
-        )  # fmt: skip
+            np.append(x, value / self.span),
+            state,
+            value,
+            kept,
+            monodromy,
+            by_parameter,
+            slots.rows[0],
+            gaps,
+            residual,
+            steps,
+            repeats=repeats,
+        )
 
     def _solve(self, x: Array, branch: Array, value: float, orbits: Orbits, repeats: int) -> Slots:
         """Return the only slot of the orbit near a state, after Newton's method."""
@@ -317,9 +332,11 @@ class ParameterRange:
         if not orbit.is_stable:
             modulus[0] = max(modulus[0], 1.0)
         values |= {
-            "drift": orbit.residual, "corrections": orbit.steps, "multiplier_modulus": modulus,
+            "drift": orbit.residual,
+            "corrections": orbit.steps,
+            "multiplier_modulus": modulus,
             "multiplier_angle": angle(found),
-        }  # fmt: skip
+        }
         return Steady(values, orbit.state.motion(0), True, orbit.repeats == 1)
 
     def free_orbit(self, scaled: float) -> Orbit | None:

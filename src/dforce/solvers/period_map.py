@@ -244,8 +244,11 @@ def march_lanes(
     rows = drive.points + 1 if kept else 2
     block = shaped(room, rows, size + 1, lanes)
     desk = (
-        np.empty((rows, size + 1)), np.empty((ROOM, rows)), np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS),
-    )  # fmt: skip
+        np.empty((rows, size + 1)),
+        np.empty((ROOM, rows)),
+        np.empty(kinks.shape[0]),
+        np.empty(numbers.shape[0] - OTHERS),
+    )
     record, crossed = desk[0], np.empty(lanes, np.int64)
     nothing, work = np.empty(0), np.empty((9, 1))
     for k in range(size):
@@ -253,9 +256,20 @@ def march_lanes(
             block[0, k, j] = starts[k, j]
     for period in range(drive.periods):
         end = advance_lanes(
-            block, numbers, forcing, kinks, tones, drive.phases[period], period, drive.points, drive.waves[period],
-            crossed, nothing, work, model.tip,
-        )  # fmt: skip
+            block,
+            numbers,
+            forcing,
+            kinks,
+            tones,
+            drive.phases[period],
+            period,
+            drive.points,
+            drive.waves[period],
+            crossed,
+            nothing,
+            work,
+            model.tip,
+        )
         if kept:
             for j in range(count):
                 if slots.wanted[which[j]] == NOTHING:
@@ -285,9 +299,11 @@ def march_columns(
     size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
     table = np.empty((2 * drive.points + 1, mode_count()))
     desk = (
-        np.empty((drive.points + 1, size + states + branches + 1)), np.empty((ROOM, drive.points + 1)),
-        np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS),
-    )  # fmt: skip
+        np.empty((drive.points + 1, size + states + branches + 1)),
+        np.empty((ROOM, drive.points + 1)),
+        np.empty(kinks.shape[0]),
+        np.empty(numbers.shape[0] - OTHERS),
+    )
     record, work, others = desk[0], np.empty((9, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
     for j in range(count * each):
         s = which[j // each]
@@ -301,9 +317,20 @@ def march_columns(
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.waves[period], table)
                 y = advance(
-                    y, memory, branch, period, drive.points, tones[j], drive.phases[period], table, kinks[:, j].copy(),
-                    work[0], work, record, p,
-                )  # fmt: skip
+                    y,
+                    memory,
+                    branch,
+                    period,
+                    drive.points,
+                    tones[j],
+                    drive.phases[period],
+                    table,
+                    kinks[:, j].copy(),
+                    work[0],
+                    work,
+                    record,
+                    p,
+                )
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, columns, j, desk)
             if repeats(memory, memory_before, model.memory_scale, branch, branch_before):

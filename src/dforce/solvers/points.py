@@ -70,10 +70,16 @@ class Points:
         """Return some values of all problems."""
         first, last, _ = which.indices(self.cycles.shape[1])
         return Points(
-            self.rows[:, which], self.monodromy[:, which], self.residual[:, which], self.steps[:, which],
-            self.settling[:, which], self.error[:, which], self.states.take((slice(None), which)), self.cycles[:, which],
+            self.rows[:, which],
+            self.monodromy[:, which],
+            self.residual[:, which],
+            self.steps[:, which],
+            self.settling[:, which],
+            self.error[:, which],
+            self.states.take((slice(None), which)),
+            self.cycles[:, which],
             {(case, at - first): one for (case, at), one in self.others.items() if first <= at < last},
-        )  # fmt: skip
+        )
 
     def put(self, case: int, place: int, one: Points) -> None:
         """Take over the only point of others."""
@@ -108,15 +114,21 @@ class Points:
             return found
         integrator = block.integrator(case, value)
         values = finish(
-            integrator.problem, integrator.scales, block.harmonics, self.rows[case, place],
+            integrator.problem,
+            integrator.scales,
+            block.harmonics,
+            self.rows[case, place],
             weights(block.frequencies, block.common),
-        )  # fmt: skip
+        )
         modulus, angle = multipliers(self.monodromy[case, place][None])
         values |= {
-            "settling_periods": float(self.settling[case, place]), "drift": float(self.residual[case, place]),
-            "corrections": float(self.steps[case, place]), "multiplier_modulus": modulus[0], "multiplier_angle": angle[0],
+            "settling_periods": float(self.settling[case, place]),
+            "drift": float(self.residual[case, place]),
+            "corrections": float(self.steps[case, place]),
+            "multiplier_modulus": modulus[0],
+            "multiplier_angle": angle[0],
             "error_estimate": float(self.error[case, place]),
-        }  # fmt: skip
+        }
         motion = self.states.take((case, [place])).motion(0)
         return Steady(values, motion, True, True, block.settings.accuracy)
 
@@ -134,10 +146,13 @@ class Points:
         out = finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
         modulus, angle = multipliers(self.monodromy.reshape(-1, block.size, block.size))
         out |= {
-            "settling_periods": self.settling.flatten(), "drift": self.residual.flatten(),
-            "corrections": self.steps.flatten(), "multiplier_modulus": modulus, "multiplier_angle": angle,
+            "settling_periods": self.settling.flatten(),
+            "drift": self.residual.flatten(),
+            "corrections": self.steps.flatten(),
+            "multiplier_modulus": modulus,
+            "multiplier_angle": angle,
             "error_estimate": self.error.flatten(),
-        }  # fmt: skip  # copies, all of them: others are written into them
+        }  # copies, all of them: others are written into them
         out = {name: value.reshape(*shape, *value.shape[1:]) for name, value in out.items()}
         for where, found in self.others.items():
             for name, value in found.values.items():

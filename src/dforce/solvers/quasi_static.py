@@ -151,9 +151,15 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 count, several = count + 1, 1
             for s in range(count - several, count):
                 predict(
-                    start / unit, branch.last_x[case], branch.last_slope[case], before[case] / unit, x_before[case],
-                    slope_before[case], slots.value[s] / unit, guesses[s],
-                )  # fmt: skip
+                    start / unit,
+                    branch.last_x[case],
+                    branch.last_slope[case],
+                    before[case] / unit,
+                    x_before[case],
+                    slope_before[case],
+                    slots.value[s] / unit,
+                    guesses[s],
+                )
         if count == 0:
             return
         for s in range(count):
@@ -228,7 +234,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
 
 def continues(
     s: int, last: Any, slots: Any, orbits: Any, guess: Any, unit: float, bridge: int, predicted: float
-) -> bool:  # fmt: skip
+) -> bool:
     """Say whether the orbit of a slot continues the last one of its problem: value, state and slope."""
     size, (value, x, slope) = slots.x.shape[1], last
     step = (slots.value[s] - value) / unit

@@ -208,9 +208,12 @@ class Walk:
         )
         modulus, angle = multipliers(found.monodromy[i, k : k + 1])
         values |= {
-            "settling_periods": 0.0, "drift": float(found.residual[i, k]), "corrections": float(found.steps[i, k]),
-            "multiplier_modulus": modulus[0], "multiplier_angle": angle[0],
-        }  # fmt: skip
+            "settling_periods": 0.0,
+            "drift": float(found.residual[i, k]),
+            "corrections": float(found.steps[i, k]),
+            "multiplier_modulus": modulus[0],
+            "multiplier_angle": angle[0],
+        }
         states = States(found.x[i], found.memory[i], found.branch[i])
         return Steady(values, states.motion(k), True, False)
 

@@ -25,14 +25,18 @@ class SolverSettings(Parameters):
         "fixed steps with thermal motion, for a dwell",
     )
     points_per_period: int = pydantic.Field(
-        default=256, ge=16, le=65_536,
+        default=256,
+        ge=16,
+        le=65_536,
         description="samples per period of the first tone; raised where a faster tone or mode needs more",
-    )  # fmt: skip
+    )
     accuracy: float | None = pydantic.Field(
-        default=1e-4, ge=1e-8, le=0.01,
+        default=1e-4,
+        ge=1e-8,
+        le=0.01,
         description="periodic: error of each quantity as a share of its scale; found again with more samples where it is "
         "larger; left out beside points_per_period: the samples stay as given",
-    )  # fmt: skip
+    )
     relative_tolerance: float = pydantic.Field(
         default=1e-10,
         ge=1e-13,
@@ -52,9 +56,12 @@ class SolverSettings(Parameters):
         description="converged: remaining change of a tone, relative to the free amplitude",
     )
     max_periods: int | None = pydantic.Field(
-        default=None, ge=1, le=1_000_000_000, title="Most periods to settle",
+        default=None,
+        ge=1,
+        le=1_000_000_000,
+        title="Most periods to settle",
         description="converged: give up after so many periods; left out: 40 decay times of the slowest mode, at least 400",
-    )  # fmt: skip
+    )
     periods: int = pydantic.Field(
         default=400,
         ge=0,

@@ -168,10 +168,17 @@ def _memory_path(
 
     below, above = _bandwidths(rates, force, (times[0], times[len(times) // 4], times[len(times) // 2]))
     solved = solve_ivp(
-        rates, (times[0], times[-1]), np.zeros(force.memory), "LSODA", dense_output=True, rtol=tolerance,
-        atol=tolerance * force.memory_scale, lband=below, uband=above,
+        rates,
+        (times[0], times[-1]),
+        np.zeros(force.memory),
+        "LSODA",
+        dense_output=True,
+        rtol=tolerance,
+        atol=tolerance * force.memory_scale,
+        lband=below,
+        uband=above,
         max_step=(times[-1] - times[0]) / 200.0,  # a short contact must not be stepped over
-    )  # fmt: skip
+    )
     if not solved.success:
         raise ParameterError(f"the memory of {force.name} cannot be integrated over this motion")
     return cast("Callable[[float], Array]", solved.sol)

@@ -32,9 +32,15 @@ Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 @checked
 def noisy_motion(
-    case: Case | xr.Dataset, zc: Any = None, seeds: int | Sequence[int] = 200, periods: int = 1000,
-    settling: int | None = None, bandwidth: Any = None, poles: int | None = None, progress: Progress = None,
-) -> xr.Dataset:  # fmt: skip
+    case: Case | xr.Dataset,
+    zc: Any = None,
+    seeds: int | Sequence[int] = 200,
+    periods: int = 1000,
+    settling: int | None = None,
+    bandwidth: Any = None,
+    poles: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
     """Return amplitude and phase of each period under thermal noise, of many runs at once.
 
     Each run has a seed of its own and is the same alone as among others. All start from the motion without noise.

@@ -64,10 +64,12 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
     bound = np.array([_moments(away, rates / v) for v in speeds])
     data = xr.Dataset(
         {
-            "snap_in_zc": ("speed", end + bound[:, 0]), "snap_in_spread": ("speed", bound[:, 1]), "static_snap_in_zc": end,
+            "snap_in_zc": ("speed", end + bound[:, 0]),
+            "snap_in_spread": ("speed", bound[:, 1]),
+            "static_snap_in_zc": end,
         },
         {"speed": speeds},
-    )  # fmt: skip
+    )
     data.attrs = provenance(case.to_toml(), case.title) | {"note": " ".join(of_high_Q(problem))}
     return describe(data)
 

@@ -77,10 +77,13 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []
     data = xr.Dataset(
         {
-            "barrier": found.height, "switching_rate": found.rate, "rest_distance": found.rest, "barrier_distance": found.top,
+            "barrier": found.height,
+            "switching_rate": found.rate,
+            "rest_distance": found.rest,
+            "barrier_distance": found.top,
         },
         {"zc": place},
-    )  # fmt: skip
+    )
     data.attrs = provenance(case.to_toml(), case.title) | {
         "note": " ".join([*notes, *of_high_Q(problem.at_height(place))])
     }

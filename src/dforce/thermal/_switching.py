@@ -52,9 +52,13 @@ class Count:
 
 @checked
 def switching_rate(
-    state: xr.Dataset, other: xr.Dataset, lanes: int = 200, periods: int = 5000, temperature: Any = None,
+    state: xr.Dataset,
+    other: xr.Dataset,
+    lanes: int = 200,
+    periods: int = 5000,
+    temperature: Any = None,
     progress: Progress = None,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     r"""Return how often thermal motion takes a steady state to another one, counted over many simulated lanes.
 
     Each lane starts in the state and runs until its amplitude and phase have come within a quarter of the way to the other

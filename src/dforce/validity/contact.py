@@ -97,11 +97,14 @@ def tabor_of_dmt(seen: Evidence) -> Advice | None:
         if contact.tabor > STIFF and not off and _adhesion_matters(seen, contact):
             error = 2.0 / pull_off(contact.tabor) - 1.0
             return Advice(
-                "tabor_of_dmt", contact.tabor, STIFF,
+                "tabor_of_dmt",
+                contact.tabor,
+                STIFF,
                 f"The Tabor parameter is {contact.tabor:.2g}, so adhesion deforms the sample, which DMT leaves out: its "
                 f"adhesion is about {percent(error)} too large. If adhesion in contact matters, use maugis_dugdale.",
-                MAP, tuple(seen.path(force) for force in contact.forces),
-            )  # fmt: skip
+                MAP,
+                tuple(seen.path(force) for force in contact.forces),
+            )
     return None
 
 
@@ -111,11 +114,14 @@ def tabor_of_jkr(seen: Evidence) -> Advice | None:
         if contact.tabor < SOFT and _adhesion_matters(seen, contact):
             error = 1.0 - 1.5 / pull_off(contact.tabor)
             return Advice(
-                "tabor_of_jkr", contact.tabor, SOFT,
+                "tabor_of_jkr",
+                contact.tabor,
+                SOFT,
                 f"The Tabor parameter is {contact.tabor:.2g}, so the attraction reaches beyond the contact, which JKR leaves "
                 f"out: its pull-off force is about {percent(error)} too small. Use maugis_dugdale, or dmt below {STIFF}.",
-                MAP, (seen.path(contact.forces[0]),),
-            )  # fmt: skip
+                MAP,
+                (seen.path(contact.forces[0]),),
+            )
     return None
 
 
@@ -129,11 +135,15 @@ def adhesion_left_out(seen: Evidence) -> Advice | None:
         peak = seen.largest("peak_force")
         beside = f", {percent(adhesion / peak)} of the peak force" if peak and peak > 0.0 else ""
         return Advice(
-            "adhesion_left_out", adhesion, SMALL_ADHESION * peak if peak else 0.0,
+            "adhesion_left_out",
+            adhesion,
+            SMALL_ADHESION * peak if peak else 0.0,
             f"The attraction ends at contact, where it is {shown(adhesion, 'N')}{beside}: the force jumps there, and the "
             'contact does not stick. Leave out inside = "off", or use dmt, unless a force law with this jump is meant.',
-            f"{MAP}: adhesion below 5 % of the load", (seen.path(force, "inside"), seen.path(contact.forces[1])), "N",
-        )  # fmt: skip
+            f"{MAP}: adhesion below 5 % of the load",
+            (seen.path(force, "inside"), seen.path(contact.forces[1])),
+            "N",
+        )
     return None
 
 
@@ -150,12 +160,15 @@ def hamaker_and_surface_energy(seen: Evidence) -> Advice | None:
     if abs(energy - implied) <= SAME_ADHESION * abs(implied):
         return None
     return Advice(
-        "hamaker_and_surface_energy", energy, implied,
+        "hamaker_and_surface_energy",
+        energy,
+        implied,
         f"The surface energy is {shown(energy, 'J/m^2')}, and the Hamaker constant implies {shown(implied, 'J/m^2')}, so "
         "the force jumps at contact. Give one of them, and the other follows.",
         "continuity of the DMT force at a0: gamma = H / (24 pi a0^2)",
-        (seen.path(force, "surface_energy"), seen.path(force, "hamaker")), "J/m^2",
-    )  # fmt: skip
+        (seen.path(force, "surface_energy"), seen.path(force, "hamaker")),
+        "J/m^2",
+    )
 
 
 def indentation_and_radius(seen: Evidence) -> Advice | None:
@@ -168,13 +181,16 @@ def indentation_and_radius(seen: Evidence) -> Advice | None:
         return None
     verb = "is" if seen.computed else "will be about"
     return Advice(
-        "indentation_and_radius", seen.deepest, DEEP * radius,
+        "indentation_and_radius",
+        seen.deepest,
+        DEEP * radius,
         f"The indentation {verb} {shown(seen.deepest, 'm')} with a radius of {shown(radius, 'm')}: a sphere then pushes less "
         "than the paraboloid of the model, and real tips widen to a cone. Use a larger radius, a smaller A0, or "
         "sneddon (cone, exact_sphere).",
         "I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): the force of a sphere is 5 % smaller at half the radius",
-        ("tip.radius", seen.path(force)), "m",
-    )  # fmt: skip
+        ("tip.radius", seen.path(force)),
+        "m",
+    )
 
 
 def _is_round_layer(force: Force) -> bool:
@@ -199,12 +215,14 @@ def indentation_and_thickness(seen: Evidence) -> Advice | None:
         return None
     least = "at least " if reach / thickness > x else ""
     return Advice(
-        "indentation_and_thickness", error, THIN,
+        "indentation_and_thickness",
+        error,
+        THIN,
         f"The contact feels the support below the {shown(thickness, 'm')} thick sample: {force.name} gives "
         f"{least}{percent(error)} too little force. Use bottom_effect in its place.",
         "E. K. Dimitriadis et al., Biophys. J. 82, 2798 (2002); coefficients as in bottom_effect",
         ("sample.thickness", seen.path(force)),
-    )  # fmt: skip
+    )
 
 
 def indentation_beyond_the_model(seen: Evidence) -> Advice | None:
@@ -220,11 +238,15 @@ def indentation_beyond_the_model(seen: Evidence) -> Advice | None:
             continue
         if seen.deepest and seen.deepest > limit:
             return Advice(
-                "indentation_beyond_the_model", seen.deepest, limit,
+                "indentation_beyond_the_model",
+                seen.deepest,
+                limit,
                 f"The indentation is {shown(seen.deepest, 'm')}, and the law of {force.name} is known to "
                 f"{shown(limit, 'm')}; beyond it is only continued. {remedy}, or use a smaller A0.",
-                f"the range of {force.name} (see its page)", (seen.path(force), seen.of_tone(0, "A0")), "m",
-            )  # fmt: skip
+                f"the range of {force.name} (see its page)",
+                (seen.path(force), seen.of_tone(0, "A0")),
+                "m",
+            )
     return None
 
 
@@ -238,12 +260,14 @@ def elements_in_contact(seen: Evidence) -> Advice | None:
         if error > COARSE:
             wanted = math.ceil(force.elements * (error / COARSE) ** (1.0 / 3.0))
             return Advice(
-                "elements_in_contact", pressed, pressed * (error / COARSE) ** (1.0 / 3.0),
+                "elements_in_contact",
+                pressed,
+                pressed * (error / COARSE) ** (1.0 / 3.0),
                 f"Only {pressed:.0f} of the {force.elements} elements of {force.name} are pressed down, so its force and loss "
                 f"are right to some {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower max_indentation.",
                 f"the error falls with the cube of their number (see the page of {force.name})",
                 (seen.path(force, "elements"), seen.path(force, "max_indentation")),
-            )  # fmt: skip
+            )
     return None
 
 
@@ -252,21 +276,27 @@ def counted_twice(seen: Evidence) -> Advice | None:
     drag, solid = seen.force("kelvin_voigt"), seen.force(*VISCOELASTIC)
     if drag is not None and solid is not None:
         return Advice(
-            "counted_twice", 2, 1,
+            "counted_twice",
+            2,
+            1,
             f"{solid.name} has a viscosity of its own, and kelvin_voigt adds another: energy is lost twice. Drop one.",
-            "the viscosity of the contact counts once", (seen.path(drag), seen.path(solid)),
-        )  # fmt: skip
+            "the viscosity of the contact counts once",
+            (seen.path(drag), seen.path(solid)),
+        )
     own = [force for force in seen.problem.forces if not force.contains]
     contact = next((force for force in seen.problem.forces if "elastic contact" in force.contains), None)
     for force in own if contact is not None else []:
         push, usual = _push(force, seen.problem.a0), _push(contact, seen.problem.a0) if contact else 0.0
         if math.inf > push > 0.1 * usual > 0.0:
             return Advice(
-                "counted_twice", push / usual, 0.1,
+                "counted_twice",
+                push / usual,
+                0.1,
                 f"{force.name} pushes the tip out of contact, and {contact.name if contact else ''} does so too: "
                 "the elastic contact may be counted twice. Drop one of them, if that is not meant.",
-                "the elastic contact counts once", (seen.path(force), seen.path(contact)) if contact else (),
-            )  # fmt: skip
+                "the elastic contact counts once",
+                (seen.path(force), seen.path(contact)) if contact else (),
+            )
     return None
 
 

@@ -102,13 +102,15 @@ def static_vs_modal_k(seen: Evidence) -> Advice | None:
     stiffer = missing / (1.0 - missing)
     given = "its first mode is" if len(modes) == 1 else f"its first {len(modes)} modes are"
     return Advice(
-        "static_vs_modal_k", missing * abs(mean) / A0, UNBENT,
+        "static_vs_modal_k",
+        missing * abs(mean) / A0,
+        UNBENT,
         f"The mean force bends the lever by {shown(abs(mean), 'm')}, and a whole beam would bend by "
         f"{shown(stiffer * abs(mean), 'm')} more: under a steady force {given} {percent(stiffer)} too stiff. Give one mode "
         "more, or count this to zc.",
         "H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995): k of mode 1 is 1.0302 times the static one",
         (seen.of_mode(0, "k"),),
-    )  # fmt: skip
+    )
 
 
 STARK = "R. W. Stark, W. M. Heckl, Surf. Sci. 457, 219 (2000); the modes of a uniform beam"
@@ -127,12 +129,14 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
         if widths > 1.0:
             peak = float(abs(seen.problem.at_frequency(mode.f0, number).free[number, tone.mode]))
             return Advice(
-                "drive_off_resonance", widths, 1.0,
+                "drive_off_resonance",
+                widths,
+                1.0,
                 f"The drive is {widths:.2g} line widths off resonance, and A0 is the free amplitude there: at f0 the same "
                 f"drive would give {shown(peak, 'm')}. If A0 was measured at resonance, give a smaller A0.",
                 "the free response of the mode: F0 = k A0 sqrt((1 - r^2)^2 + (r/Q)^2)",
                 (seen.of_tone(number, "frequency"), seen.of_tone(number, "A0")),
-            )  # fmt: skip
+            )
     return None
 
 
@@ -142,12 +146,15 @@ def small_amplitude(seen: Evidence) -> Advice | None:
     if limit <= A0:
         return None
     return Advice(
-        "small_amplitude", A0, limit,
+        "small_amplitude",
+        A0,
+        limit,
         f"The free amplitude is {shown(A0, 'm')}, less than the diameter of an atom ({shown(limit, 'm')}): the tip then feels "
         "single atoms, and all forces here take tip and sample for continuous. Use a larger A0, or read it as a trend.",
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011): a0 is an atom's diameter over 2.5",
-        (seen.of_tone(0, "A0"), "contact.a0"), "m",
-    )  # fmt: skip
+        (seen.of_tone(0, "A0"), "contact.a0"),
+        "m",
+    )
 
 
 def thermal_amplitude(seen: Evidence) -> Advice | None:
@@ -158,11 +165,15 @@ def thermal_amplitude(seen: Evidence) -> Advice | None:
         moved = math.sqrt(BOLTZMANN * temperature / mode.k)
         if moved > NOISY * tone.A0:
             return Advice(
-                "thermal_amplitude", moved, NOISY * tone.A0,
+                "thermal_amplitude",
+                moved,
+                NOISY * tone.A0,
                 f"The thermal motion of mode {tone.mode + 1} is {shown(moved, 'm')} (rms), {percent(moved / tone.A0)} of its "
                 "free amplitude, and it is left out. Use a larger A0 or a stiffer cantilever, or take the result as a mean.",
-                EQUIPARTITION, (seen.of_tone(number, "A0"), seen.of_mode(tone.mode, "k")), "m",
-            )  # fmt: skip
+                EQUIPARTITION,
+                (seen.of_tone(number, "A0"), seen.of_mode(tone.mode, "k")),
+                "m",
+            )
     return None
 
 
@@ -190,11 +201,15 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
     if moved <= limit:
         return None
     return Advice(
-        "thermal_motion_and_force", moved, limit,
+        "thermal_motion_and_force",
+        moved,
+        limit,
         f"The thermal motion is {shown(moved, 'm')} (rms), and {what}: it changes the mean force by more than 10 % and brings "
         "jumps forward, and it is left out here. Use a stiffer cantilever, or take forces and jumps as rough.",
-        EQUIPARTITION, (seen.of_mode(0, "k"), "medium.temperature"), "m",
-    )  # fmt: skip
+        EQUIPARTITION,
+        (seen.of_mode(0, "k"), "medium.temperature"),
+        "m",
+    )
 
 
 def snap_in(seen: Evidence) -> Advice | None:
@@ -207,11 +222,14 @@ def snap_in(seen: Evidence) -> Advice | None:
             return None
         count = int(np.count_nonzero(held))
         return Advice(
-            "snap_in", count, 0.0,
+            "snap_in",
+            count,
+            0.0,
             f"At {count} of {held.size} points the sample pulls the tip and keeps it in contact: the lever has snapped in, and "
             "its amplitude there is no tapping amplitude. Stay farther away, or use a larger A0 or a stiffer cantilever.",
-            BURNHAM, about,
-        )  # fmt: skip
+            BURNHAM,
+            about,
+        )
     if seen.range_of_zc is None:
         return None
     at = _static_snap_in(seen.problem.forces, seen.problem.a0, k)
@@ -219,12 +237,16 @@ def snap_in(seen: Evidence) -> Advice | None:
     if at is None or nearest >= at:
         return None
     return Advice(
-        "snap_in", nearest, at,
+        "snap_in",
+        nearest,
+        at,
         f"A still lever of this spring constant snaps in at {shown(at, 'm')}, where the gradient of the attraction exceeds k, "
         f"and the experiment goes down to {shown(nearest, 'm')}: near there the tip stops tapping. Stay farther away, or use a "
         "stiffer cantilever.",
-        BURNHAM, about, "m",
-    )  # fmt: skip
+        BURNHAM,
+        about,
+        "m",
+    )
 
 
 BURNHAM = "N. A. Burnham, R. J. Colton, J. Vac. Sci. Technol. A 7, 2906 (1989): dF/dd > k"

@@ -53,12 +53,16 @@ def unusual_value(seen: Evidence) -> Advice | None:
     _, value, usual = odd[0]
     limit = usual.low if abs(value) < usual.low else usual.high
     return Advice(
-        "unusual_value", value, limit,
+        "unusual_value",
+        value,
+        limit,
         f"No usual instrument or sample has {said}: in use are {shown(usual.low, usual.unit)} to "
         f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if the value is "
         "meant, the models may not be made for it.",
-        "instruments and samples in use, with a factor of ten to spare", tuple(path for path, _, _ in odd), usual.unit,
-    )  # fmt: skip
+        "instruments and samples in use, with a factor of ten to spare",
+        tuple(path for path, _, _ in odd),
+        usual.unit,
+    )
 
 
 def _values(seen: Evidence) -> Iterator[tuple[str, float, Usual]]:
@@ -91,11 +95,14 @@ def nominal_lever(seen: Evidence) -> Advice | None:
     if not taken:
         return None
     return Advice(
-        "nominal_lever", len(taken), 0.0,
+        "nominal_lever",
+        len(taken),
+        0.0,
         f"{' and '.join(taken)} of {lever.name} {'are' if len(taken) > 1 else 'is'} the maker's nominal "
         f"{'values' if len(taken) > 1 else 'value'}: {NOMINAL}, and write them beside the name.",
-        "tolerances of thickness: f0 goes as the thickness, k as its cube", tuple(f"cantilever.{field}" for field in taken),
-    )  # fmt: skip
+        "tolerances of thickness: f0 goes as the thickness, k as its cube",
+        tuple(f"cantilever.{field}" for field in taken),
+    )
 
 
 PIECES = (unusual_value, nominal_lever)

@@ -25,12 +25,15 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
     if not largest > NEAR * usual:
         return None
     return Advice(
-        "noise_near_fold", largest / usual, NEAR,
+        "noise_near_fold",
+        largest / usual,
+        NEAR,
         f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times that along "
         "most of the curve. There it is no longer a small disturbance, and thermal motion may take the state to another one "
         "before it ends: df.switching_rate says how often.",
-        "linear noise grows as 1/(1 - |multiplier|)", ("noise.bandwidth",),
-    )  # fmt: skip
+        "linear noise grows as 1/(1 - |multiplier|)",
+        ("noise.bandwidth",),
+    )
 
 
 def detector_limited(seen: Evidence) -> Advice | None:
@@ -43,11 +46,14 @@ def detector_limited(seen: Evidence) -> Advice | None:
     if share <= SHARE:
         return None
     return Advice(
-        "detector_limited", share, SHARE,
+        "detector_limited",
+        share,
+        SHARE,
         f"{percent(share)} of the square of the amplitude's noise is the detector's own, not the lever's thermal motion: a "
         "detector with less noise would show more, and a lower temperature would not.",
-        "U. Dürig et al., J. Appl. Phys. 72, 1778 (1992)", ("noise.detector",),
-    )  # fmt: skip
+        "U. Dürig et al., J. Appl. Phys. 72, 1778 (1992)",
+        ("noise.detector",),
+    )
 
 
 def fluid_memory(seen: Evidence) -> Advice | None:
@@ -68,12 +74,15 @@ def fluid_memory(seen: Evidence) -> Advice | None:
     else:
         return None
     return Advice(
-        "fluid_memory", found, limit,
+        "fluid_memory",
+        found,
+        limit,
         f"{where}, at a mode with Q = {mode.Q:.2g}. Mass and damping by the liquid depend on the frequency, and a mode has "
         "them as at its resonance: amplitudes at twice that frequency and beyond are 7 to 13 % and some degrees off. "
         'A cantilever.beam with fluid = "history" has them as they are.',
-        "J. E. Sader, J. Appl. Phys. 84, 64 (1998)", (seen.of_mode(tone.mode, "Q"), seen.of_tone(0, "frequency")),
-    )  # fmt: skip
+        "J. E. Sader, J. Appl. Phys. 84, 64 (1998)",
+        (seen.of_mode(tone.mode, "Q"), seen.of_tone(0, "frequency")),
+    )
 
 
 def thermal_switching(seen: Evidence) -> Advice | None:
@@ -86,12 +95,15 @@ def thermal_switching(seen: Evidence) -> Advice | None:
     if expected <= OFTEN:
         return None
     return Advice(
-        "thermal_switching", expected, OFTEN,
+        "thermal_switching",
+        expected,
+        OFTEN,
         f"Thermal motion takes this state to the other one {rate:.2g} times a second ({shown(1.0 / rate, 's')} on average): a "
         f"slow microscope does not stay on it until it ends. At {units.show(seen.problem.noise.temperature, 'K', 4)} jumps are "
         "random, and their place depends on the speed.",
-        "H. A. Kramers, Physica 7, 284 (1940)", ("medium.temperature",),
-    )  # fmt: skip
+        "H. A. Kramers, Physica 7, 284 (1940)",
+        ("medium.temperature",),
+    )
 
 
 PIECES = (noise_near_fold, detector_limited, fluid_memory)

@@ -36,12 +36,15 @@ def sampling(seen: Evidence) -> Advice | None:
     if error <= CLOSURE * scale:
         return None
     return Advice(
-        "sampling", error / scale, CLOSURE,
+        "sampling",
+        error / scale,
+        CLOSURE,
         f"The mean force and k times the mean deflection differ by {percent(error / scale)}, and a steady motion makes them "
         "equal: the force changes too steeply for the samples, so forces, energies and perhaps the state itself are wrong. "
         "Raise solver.points_per_period until this is gone.",
-        "the mean of the equation of motion over a period: <F> = k <z>", ("solver.points_per_period",),
-    )  # fmt: skip
+        "the mean of the equation of motion over a period: <F> = k <z>",
+        ("solver.points_per_period",),
+    )
 
 
 def step_error(seen: Evidence) -> Advice | None:
@@ -56,12 +59,15 @@ def step_error(seen: Evidence) -> Advice | None:
         return None
     found = float(off.max())
     return Advice(
-        "step_error", found, SEEN,
+        "step_error",
+        found,
+        SEEN,
         f"The error of the steps acts on the tip like a force of {percent(found)} of the drive: phases are off by about "
         f"{math.degrees(found):.2g}° and energies by {percent(found)} of what the drive can give; forces and the mean "
         "deflection may be off by more. Raise solver.points_per_period until this is gone.",
-        "the tip equation over a period, component by component", ("solver.points_per_period",),
-    )  # fmt: skip
+        "the tip equation over a period, component by component",
+        ("solver.points_per_period",),
+    )
 
 
 def _misfits(seen: Evidence) -> Array | None:
@@ -114,13 +120,15 @@ def contact_sampling(seen: Evidence) -> Advice | None:
     needed = 256 * math.ceil(ENOUGH * rate / (2.0 * math.pi * first) / 256)
     way = f"Raise solver.points_per_period to {needed}" if needed <= MOST_ASKED else "Use the adaptive integrator"
     return Advice(
-        "contact_sampling", samples, SWINGS,
+        "contact_sampling",
+        samples,
+        SWINGS,
         f"Held by the contact the tip moves at {shown(rate / (2.0 * math.pi), 'Hz')}, and a period of that has only "
         f"{samples:.2g} samples: amplitudes, phases and forces may be off by percents, multipliers altogether. {way}.",
         "the error terms of RK4 for a linear oscillator: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential "
         "Equations I, Springer (1993), chapter II",
         ("solver.points_per_period",),
-    )  # fmt: skip
+    )
 
 
 def _fastest(seen: Evidence, d: float) -> float:
@@ -170,13 +178,16 @@ def energy_gained(seen: Evidence) -> Advice | None:
     if not given > GAINED * most:
         return None
     return Advice(
-        "energy_gained", given, GAINED * most,
+        "energy_gained",
+        given,
+        GAINED * most,
         f"The sample gives energy to the tip, up to {percent(given / most)} of what the drive can give in a period: no passive "
         "sample does, so the samples are too few for a steep force. Raise solver.points_per_period, or mend a force of your "
         "own that pushes a tip that goes more than one that comes.",
         CLEVELAND,
-        ("solver.points_per_period", "forces"), "J",
-    )  # fmt: skip
+        ("solver.points_per_period", "forces"),
+        "J",
+    )
 
 
 def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
@@ -193,11 +204,15 @@ def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
     if found <= BEYOND * most:
         return None
     return Advice(
-        "amplitude_beyond_the_drive", found, BEYOND * most,
+        "amplitude_beyond_the_drive",
+        found,
+        BEYOND * most,
         f"The amplitude reaches {shown(found, 'm')}, and the drive can give {shown(most, 'm')} at most: the samples are too "
         "few for a steep force, which then gives energy. Raise solver.points_per_period.",
-        CLEVELAND, ("solver.points_per_period", "forces"), "m",
-    )  # fmt: skip
+        CLEVELAND,
+        ("solver.points_per_period", "forces"),
+        "m",
+    )
 
 
 def not_settled(seen: Evidence) -> Advice | None:
@@ -209,11 +224,14 @@ def not_settled(seen: Evidence) -> Advice | None:
     if status is None or moving == 0:
         return None
     return Advice(
-        "not_settled", moving, 0,
+        "not_settled",
+        moving,
+        0,
         f"{moving} of {status.size} points had not settled when the largest number of periods was reached, so their values "
         "still depend on the start. Raise solver.max_periods, or look at one of them with a dwell.",
-        "solver.settle_tolerance", ("solver.max_periods", "solver.settle_tolerance"),
-    )  # fmt: skip
+        "solver.settle_tolerance",
+        ("solver.max_periods", "solver.settle_tolerance"),
+    )
 
 
 PIECES = (sampling, step_error, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled)

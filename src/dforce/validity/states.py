@@ -21,11 +21,14 @@ def coexisting_states(seen: Evidence) -> Advice | None:
     if found is None:
         return None
     return Advice(
-        "coexisting_states", 2, 1,
+        "coexisting_states",
+        2,
+        1,
         f"{found}: which state an experiment shows depends on where the tip comes from, on noise and on the feedback. Compare "
         "with the state that was measured, by its phase, or stay clear with another A0; basins tells the share of each.",
-        BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")),
-    )  # fmt: skip
+        BISTABLE,
+        ("experiment.zc", seen.of_tone(0, "A0")),
+    )
 
 
 def _states_at_one_distance(seen: Evidence) -> str | None:
@@ -83,12 +86,16 @@ def set_point_met_twice(seen: Evidence) -> Advice | None:
         if rise[top] > least:
             low = float(amplitude[: top + 1].min())
             return Advice(
-                "set_point_met_twice", float(rise[top]), least,
+                "set_point_met_twice",
+                float(rise[top]),
+                least,
                 f"On the {way} the amplitude grows again from {shown(low, 'm')} to {shown(float(amplitude[top]), 'm')} towards "
                 f"{shown(float(zc[top]), 'm')}: a set point between these is met at several distances, and a feedback jumps "
                 "from one to the other. Choose a set point outside of this range, or another A0.",
-                BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")), "m",
-            )  # fmt: skip
+                BISTABLE,
+                ("experiment.zc", seen.of_tone(0, "A0")),
+                "m",
+            )
     return None
 
 
@@ -102,12 +109,16 @@ def set_point_unreachable(seen: Evidence) -> Advice | None:
             if np.any((amplitude > low) & (amplitude < high)):
                 continue  # met elsewhere
             return Advice(
-                "set_point_unreachable", float(high - low), least,
+                "set_point_unreachable",
+                float(high - low),
+                least,
                 f"On the {way} the amplitude falls from {shown(float(high), 'm')} to {shown(float(low), 'm')} between "
                 f"{shown(float(zc[i]), 'm')} and {shown(float(zc[i + 1]), 'm')}: a set point between these is met nowhere, and "
                 "a feedback drives the tip through the jump. Choose a set point outside of this range.",
-                BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")), "m",
-            )  # fmt: skip
+                BISTABLE,
+                ("experiment.zc", seen.of_tone(0, "A0")),
+                "m",
+            )
     return None
 
 
@@ -126,12 +137,16 @@ def begins_in_contact(seen: Evidence) -> Advice | None:
     )
     far = 1.2 * free + problem.a0
     return Advice(
-        "begins_in_contact", first, free + problem.a0,
+        "begins_in_contact",
+        first,
+        free + problem.a0,
         f"The approach begins at {shown(first, 'm')}, where the tip with a free amplitude of {shown(free, 'm')} touches the "
         f"sample: {touches}. Which state it follows depends on the start, and an approach from far away may meet another "
         f"one. Begin experiment.zc at {shown(far, 'm')}, or give it as shares of drive.A0.",
-        BISTABLE, ("experiment.zc", seen.of_tone(0, "A0")), "m",
-    )  # fmt: skip
+        BISTABLE,
+        ("experiment.zc", seen.of_tone(0, "A0")),
+        "m",
+    )
 
 
 def _closest_at_first(seen: Evidence) -> float:

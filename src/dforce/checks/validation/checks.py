@@ -89,9 +89,16 @@ def half_a_digit(text: str) -> float:
 
 
 def compare(
-    group: str, name: str, found: float, expected: str, unit: str, within: float | None = None,
-    of: float | None = None, source: str = "", note: str = "",
-) -> Check:  # fmt: skip
+    group: str,
+    name: str,
+    found: float,
+    expected: str,
+    unit: str,
+    within: float | None = None,
+    of: float | None = None,
+    source: str = "",
+    note: str = "",
+) -> Check:
     """Return the check of a number against one as written: to half a unit of its last digit, or relative `within`.
 
     `of` is the size that errors are relative to, where that is not the expected value itself.

@@ -29,10 +29,16 @@ def _phase_of_a_conservative_force() -> Iterator[Check]:
             a, lag = float(found.values["mode_amplitude"][0]), float(found.values["mode_phase"][0])
             expected = 180.0 - math.degrees(math.asin(a / case.problem.tones[0].A0))
             yield Check(
-                "phase of mode 1 by its amplitude", f"{name}, {1e9 * zc:g} nm", lag, expected, "°", abs(lag - expected),
-                0.012, "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998): φ = 180° - asin(A/A0) in net attraction",
+                "phase of mode 1 by its amplitude",
+                f"{name}, {1e9 * zc:g} nm",
+                lag,
+                expected,
+                "°",
+                abs(lag - expected),
+                0.012,
+                "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998): φ = 180° - asin(A/A0) in net attraction",
                 "in degrees; drive 2 moves mode 1 too",
-            )  # fmt: skip
+            )
 
 
 def _attraction_without_contact() -> Iterator[Check]:
@@ -65,20 +71,28 @@ def _attraction_without_contact() -> Iterator[Check]:
             ("phase", float(found.values["phase"][0]), lag, "°"),
         ):
             yield Check(
-                "attraction without contact", f"figure-3-air, {1e9 * zc:g} nm: {name}", value, expected, unit,
-                abs(value - expected) / expected, 4e-4,
+                "attraction without contact",
+                f"figure-3-air, {1e9 * zc:g} nm: {name}",
+                value,
+                expected,
+                unit,
+                abs(value - expected) / expected,
+                4e-4,
                 "A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001): (k A A0/2Q) √(1 - A²/A0²) = ⟨F z⟩ over a cosine",
                 "harmonics are neglected",
-            )  # fmt: skip
+            )
 
 
 def _small_amplitude() -> Iterator[Check]:
     """A small motion feels the force as a spring -dF/dd at the mean distance."""
     hamaker, radius, zc, free = 1e-19, 2e-9, 3e-9, 0.2e-12
     case = Case(
-        cantilever=Cantilever(f0=50e3, k=1.0, Q=100.0), drive=Drive(A0=free), tip=Tip(radius=radius),
-        sample=Sample(youngs_modulus=1e9), forces=[DMT(hamaker=hamaker)],
-    )  # fmt: skip
+        cantilever=Cantilever(f0=50e3, k=1.0, Q=100.0),
+        drive=Drive(A0=free),
+        tip=Tip(radius=radius),
+        sample=Sample(youngs_modulus=1e9),
+        forces=[DMT(hamaker=hamaker)],
+    )
     found = find(case, zc, POINTS)
     if found is None:
         raise ArithmeticError("the small motion does not settle")
@@ -91,10 +105,16 @@ def _small_amplitude() -> Iterator[Check]:
     )
     for name, value, expected, unit in rows:
         yield Check(
-            "small amplitude", name, value, expected, unit, abs(value - expected) / abs(expected), 1e-6,
+            "small amplitude",
+            name,
+            value,
+            expected,
+            unit,
+            abs(value - expected) / abs(expected),
+            1e-6,
             "T. R. Albrecht, P. Grütter, D. Horne, D. Rugar, J. Appl. Phys. 69, 668 (1991): the resonance shifts with dF/dd",
             "A0 = 0.2 pm at 3 nm: the neglected terms are the square of their ratio, times Q",
-        )  # fmt: skip
+        )
 
 
 def part(quick: bool) -> Part:

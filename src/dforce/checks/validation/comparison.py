@@ -132,10 +132,18 @@ def disagreement(problem: Problem, found: Mapping[str, Any], exact: Mapping[str,
     energy, speed = np.pi * tone.force * tone.A0, 2.0 * np.pi * tone.frequency * tone.A0
     force = max(abs(exact["peak_force"]), abs(exact["min_force"]), tone.force)
     sizes = {
-        "amplitude": free, "mean_deflection": tone.A0, "half_peak_to_peak": tone.A0, "max_indentation": tone.A0,
-        "harmonic_amplitude": tone.A0, "contact_fraction": 1.0, "peak_velocity": speed, "peak_force": force,
-        "min_force": force, "total_virial": energy, "total_dissipated_energy": energy,
-    }  # fmt: skip
+        "amplitude": free,
+        "mean_deflection": tone.A0,
+        "half_peak_to_peak": tone.A0,
+        "max_indentation": tone.A0,
+        "harmonic_amplitude": tone.A0,
+        "contact_fraction": 1.0,
+        "peak_velocity": speed,
+        "peak_force": force,
+        "min_force": force,
+        "total_virial": energy,
+        "total_dissipated_energy": energy,
+    }
     out = {
         name: float(np.max(np.abs(np.asarray(found[name]) - exact[name])[: np.size(exact[name])] / size))
         if np.ndim(exact[name])

@@ -93,9 +93,12 @@ def agreement(case: Case, zc: Array) -> Agreement:
             beside[max(min(pair) - 1, 0) : max(pair) + 3, way] = True
     loops = [np.where(sound.all(axis=1), np.abs(np.diff(np.abs(curve), axis=1)).ravel(), 0.0).sum() for curve in curves]
     return Agreement(
-        (counts[0], counts[1]), shift, float(np.max(apart[~beside], initial=0.0)), abs(loops[0] - loops[1]) / free,
+        (counts[0], counts[1]),
+        shift,
+        float(np.max(apart[~beside], initial=0.0)),
+        abs(loops[0] - loops[1]) / free,
         float(sound.mean()),
-    )  # fmt: skip
+    )
 
 
 def _checks(seed: int) -> Iterator[Check]:

@@ -91,9 +91,10 @@ def _maugis(r: _Rng) -> Tables:
 def _solid(r: _Rng) -> dict[str, float]:
     instant = r.decades(1e7, 2e9)
     return {
-        "instant_modulus": instant, "relaxed_modulus": instant * r.even(0.05, 0.9),
+        "instant_modulus": instant,
+        "relaxed_modulus": instant * r.even(0.05, 0.9),
         "relaxation_time": r.decades(1e-6, 1e-4),
-    }  # fmt: skip
+    }
 
 
 def _remembering(r: _Rng) -> Tables:
@@ -110,26 +111,43 @@ def _simple_solid(r: _Rng) -> Tables:
 def _maxwell(r: _Rng) -> Tables:
     arms = [r.decades(1e7, 1e9), r.decades(1e7, 1e9)]
     return [
-        {"model": "generalized_maxwell", "elements": 8, "relaxed_modulus": r.decades(1e7, 1e9), "arm_moduli": arms,
-         "arm_times": [r.decades(1e-6, 1e-5), r.decades(1e-5, 1e-4)]},
-    ]  # fmt: skip
+        {
+            "model": "generalized_maxwell",
+            "elements": 8,
+            "relaxed_modulus": r.decades(1e7, 1e9),
+            "arm_moduli": arms,
+            "arm_times": [r.decades(1e-6, 1e-5), r.decades(1e-5, 1e-4)],
+        }
+    ]
 
 
 def _power_law(r: _Rng) -> Tables:
     return [
-        {"model": "power_law", "elements": 8, "modulus_at_reference": r.decades(1e7, 1e9), "reference_time": 1e-5,
-         "exponent": r.even(0.05, 0.4), "shortest_time": 1e-6, "longest_time": 1e-4},
+        {
+            "model": "power_law",
+            "elements": 8,
+            "modulus_at_reference": r.decades(1e7, 1e9),
+            "reference_time": 1e-5,
+            "exponent": r.even(0.05, 0.4),
+            "shortest_time": 1e-6,
+            "longest_time": 1e-4,
+        },
         {"model": "hydration", "energy": r.decades(1e-3, 1e-2), "decay": r.even(0.2e-9, 1e-9)},
-    ]  # fmt: skip
+    ]
 
 
 def _in_water(r: _Rng) -> Tables:
     return [
-        {"model": "dlvo", "hamaker": r.decades(1e-21, 2e-20), "debye_length": r.decades(0.5e-9, 1e-8),
-         "tip_charge": -r.decades(1e-3, 0.05), "sample_charge": -r.decades(1e-3, 0.05)},
+        {
+            "model": "dlvo",
+            "hamaker": r.decades(1e-21, 2e-20),
+            "debye_length": r.decades(0.5e-9, 1e-8),
+            "tip_charge": -r.decades(1e-3, 0.05),
+            "sample_charge": -r.decades(1e-3, 0.05),
+        },
         {"model": "sneddon", "geometry": "cone"},
         {"model": "solvation", "amplitude": r.decades(1e-12, 1e-9), "molecule": r.even(0.25e-9, 0.8e-9)},
-    ]  # fmt: skip
+    ]
 
 
 def _hysteretic(r: _Rng) -> Tables:
@@ -205,17 +223,21 @@ def draw(seed: int, number: int, families: tuple[str, ...] = tuple(FAMILIES)) ->
         cantilever={"modes": [{"f0": f0, "k": k, "Q": Q}, second][: family.modes]},
         drive={"tones": tones[: family.modes]},
         tip={
-            "radius": radius, "youngs_modulus": 170e9, "poisson_ratio": 0.28,
+            "radius": radius,
+            "youngs_modulus": 170e9,
+            "poisson_ratio": 0.28,
             "half_angle": math.radians(r.even(10.0, 35.0)),
         },
         sample={
-            "youngs_modulus": r.decades(1e7, 2e10), "poisson_ratio": r.even(0.0, 0.5), "thickness": r.decades(2e-8, 1e-6),
+            "youngs_modulus": r.decades(1e7, 2e10),
+            "poisson_ratio": r.even(0.0, 0.5),
+            "thickness": r.decades(2e-8, 1e-6),
             "radius": r.decades(5e-9, 1e-7),
         },
         medium="water",
         forces=forces,
         experiment={"kind": "dwell", "zc": 0.165e-9 + A0 * r.even(0.3, 1.02)},
-    )  # fmt: skip
+    )
     return Draw(number, name, case)
 
 

@@ -33,9 +33,13 @@ SOURCES = {
     "multipliers": "Liouville: for a force of the distance alone their product is exp(-Σ ω_n T / Q_n)",
 }
 SIZES = {
-    "mean force": "⟨F⟩ and 0.01 F0", "virial": "π F A", "energy": "π F A", "total energy": "π Σ F A",
-    "conserved energy": "π Σ F A", "multipliers": "1",
-}  # fmt: skip
+    "mean force": "⟨F⟩ and 0.01 F0",
+    "virial": "π F A",
+    "energy": "π F A",
+    "total energy": "π Σ F A",
+    "conserved energy": "π Σ F A",
+    "multipliers": "1",
+}
 TEXT = (
     "Balances that hold for every steady motion whatever the force, closed on the shipped examples at 4096 samples a period. "
     "Each is relative to the size named; mean forces are meant to close to 1e-4, energies to 1e-5 of the drive's work."

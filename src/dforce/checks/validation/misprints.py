@@ -18,9 +18,14 @@ from dforce.forces.bottom_effect import coefficients
 
 JKR = {"model": "jkr", "surface_energy": 0.05, "tip.radius": 20e-9, "contact.E_eff": 1e9 / 0.91, "latched": 1.0}
 SPHERE = {
-    "model": "tatara", "tip.radius": 5e-9, "tip.youngs_modulus": 170e9, "tip.poisson_ratio": 0.28, "sample.radius": 10e-9,
-    "sample.youngs_modulus": 100e6, "sample.poisson_ratio": 0.3,
-}  # fmt: skip
+    "model": "tatara",
+    "tip.radius": 5e-9,
+    "tip.youngs_modulus": 170e9,
+    "tip.poisson_ratio": 0.28,
+    "sample.radius": 10e-9,
+    "sample.youngs_modulus": 100e6,
+    "sample.poisson_ratio": 0.3,
+}
 
 
 @dataclass(frozen=True)
@@ -55,21 +60,24 @@ def dimension(text: str) -> str:
 def _beam_equation() -> Misprint:
     rest, printed, right = (dimension(text) for text in ("kg/m^3 m m m/s^2", "Pa m^4 m/m", "Pa m^4 m/m^4"))
     return Misprint(
-        "(2)", r"E I\, \frac{\partial}{\partial x^4} \left[ w + \alpha_1 \frac{\partial w}{\partial t} \right]",
+        "(2)",
+        r"E I\, \frac{\partial}{\partial x^4} \left[ w + \alpha_1 \frac{\partial w}{\partial t} \right]",
         r"E I\, \frac{\partial^4}{\partial x^4} \left[ w + \alpha_1 \frac{\partial w}{\partial t} \right]",
         f"The inertia ρbh ∂²w/∂t² is in {rest}; with a first derivative the bending is in {printed}, with the fourth in "
         f"{right}.",
-    )  # fmt: skip
+    )
 
 
 def _one_mass() -> Misprint:
     first, second = example("table-1-bimodal").problem.modes
     ratio = second.k / second.f0**2 / (first.k / first.f0**2)
     return Misprint(
-        "(3)", r"m = 0.25\, m_c \text{ for all modes}", r"m_n = k_n / \omega_n^2",
+        "(3)",
+        r"m = 0.25\, m_c \text{ for all modes}",
+        r"m_n = k_n / \omega_n^2",
         "Exact for a uniform beam, but the paper's own numbers are of another: those of table 1 give "
         f"m₂/m₁ = {ratio:.3f}, so that one mass for both would change k₂ or f₂.",
-    )  # fmt: skip
+    )
 
 
 def _quality_factor() -> Misprint:
@@ -77,11 +85,14 @@ def _quality_factor() -> Misprint:
     printed = dimension(f"{internal} /(kg/m)"), dimension(f"{medium} /s^2")
     right = dimension(f"{medium} /(kg/m)"), dimension(f"{internal} /s^2")
     return Misprint(
-        "(4)", r"Q_n = \frac{\omega_n}{\alpha_1 / \rho b h + \alpha_0 \omega_n^2}",
+        "(4)",
+        r"Q_n = \frac{\omega_n}{\alpha_1 / \rho b h + \alpha_0 \omega_n^2}",
         r"Q_n = \frac{\omega_n}{\alpha_0 / \rho b h + \alpha_1 \omega_n^2}",
         f"With α₁ in s and α₀ in kg/(m s), as equation 2 has them, the printed terms are in {printed[0]} and {printed[1]}; "
-        f"exchanged both are in {right[0]}." if right[0] == right[1] else "",
-    )  # fmt: skip
+        f"exchanged both are in {right[0]}."
+        if right[0] == right[1]
+        else "",
+    )
 
 
 def _frequency() -> Misprint:
@@ -92,11 +103,12 @@ def _frequency() -> Misprint:
     printed = (kappa / SILICON["length"]) ** 4 * stiffness
     omega = 2.0 * math.pi * mode.frequency
     return Misprint(
-        "(5)", r"\omega_n = \left( \frac{\kappa_n}{L} \right)^4 \frac{E I}{\rho b h}",
+        "(5)",
+        r"\omega_n = \left( \frac{\kappa_n}{L} \right)^4 \frac{E I}{\rho b h}",
         r"\omega_n = \left( \frac{\kappa_n}{L} \right)^2 \sqrt{\frac{E I}{\rho b h}}",
         f"The printed right side is in {dimension('Pa m^4 / (kg/m) / m^4')}. A silicon lever of 225 × 28 × 3 µm: printed "
         f"{printed:.5g}, whose root {math.sqrt(printed):.6g} is the ω₁ = {omega:.6g} 1/s of {mode.frequency / 1e3:.2f} kHz.",
-    )  # fmt: skip
+    )
 
 
 def _sphere() -> Misprint:
@@ -106,10 +118,12 @@ def _sphere() -> Misprint:
         for d in (0.165e-9, 0.5e-9)
     ]
     return Misprint(
-        "(6), (7)", r"-\frac{H R}{6 d^2}", r"-\frac{2 H R^3}{3 d^2 (d + 2R)^2} \text{ where } d \ll R \text{ fails}",
+        "(6), (7)",
+        r"-\frac{H R}{6 d^2}",
+        r"-\frac{2 H R^3}{3 d^2 (d + 2R)^2} \text{ where } d \ll R \text{ fails}",
         f"Right for d ≪ R; for the paper's tip of 2 nm it is {100 * over[0]:.0f} % too large at contact and "
         f"{100 * over[1]:.0f} % at 0.5 nm. (ε in equation 7 is the relative permittivity.)",
-    )  # fmt: skip
+    )
 
 
 def _adhesion() -> Misprint:
@@ -119,11 +133,12 @@ def _adhesion() -> Misprint:
     doubled = force({**common, "hamaker": hamaker, "surface_energy": 2.0 * gamma, "depth": 1e-16})
     outside = force({**common, "hamaker": hamaker, "d": a0})
     return Misprint(
-        "(10), (11)", r"4 \pi R \gamma = \frac{H R}{6 a_0^2}",
+        "(10), (11)",
+        r"4 \pi R \gamma = \frac{H R}{6 a_0^2}",
         r"\text{the same, with } \gamma = \frac{H}{24 \pi a_0^2} = \tfrac{1}{2} W \text{ of like bodies}",
         f"H and γ are one number: 0.8e-20 J is {1e3 * gamma:.4g} mJ/m². With twice this γ the force at contact jumps from "
         f"{1e12 * outside:.1f} to {1e12 * doubled:.1f} pN.",
-    )  # fmt: skip
+    )
 
 
 def _jkr_branch() -> Misprint:
@@ -132,11 +147,12 @@ def _jkr_branch() -> Misprint:
     end = force({**JKR, "depth": -depth * unit})
     strongest = 3.0 * math.pi * model.surface_energy * model.radius  # type: ignore[attr-defined]
     return Misprint(
-        "(12)", r"\bar\delta(\bar F) \text{ with } +2\sqrt{1 + \bar F}",
+        "(12)",
+        r"\bar\delta(\bar F) \text{ with } +2\sqrt{1 + \bar F}",
         r"\bar\delta = 3 q^4 - 4 q,\ \bar F = q^6 - 2 q^3,\ q \ge 3^{-1/3}",
         f"The printed root ends at the largest pull, {1e9 * strongest:.3f} nN at δ = -u. A tip that is held by its position "
         f"stays on to δ = -{depth:.4f} u, where the pull is {-1e9 * end:.3f} nN; that part has the other sign of the root.",
-    )  # fmt: skip
+    )
 
 
 def _jkr_length() -> Misprint:
@@ -149,11 +165,12 @@ def _jkr_length() -> Misprint:
     hertz = 4.0 / 3.0 * modulus * math.sqrt(radius) * depth**1.5
     shares = [force({**JKR, "depth": depth * scale}) / hertz for scale in (unit / printed, 1.0)]
     return Misprint(
-        "(13)", r"\bar\delta = \delta \left( \frac{\pi^2 \gamma^2 R}{3 E_\mathrm{eff}^2} \right)^{-1/3}",
+        "(13)",
+        r"\bar\delta = \delta \left( \frac{\pi^2 \gamma^2 R}{3 E_\mathrm{eff}^2} \right)^{-1/3}",
         r"\bar\delta = \delta \left( \frac{3 \pi^2 \gamma^2 R}{16 E_\mathrm{eff}^2} \right)^{-1/3}",
         f"The printed length is {printed / unit:.4f} times too long. Pressed in by 10,000 u the force over that of Hertz is "
         f"{shares[0]:.4f} with it and {shares[1]:.4f} with the right one.",
-    )  # fmt: skip
+    )
 
 
 def _jkr_force() -> Misprint:
@@ -162,10 +179,12 @@ def _jkr_force() -> Misprint:
     pull = -min(force({**JKR, "depth": share * unit}) for share in np.linspace(-1.001, -0.999, 201))
     scale = math.pi * model.surface_energy * model.radius  # type: ignore[attr-defined]
     return Misprint(
-        "(14)", r"\bar F = \frac{F}{\pi \gamma R}", r"\bar F = \frac{F}{3 \pi \gamma R}",
+        "(14)",
+        r"\bar F = \frac{F}{\pi \gamma R}",
+        r"\bar F = \frac{F}{3 \pi \gamma R}",
         f"The largest pull is (3/2)πWR = {pull / scale:.4f} πγR with W = 2γ; by the printed unit it would be πγR. "
         "No other meaning of γ mends (13) and (14) at once.",
-    )  # fmt: skip
+    )
 
 
 def _tatara() -> Misprint:
@@ -189,16 +208,17 @@ def _tatara() -> Misprint:
         f"Two equal contacts share the compression, so a small one meets {series[0]:.4f} n δ^1.5: 2^-1.5 = {series[2]:.4f}, "
         f"not 2^-2/3 = {series[1]:.4f}. With n_c in N/m the second term is in {dimension('(N/m^1.5)^2 m^2 / (N/m)^2')} as "
         f"printed. The expansion of the implicit law has the third coefficient {limit:.2f}.",
-    )  # fmt: skip
+    )
 
 
 def _tatara_stiffness() -> Misprint:
     return Misprint(
-        "(17)", r"n_c = \frac{4 \pi E_t R_t E_s R_s}{6 + \nu_t - 2 \nu_t^2 + \nu_s - 2 \nu_s^2}",
+        "(17)",
+        r"n_c = \frac{4 \pi E_t R_t E_s R_s}{6 + \nu_t - 2 \nu_t^2 + \nu_s - 2 \nu_s^2}",
         r"\frac{1}{n_c} = \frac{3 + \nu_t - 2 \nu_t^2}{4 \pi E_t R_t} + \frac{3 + \nu_s - 2 \nu_s^2}{4 \pi E_s R_s}",
         f"The printed n_c is in {dimension('(Pa m)^2')}, where a stiffness is in {dimension('N/m')}. For E_t R_t = E_s R_s "
         "the sum has the printed bracket.",
-    )  # fmt: skip
+    )
 
 
 def _thin_sample() -> Misprint:
@@ -216,16 +236,18 @@ def _thin_sample() -> Misprint:
         rf"\left[ 1 + {first:.4f} X + {second:.4f} X^2 + \ldots \right]",
         f"X = tan θ δ/h, ν = 0.5. Force over that of a thick sample by the contact's integral equation: {text}. The prefactor "
         f"8/3π holds 1/(1 - ν²) already: with E_eff it is {prefactor:.4f} times too large.",
-    )  # fmt: skip
+    )
 
 
 def _viscous() -> Misprint:
     printed, right = dimension("Pa s m^0.5 m m/s"), dimension("Pa s m^0.5 m^0.5 m/s")
     return Misprint(
-        "(20)", r"-\eta \sqrt{R}\, \delta\, \frac{d\delta}{dt}", r"+\eta \sqrt{R \delta}\, \frac{d\delta}{dt}",
+        "(20)",
+        r"-\eta \sqrt{R}\, \delta\, \frac{d\delta}{dt}",
+        r"+\eta \sqrt{R \delta}\, \frac{d\delta}{dt}",
         f"As printed in {printed}; with δ under the root in {right}, which is the newton. The sign is that of dδ/dt of the "
         "indentation: a viscous contact resists being pressed in.",
-    )  # fmt: skip
+    )
 
 
 def _standard_linear_solid() -> Misprint:
@@ -251,24 +273,39 @@ def _standard_linear_solid() -> Misprint:
         f"{math.exp(10.0):.0f} in ten of its own times. The right one relaxes: of what was pressed in at once "
         f"{held[-1] / held[49]:.3f} is left after ten τ, which is E∞/E₀, and Hertz' force with E∞ to "
         f"{abs(held[-1] / hertz - 1.0):.0e}. (Valid while the contact grows; then Ting's integral.)",
-    )  # fmt: skip
+    )
 
 
 def _settling() -> Misprint:
     left = [100.0 * math.exp(-n) for n in (2.0, 5.0)]
     return Misprint(
-        "text", r"2 \text{ to } 5 \text{ times } Q/\pi \text{ periods}", r"\text{at least } 6\, Q/\pi + 30, \text{ and a test}",
+        "text",
+        r"2 \text{ to } 5 \text{ times } Q/\pi \text{ periods}",
+        r"\text{at least } 6\, Q/\pi + 30, \text{ and a test}",
         f"The transient falls by 1/e in Q/π periods, as the paper says; two to five of these leave {left[0]:.0f} to "
         f"{left[1]:.1f} % of it, six {100.0 * math.exp(-6.0):.2f} %.",
-    )  # fmt: skip
+    )
 
 
 def misprints() -> list[Misprint]:
     """Return all of them, in the order of the paper."""
     return [
-        _beam_equation(), _one_mass(), _quality_factor(), _frequency(), _sphere(), _adhesion(), _jkr_branch(), _jkr_length(),
-        _jkr_force(), _tatara(), _tatara_stiffness(), _thin_sample(), _viscous(), _standard_linear_solid(), _settling(),
-    ]  # fmt: skip
+        _beam_equation(),
+        _one_mass(),
+        _quality_factor(),
+        _frequency(),
+        _sphere(),
+        _adhesion(),
+        _jkr_branch(),
+        _jkr_length(),
+        _jkr_force(),
+        _tatara(),
+        _tatara_stiffness(),
+        _thin_sample(),
+        _viscous(),
+        _standard_linear_solid(),
+        _settling(),
+    ]
 
 
 def misprints_text() -> str:

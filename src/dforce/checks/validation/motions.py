@@ -39,9 +39,12 @@ def _resonant(contact: str) -> Case:
     # a flat punch of 2 nm that is always in contact is a spring of 2 E_eff R = 0.05 N/m
     forces = [Sneddon(geometry="punch")] if contact == "punch" else [Hertz()]
     return Case(
-        cantilever=Cantilever(f0=50e3, k=1.0, Q=100.0), drive=Drive(A0=10e-9), tip=Tip(radius=2e-9, half_angle="20 deg"),
-        sample=Sample(youngs_modulus=0.05 / (2.0 * 2e-9) * (1.0 - 0.3**2), poisson_ratio=0.3), forces=forces,
-    )  # fmt: skip
+        cantilever=Cantilever(f0=50e3, k=1.0, Q=100.0),
+        drive=Drive(A0=10e-9),
+        tip=Tip(radius=2e-9, half_angle="20 deg"),
+        sample=Sample(youngs_modulus=0.05 / (2.0 * 2e-9) * (1.0 - 0.3**2), poisson_ratio=0.3),
+        forces=forces,
+    )
 
 
 @lru_cache(maxsize=1)
@@ -104,9 +107,12 @@ def averages(
     too stiff for the force and too little damped to need a drive.
     """
     problem = Problem.build(
-        Cantilever(f0=frequency, k=UNMOVED, Q=UNDAMPED), Drive(A0=10e-9), Tip(radius=2e-9),
-        Sample(youngs_modulus=1e9, poisson_ratio=0.3), forces=[DMT(hamaker=hamaker), KelvinVoigt(viscosity=viscosity)],
-    )  # fmt: skip
+        Cantilever(f0=frequency, k=UNMOVED, Q=UNDAMPED),
+        Drive(A0=10e-9),
+        Tip(radius=2e-9),
+        Sample(youngs_modulus=1e9, poisson_ratio=0.3),
+        forces=[DMT(hamaker=hamaker), KelvinVoigt(viscosity=viscosity)],
+    )
     settings = SolverSettings(method="transient", integrator="adaptive", points_per_period=points)
     ready = INTEGRATORS[settings.integrator](problem, settings, 5)
     ready.place(zc)

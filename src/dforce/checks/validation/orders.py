@@ -61,17 +61,32 @@ SLOPES = (
     Slope("RK4, Hertz", "hertz", "rk4", "points_per_period", POINTS[1:], 2.2, 3.7, ROOTS),
     Slope("RK4, force with a jump at contact", "jump", "rk4", "points_per_period", POINTS[1:], 2.2, 3.7, ROOTS),
     Slope("RK4, viscous contact", "root", "rk4", "points_per_period", POINTS[1:], 1.2, 2.7, ROOTS),
-    Slope("adaptive, steps set by the samples", "smooth", "adaptive", "points_per_period", (32, 48, 64, 96, 128), 4.8, 5.2),
+    Slope(
+        "adaptive, steps set by the samples", "smooth", "adaptive", "points_per_period", (32, 48, 64, 96, 128), 4.8, 5.2
+    ),
     *(
-        Slope(f"adaptive, error against tolerance: {words}", forces, "adaptive", "relative_tolerance", TIGHT, 0.85, 1.15)
+        Slope(
+            f"adaptive, error against tolerance: {words}", forces, "adaptive", "relative_tolerance", TIGHT, 0.85, 1.15
+        )
         for forces, words in (
-            ("smooth", "smooth force"), ("spring", "flat punch"), ("hertz", "Hertz"), ("jump", "force with a jump"),
+            ("smooth", "smooth force"),
+            ("spring", "flat punch"),
+            ("hertz", "Hertz"),
+            ("jump", "force with a jump"),
             ("root", "viscous contact"),
         )
     ),
-    Slope("LSODA, error against tolerance: viscous contact", "root", "lsoda", "relative_tolerance", (1e-5, 1e-6, *TIGHT[:4]),
-          0.75, 1.25, "its own order changes on the way"),
-)  # fmt: skip
+    Slope(
+        "LSODA, error against tolerance: viscous contact",
+        "root",
+        "lsoda",
+        "relative_tolerance",
+        (1e-5, 1e-6, *TIGHT[:4]),
+        0.75,
+        1.25,
+        "its own order changes on the way",
+    ),
+)
 
 
 @cache
@@ -85,9 +100,12 @@ def _problem(name: str) -> Problem:
     }
     # Q = 2, so that RK4 takes as few points as asked for
     return Problem.build(
-        Cantilever(f0="50 kHz", k="0.9 N/m", Q=2), Drive(A0="10 nm"), Tip(radius="2 nm"),
-        Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"), forces=choices[name],
-    )  # fmt: skip
+        Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
+        Drive(A0="10 nm"),
+        Tip(radius="2 nm"),
+        Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        forces=choices[name],
+    )
 
 
 def ends(name: str, **settings: Any) -> Array:
@@ -134,9 +152,16 @@ def checks(quick: bool) -> Iterator[Check]:
             continue
         found, middle = measured(slope), 0.5 * (slope.lowest + slope.highest)
         yield Check(
-            slope.integrator, slope.name, found, middle, "1", abs(found - middle), slope.highest - middle,
-            f"{slope.values[0]:g} to {slope.values[-1]:g} ({slope.setting})", slope.note,
-        )  # fmt: skip
+            slope.integrator,
+            slope.name,
+            found,
+            middle,
+            "1",
+            abs(found - middle),
+            slope.highest - middle,
+            f"{slope.values[0]:g} to {slope.values[-1]:g} ({slope.setting})",
+            slope.note,
+        )
 
 
 def part(quick: bool) -> Part:

@@ -54,10 +54,17 @@ def _missed(result: Mapping[str, Any]) -> list[str]:
     if not missed:
         return ["Every check is met."]
     rows = [
-        (check["group"], check["name"], number(check["found"]), number(check["expected"]), small(check["error"]),
-         small(check["limit"]), f"{check['source']} {check['note']}".strip())
+        (
+            check["group"],
+            check["name"],
+            number(check["found"]),
+            number(check["expected"]),
+            small(check["error"]),
+            small(check["limit"]),
+            f"{check['source']} {check['note']}".strip(),
+        )
         for check in missed
-    ]  # fmt: skip
+    ]
     return ["## Not met", table(("group", "check", "found", "expected", "error", "limit", "why"), rows)]
 
 
@@ -69,10 +76,16 @@ def _groups(part: Mapping[str, Any]) -> Iterable[str]:
             yield _disagreements(checks)
         elif part["name"] == "orders":
             rows = [
-                (c["name"], f"{c['found']:.2f}", f"{c['expected'] - c['limit']:.2f} to {c['expected'] + c['limit']:.2f}",
-                 c["source"], c["note"], verdict(c))
+                (
+                    c["name"],
+                    f"{c['found']:.2f}",
+                    f"{c['expected'] - c['limit']:.2f} to {c['expected'] + c['limit']:.2f}",
+                    c["source"],
+                    c["note"],
+                    verdict(c),
+                )
                 for c in checks
-            ]  # fmt: skip
+            ]
             yield table(("", "order", "expected", "from", "note", ""), rows)
         else:
             yield from _values(checks)
@@ -83,10 +96,18 @@ def _values(checks: Sequence[Row]) -> Iterable[str]:
     if sources:
         yield ". ".join(sources) + "."
     rows = [
-        (c["name"], number(c["found"]), number(c["expected"]), unit(c["unit"]), digits(c["error"]), small(c["limit"]),
-         c["note"], verdict(c))
+        (
+            c["name"],
+            number(c["found"]),
+            number(c["expected"]),
+            unit(c["unit"]),
+            digits(c["error"]),
+            small(c["limit"]),
+            c["note"],
+            verdict(c),
+        )
         for c in checks
-    ]  # fmt: skip
+    ]
     yield table(("value", "dForce", "expected", "unit", "digits", "limit", "note", ""), rows)
 
 

@@ -41,9 +41,16 @@ def check(entry: dict[str, Any]) -> Check:
     """Return what dForce gives for an entry of a table, held against what is written there."""
     given = {key: value for key, value in entry.items() if key not in OF_THE_TABLE}
     return compare(
-        entry["group"], entry["what"], RECIPES[entry["recipe"]](given), entry["expected"], entry["unit"],
-        entry.get("within"), entry.get("of"), entry["source"], entry.get("note", ""),
-    )  # fmt: skip
+        entry["group"],
+        entry["what"],
+        RECIPES[entry["recipe"]](given),
+        entry["expected"],
+        entry["unit"],
+        entry.get("within"),
+        entry.get("of"),
+        entry["source"],
+        entry.get("note", ""),
+    )
 
 
 def checks(quick: bool) -> Iterator[Check]:

@@ -192,15 +192,17 @@ def layer_ratio(given: Given) -> float:
     """Return the force on a thin sample over that on a half-space, at a depth of the series' variable."""
     shape, reach, thickness, angle = given["geometry"], given["reach"], 1e-6, math.radians(30.0)
     radius = reach * thickness if shape == "punch" else 10e-6
-    depth = {
-        "sphere": (reach * thickness) ** 2 / radius,
-        "cone": reach * thickness / math.tan(angle),
-        "punch": 10e-9,
-    }[str(shape)]
+    depth = {"sphere": (reach * thickness) ** 2 / radius, "cone": reach * thickness / math.tan(angle), "punch": 10e-9}[
+        str(shape)
+    ]
     common = {
-        "tip.radius": radius, "tip.half_angle": angle, "sample.thickness": thickness, "sample.poisson_ratio": 0.5,
-        "contact.E_eff": 1e4, "depth": depth,
-    }  # fmt: skip
+        "tip.radius": radius,
+        "tip.half_angle": angle,
+        "sample.thickness": thickness,
+        "sample.poisson_ratio": 0.5,
+        "contact.E_eff": 1e4,
+        "depth": depth,
+    }
     half_space = {"model": "hertz"} if shape == "sphere" else {"model": "sneddon", "geometry": shape}
     return force({**common, "model": "bottom_effect", "geometry": shape}) / force({**common, **half_space})
 

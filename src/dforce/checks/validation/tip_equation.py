@@ -148,9 +148,16 @@ class TipEquation:
                 cross.terminal, cross.direction = True, 1 if flags[i] else -1  # type: ignore[attr-defined]
                 events.append(cross)
             found = solve_ivp(
-                slopes, (t, seconds), y, method="DOP853", rtol=rtol, atol=tolerance, events=events, dense_output=True,
+                slopes,
+                (t, seconds),
+                y,
+                method="DOP853",
+                rtol=rtol,
+                atol=tolerance,
+                events=events,
+                dense_output=True,
                 max_step=1 / self.modes[0][0] / STEPS,
-            )  # fmt: skip
+            )
             if not found.success:
                 raise ArithmeticError(found.message)
             look(found.t, found.sol, flags)

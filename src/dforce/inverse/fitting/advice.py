@@ -89,17 +89,21 @@ def _minima(found: Fitted) -> Advice | None:
     }.get(inside, f"The data do not decide between the lowest {inside + 1}, whose values the intervals of 95 % cover")
     text = f"chi2 has more than one minimum: {found.best.chi2:.1f} at the values of this fit, and {told}. {joined}."
     names = tuple(
-        one.name for i, one in enumerate(found.unknowns)
+        one.name
+        for i, one in enumerate(found.unknowns)
         if any(abs(other.varied[i] - found.best.varied[i]) > found.certain.errors[i] for other in others)
-    )  # fmt: skip
+    )
     return Advice("second_minimum", others[0].chi2 - found.best.chi2, NEAR_EQUAL, text, STATISTICS, names)
 
 
 def _place(found: Fitted, one: Minimum) -> str:
     """Return the values of the fitted parameters at a minimum as text."""
     values = zip(found.unknowns, found.model.values(one.varied), strict=True)
-    return ", ".join(f"{each.name} = {units.show(float(value), each.unit, 3)}" for each, value in values
-                     if each.name in found.settings.free)  # fmt: skip
+    return ", ".join(
+        f"{each.name} = {units.show(float(value), each.unit, 3)}"
+        for each, value in values
+        if each.name in found.settings.free
+    )
 
 
 def _bounds(found: Fitted) -> Advice | None:

@@ -93,9 +93,14 @@ class Curves:
     """
 
     def __init__(
-        self, problem: Problem, stretches: Sequence[Stretch], settings: SolverSettings, tones: int, finer: int = 1,
+        self,
+        problem: Problem,
+        stretches: Sequence[Stretch],
+        settings: SolverSettings,
+        tones: int,
+        finer: int = 1,
         watch: Any = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         if settings.method != "periodic":
             settings = SolverSettings(points_per_period=settings.points_per_period)
         self.settings, self.stretches, self.watch = settings, list(stretches), watch or (lambda: None)
@@ -113,8 +118,14 @@ class Curves:
     def _block(self, problems: Sequence[Problem]) -> Block:
         lot = Lot.of(problems)
         block = Block(
-            lot, lambda case, zc: (problems[case].at_height(zc), zc), self.settings, 1, self.samples, self.watch, whole=True
-        )  # fmt: skip
+            lot,
+            lambda case, zc: (problems[case].at_height(zc), zc),
+            self.settings,
+            1,
+            self.samples,
+            self.watch,
+            whole=True,
+        )
         block.predicted, block.wanted = PREDICTED, MOTION
         return block
 
@@ -143,15 +154,17 @@ class Curves:
             free = [free_response(problem.at_height(float(zc))) for zc in at]
             values[case] = np.concatenate([np.array(part)[:, : self.tones] for part in zip(*free, strict=True)], axis=1)
         return Solved(
-            values, np.ones((cases, points), bool), np.full((cases, len(self.stretches)), np.inf),
-            np.full((cases, points, size), np.nan), np.full((cases, points, len(block.memory_scale)), np.nan),
-            np.full((cases, points, block.hysteresis), np.nan), np.full((cases, points, size, size), np.nan),
+            values,
+            np.ones((cases, points), bool),
+            np.full((cases, len(self.stretches)), np.inf),
+            np.full((cases, points, size), np.nan),
+            np.full((cases, points, len(block.memory_scale)), np.nan),
+            np.full((cases, points, block.hysteresis), np.nan),
+            np.full((cases, points, size, size), np.nan),
             np.full((cases, points), np.nan),
-        )  # fmt: skip
+        )
 
-    def _follow(
-        self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved, short: Array
-    ) -> None:  # fmt: skip
+    def _follow(self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved, short: Array) -> None:
         every = np.arange(len(offsets))
         values = stretch.heights + offsets[:, None]
         first = values[:, 0]
@@ -188,7 +201,7 @@ class Curves:
 
     def _keep(
         self, block: Block, stretch: Stretch, case: int, branch: Any, i: int, values: Array, end: Array, out: Solved
-    ) -> bool:  # fmt: skip
+    ) -> bool:
         """Keep what was found of one problem's branch, and of its end where it ends before the last point.
 
         Return whether anything was found.
@@ -220,8 +233,14 @@ class Curves:
         return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
 
     def slopes(
-        self, above: Sequence[Problem], below: Sequence[Problem], shift: float, solved: Solved, turns: Array, case: int = 0
-    ) -> Array:  # fmt: skip
+        self,
+        above: Sequence[Problem],
+        below: Sequence[Problem],
+        shift: float,
+        solved: Solved,
+        turns: Array,
+        case: int = 0,
+    ) -> Array:
         """Return what a curve is above minus what it is below, (parameters, points, 2 tones).
 
         Parameters
@@ -246,9 +265,7 @@ class Curves:
         """Say whether derivatives follow from the orbits that were found; else curves beside them are followed anew."""
         return self.is_smooth and not bool(solved.lost[case].any())
 
-    def _beside(
-        self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int
-    ) -> Array:  # fmt: skip
+    def _beside(self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int) -> Array:
         """Return what problems say one Newton step beside the orbits of one."""
         block, times = self._block(beside), (len(beside), 1)
         which = np.repeat(np.arange(len(beside)), self.count)
@@ -257,9 +274,7 @@ class Curves:
         rows = block.remeasure(which, states, at, np.tile(solved.monodromy[case], (*times, 1)))
         return self.read(block, which, at, rows).reshape(len(beside), self.count, self.columns)
 
-    def _anew(
-        self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int
-    ) -> Array:  # fmt: skip
+    def _anew(self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int) -> Array:
         """Return the same from curves that are followed anew."""
         offsets = solved.at[case] - self._heights()
         offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0  # no point has a state there

@@ -121,7 +121,7 @@ def lowest(objective: Objective) -> Minimum:
 
 def slide(
     objective: Objective, start: Minimum, away: bool = False, most: int = MOST, enough: float = ENOUGH
-) -> Minimum:  # fmt: skip
+) -> Minimum:
     """Return the minimum beside a fold that other steps have come near to.
 
     The start is returned where no fold is near, but for steps that go on `away` from folds, and where no place without lost

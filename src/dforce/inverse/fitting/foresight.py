@@ -53,9 +53,12 @@ class _Branches:
 
 @checked
 def identify(
-    case: Case, zc: Any = None, free: Sequence[str] | None = None, errors: Mapping[str, Any] | None = None,
+    case: Case,
+    zc: Any = None,
+    free: Sequence[str] | None = None,
+    errors: Mapping[str, Any] | None = None,
     helps: bool = True,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Return which parameters a tapping curve can tell, and how well, before it is measured.
 
     The errors are those of a fit to such a curve (Cramér and Rao), from the branches of the case and their derivatives.
@@ -246,9 +249,11 @@ def _rows(found: _Branches, words: str) -> dict[str, tuple[list[Unknown], Array]
     if not behind.any():
         return {"approach": (found.unknowns, found.jacobian)}
     parts = {
-        "approach": ~behind | found.nearer, "approach and retract": np.ones(len(behind), bool),
-        "before the jump": ~behind, "behind the jump": behind,
-    }  # fmt: skip
+        "approach": ~behind | found.nearer,
+        "approach and retract": np.ones(len(behind), bool),
+        "before the jump": ~behind,
+        "behind the jump": behind,
+    }
     return {name: (found.unknowns, found.jacobian[rows]) for name, rows in parts.items()}
 
 
@@ -298,11 +303,20 @@ def _dataset(case: Case, free: Sequence[str], curves: dict[str, tuple[list[Unkno
     unit = {one.name: "1" if one.is_log else one.unit for one in [*longest, *first]}
     both = ("curve", "known")
     return xr.Dataset(
-        {"error": ((*both, "parameter"), error), "verdict": ((*both, "parameter"), verdict),
-         "worst_correlation": (both, worst), "worst_pair": (both, pair)},
-        {"curve": list(curves), "known": sets, "parameter": names, "unit": ("parameter", [unit[name] for name in names])},
+        {
+            "error": ((*both, "parameter"), error),
+            "verdict": ((*both, "parameter"), verdict),
+            "worst_correlation": (both, worst),
+            "worst_pair": (both, pair),
+        },
+        {
+            "curve": list(curves),
+            "known": sets,
+            "parameter": names,
+            "unit": ("parameter", [unit[name] for name in names]),
+        },
         provenance(case.to_toml(complete=True), case.title) | {"kind": "identify", "products": "\n".join(products)},
-    )  # fmt: skip
+    )
 
 
 def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
@@ -347,8 +361,11 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     if result.attrs.get("kind") != "identify" or known not in result["known"].values:
         raise ParameterError("this result does not say what a curve can tell; df.identify(case, free=[...]) does")
     part = result.sel(known=known)
-    names = [name for name in part["parameter"].values.tolist() if np.isfinite(part["error"].sel(parameter=name)).any()
-             or (part["verdict"].sel(parameter=name) != "").any()]  # fmt: skip
+    names = [
+        name
+        for name in part["parameter"].values.tolist()
+        if np.isfinite(part["error"].sel(parameter=name)).any() or (part["verdict"].sel(parameter=name) != "").any()
+    ]
     rows = [("", *(name.split(".")[-1] for name in names))]
     pairs = [("", "closest pair", "correlation")]
     for curve in part["curve"].values.tolist():

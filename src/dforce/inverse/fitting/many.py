@@ -22,9 +22,12 @@ if TYPE_CHECKING:
 
 @checked
 def fit_many(
-    case: Case, curves: Mapping[str, Any], free: Sequence[str] | None = None,
-    progress: Progress | bool | None = None, **settings: Any,
-) -> xr.Dataset:  # fmt: skip
+    case: Case,
+    curves: Mapping[str, Any],
+    free: Sequence[str] | None = None,
+    progress: Progress | bool | None = None,
+    **settings: Any,
+) -> xr.Dataset:
     """Return the fits of many curves, each from the same start; one that cannot be fitted does not stop the others.
 
     Parameters

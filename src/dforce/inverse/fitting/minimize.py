@@ -55,8 +55,12 @@ class Objective:
     """
 
     def __init__(
-        self, model: Model, varied: Array, free: Sequence[int] | None = None, on_run: Callable[[Objective], None] | None = None
-    ) -> None:  # fmt: skip
+        self,
+        model: Model,
+        varied: Array,
+        free: Sequence[int] | None = None,
+        on_run: Callable[[Objective], None] | None = None,
+    ) -> None:
         self.model, self.start = model, varied.copy()
         self.free = list(range(len(varied))) if free is None else list(free)
         self.on_run = on_run or (lambda objective: None)
@@ -121,9 +125,17 @@ class Objective:
         inside = np.where(np.isfinite(high - low), 1e-6 * (high - low), 1e-9)
         start = np.minimum(np.maximum(start, low + inside), high - inside)
         least_squares(
-            self.residuals, start, self.jacobian, bounds=(low, high), x_scale="jac", method="trf", ftol=tolerance,
-            xtol=max(tolerance, SHORT), gtol=1e-12, max_nfev=most,
-        )  # fmt: skip
+            self.residuals,
+            start,
+            self.jacobian,
+            bounds=(low, high),
+            x_scale="jac",
+            method="trf",
+            ftol=tolerance,
+            xtol=max(tolerance, SHORT),
+            gtol=1e-12,
+            max_nfev=most,
+        )
         return Minimum(self.best.varied, self.best.chi2, self.best.prediction, self.runs)
 
 

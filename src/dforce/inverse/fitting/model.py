@@ -58,9 +58,14 @@ class Model:
     """
 
     def __init__(
-        self, case: Case, unknowns: Sequence[Unknown], data: Measured, finer: int = 1, which: Any = None,
+        self,
+        case: Case,
+        unknowns: Sequence[Unknown],
+        data: Measured,
+        finer: int = 1,
+        which: Any = None,
         watch: Callable[[], None] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.case, self.unknowns, self.data, self.finer, self.watch = case, list(unknowns), data, finer, watch
         used = np.flatnonzero(data.used)
         self.points = used if which is None else used[which]
@@ -78,7 +83,7 @@ class Model:
                 case = with_number(case, one.path, float(value))
         return Problem.build(
             case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-        )  # fmt: skip
+        )
 
     def values(self, varied: Array) -> Array:
         """Return values (SI) of the unknowns from what is varied."""

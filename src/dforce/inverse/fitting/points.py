@@ -164,11 +164,18 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
     points = _noise_points(data, reading)
     attrs = {**data.attrs, **({"noise_points": points} if math.isfinite(points) else {})}
     found = Measured(
-        height, np.stack(amplitude, axis=1), np.stack(phase, axis=1), np.ones(len(height), np.int64),
-        np.ones(len(height), bool), np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
+        height,
+        np.stack(amplitude, axis=1),
+        np.stack(phase, axis=1),
+        np.ones(len(height), np.int64),
+        np.ones(len(height), bool),
+        np.array([_error(data, reading, f"amplitude{name}", "m") for name in names]),
         np.array([_error(data, reading, f"phase{name}", "deg") for name in names]),
-        float(data.attrs.get("neighbor_correlation", 0.0)), attrs, points, _height_error(data, reading),
-    )  # fmt: skip
+        float(data.attrs.get("neighbor_correlation", 0.0)),
+        attrs,
+        points,
+        _height_error(data, reading),
+    )
     branch, beside = _branches(data, found, reading.margin)
     used = ~beside & _chosen(data, height, reading)
     if reading.branch != "measured":

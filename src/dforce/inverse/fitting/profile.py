@@ -108,9 +108,7 @@ class End:
         return float(ways[-1] + (level - roots[-1]) / slope) if slope > 0.0 else math.inf
 
 
-def end_of(
-    model: Model, best: Minimum, way: Way, floor: float, on_run: Callable[[Objective], None]
-) -> End | Minimum:  # fmt: skip
+def end_of(model: Model, best: Minimum, way: Way, floor: float, on_run: Callable[[Objective], None]) -> End | Minimum:
     """Return how chi2 rises along one unknown up to 3.84 above a floor, or a minimum below the floor where one is met."""
     goal, (low, high) = math.sqrt(MOST), limits(model.unknowns)
     ends = End([0.0], [math.sqrt(max(best.chi2 - floor, 0.0))])

@@ -209,8 +209,10 @@ def _correlations(result: xr.Dataset) -> list[str]:
     names, values = result["parameter"].values.tolist(), result["correlation"].values
     pairs = [
         (abs(values[i, j]), f"  {names[i]}, {names[j]}: {values[i, j]:+.3f}")
-        for i in range(len(names)) for j in range(i) if abs(values[i, j]) >= TELLING
-    ]  # fmt: skip
+        for i in range(len(names))
+        for j in range(i)
+        if abs(values[i, j]) >= TELLING
+    ]
     return [text for _, text in sorted(pairs, reverse=True)]
 
 

@@ -54,10 +54,13 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     variables["minimum_excluded"] = ("minimum", np.array([one not in covered for one in found.minima]))
     names = [one.name for one in unknowns]
     coords = {
-        "parameter": names, "parameter_2": names, "unit": ("parameter", [one.unit for one in unknowns]),
-        "symbol": ("parameter", [one.symbol for one in unknowns]), "tone": np.arange(1, found.data.tones + 1),
+        "parameter": names,
+        "parameter_2": names,
+        "unit": ("parameter", [one.unit for one in unknowns]),
+        "symbol": ("parameter", [one.symbol for one in unknowns]),
+        "tone": np.arange(1, found.data.tones + 1),
         "branch": ("point", found.data.branch),
-    }  # fmt: skip
+    }
     if "direction" in data.variables:
         coords["direction"] = ("point", np.asarray(data["direction"].values).astype(str))
     if found.profiles:
@@ -85,11 +88,19 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
     priors = [one.prior or (math.nan, math.nan) for one in unknowns]
     start = np.array([one.start for one in unknowns])
     columns = {
-        "value": values, "error": errors * slope, "error_low": values - low, "error_high": high - values,
-        "interval_low": interval[0], "interval_high": interval[1],
-        "error_given": found.passed * slope, "start": start, "prior": np.array([one[0] for one in priors]),
-        "prior_error": np.array([one[1] for one in priors]), "at_bound": near < AT_BOUND, "seen": certain.seen,
-    }  # fmt: skip
+        "value": values,
+        "error": errors * slope,
+        "error_low": values - low,
+        "error_high": high - values,
+        "interval_low": interval[0],
+        "interval_high": interval[1],
+        "error_given": found.passed * slope,
+        "start": start,
+        "prior": np.array([one[0] for one in priors]),
+        "prior_error": np.array([one[1] for one in priors]),
+        "at_bound": near < AT_BOUND,
+        "seen": certain.seen,
+    }
     out: dict[str, Any] = {name: ("parameter", column) for name, column in columns.items()}
     return out | {"correlation": (("parameter", "parameter_2"), certain.correlation)}
 
@@ -115,8 +126,9 @@ def _of_points(found: Fitted) -> dict[str, Any]:
     tones, count = data.tones, len(data.height)
     offset = sum(
         float(one.value(varied))
-        for one, varied in zip(found.unknowns, found.best.varied, strict=True) if one.kind == HEIGHT
-    )  # fmt: skip
+        for one, varied in zip(found.unknowns, found.best.varied, strict=True)
+        if one.kind == HEIGHT
+    )
     fitted, lost = np.full((count, 2 * tones), np.nan), np.zeros(count, bool)
     if found.best.prediction is not None:
         fitted[model.points] = found.best.prediction.values
@@ -126,11 +138,17 @@ def _of_points(found: Fitted) -> dict[str, Any]:
     apart /= data.spread
     both = ("point", "tone")
     return {
-        "height": ("point", data.height), "zc": ("point", data.height + offset), "amplitude": (both, data.amplitude),
-        "phase": (both, data.phase), "amplitude_fit": (both, fitted[:, :tones]), "phase_fit": (both, fitted[:, tones:]),
-        "amplitude_residual": (both, apart[:, :tones]), "phase_residual": (both, apart[:, tones:]),
-        "used": ("point", data.used), "lost": ("point", lost),
-    }  # fmt: skip
+        "height": ("point", data.height),
+        "zc": ("point", data.height + offset),
+        "amplitude": (both, data.amplitude),
+        "phase": (both, data.phase),
+        "amplitude_fit": (both, fitted[:, :tones]),
+        "phase_fit": (both, fitted[:, tones:]),
+        "amplitude_residual": (both, apart[:, :tones]),
+        "phase_residual": (both, apart[:, tones:]),
+        "used": ("point", data.used),
+        "lost": ("point", lost),
+    }
 
 
 def _of_profiles(found: Fitted) -> dict[str, Any]:
@@ -164,18 +182,33 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
         chi2_data -= float(rest @ rest)
     case = best_case(found, values)
     asked = found.case.model_copy(update={"fit": found.settings})
-    return provenance(case.to_toml(complete=True), found.case.title) | {
-        "kind": KIND, "chi2": best.chi2, "chi2_of_data": chi2_data, "points": int(data.used.sum()), "numbers": data.count,
-        "parameters": count, "degrees_of_freedom": data.count + priors - count, "aic": best.chi2 + 2 * count,
-        "bic": best.chi2 + count * math.log(data.count), "lost_points": best.lost,
-        "amplitude_error": data.amplitude_error.tolist(), "phase_error": data.phase_error.tolist(),
-        "height_error": data.height_error,
-        "neighbor_correlation": data.correlation, "samples_per_period": found.model.curves.samples,
-        "sampling_change": found.coarse, "evaluations": found.runs,
-        "forces": " + ".join(force.name for force in found.case.forces),
-        "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
-        "start_case": asked.to_toml(complete=True), "holds_for": holds_for(found),
-    } | ({} if found.bootstrap is None else {"bootstrap_block": found.bootstrap.block})  # fmt: skip
+    return (
+        provenance(case.to_toml(complete=True), found.case.title)
+        | {
+            "kind": KIND,
+            "chi2": best.chi2,
+            "chi2_of_data": chi2_data,
+            "points": int(data.used.sum()),
+            "numbers": data.count,
+            "parameters": count,
+            "degrees_of_freedom": data.count + priors - count,
+            "aic": best.chi2 + 2 * count,
+            "bic": best.chi2 + count * math.log(data.count),
+            "lost_points": best.lost,
+            "amplitude_error": data.amplitude_error.tolist(),
+            "phase_error": data.phase_error.tolist(),
+            "height_error": data.height_error,
+            "neighbor_correlation": data.correlation,
+            "samples_per_period": found.model.curves.samples,
+            "sampling_change": found.coarse,
+            "evaluations": found.runs,
+            "forces": " + ".join(force.name for force in found.case.forces),
+            "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
+            "start_case": asked.to_toml(complete=True),
+            "holds_for": holds_for(found),
+        }
+        | ({} if found.bootstrap is None else {"bootstrap_block": found.bootstrap.block})
+    )
 
 
 def holds_for(found: Fitted) -> str:
@@ -185,8 +218,11 @@ def holds_for(found: Fitted) -> str:
     lever = [f"cantilever.modes.{number}.k" for number in range(1, len(modes) + 1)] if modes else ["cantilever.k"]
     paths = [path for path in (*lever, "tip.radius") if path not in fitted]
     known = [(path, value_at(found.case, path)) for path in paths]
-    return ", ".join(f"{path} = {with_unit(float(value), found.case.quantity(path).unit)}"
-                     for path, value in known if value is not None)  # fmt: skip
+    return ", ".join(
+        f"{path} = {with_unit(float(value), found.case.quantity(path).unit)}"
+        for path, value in known
+        if value is not None
+    )
 
 
 def best_case(found: Fitted, values: Array) -> Case:
@@ -231,8 +267,9 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
                 column[row] = one.attrs[name]
     places = {
         name: ("curve", [float(fits[key].attrs[f"{DATA}{name}"]) if key in fits else math.nan for key in done])
-        for name in ("x", "y") if all(f"{DATA}{name}" in one.attrs for one in fits.values())
-    }  # fmt: skip
+        for name in ("x", "y")
+        if all(f"{DATA}{name}" in one.attrs for one in fits.values())
+    }
     message = [one if isinstance(one, str) else "" for one in done.values()]
     return xr.Dataset(
         {name: (("curve", "parameter"), column) for name, column in columns.items()}

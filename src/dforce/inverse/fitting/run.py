@@ -43,9 +43,12 @@ USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
 
 @checked
 def fit(
-    case: Case, data: xr.Dataset | str | os.PathLike[str] | None = None, free: Sequence[str] | None = None,
-    progress: Progress | bool | None = None, **settings: Any,
-) -> xr.Dataset:  # fmt: skip
+    case: Case,
+    data: xr.Dataset | str | os.PathLike[str] | None = None,
+    free: Sequence[str] | None = None,
+    progress: Progress | bool | None = None,
+    **settings: Any,
+) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
     Minimized is :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
@@ -175,9 +178,23 @@ class _Search:
             certain, passed = self._unknown()
         names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
-            self.case, self.settings, self.data, self.unknowns, self.minima, self.starts, certain,
-            sides or plain_sides(certain), passed, profiles, self.redrawn, self.model, coarse, self.runs, interrupted, names,
-        )  # fmt: skip
+            self.case,
+            self.settings,
+            self.data,
+            self.unknowns,
+            self.minima,
+            self.starts,
+            certain,
+            sides or plain_sides(certain),
+            passed,
+            profiles,
+            self.redrawn,
+            self.model,
+            coarse,
+            self.runs,
+            interrupted,
+            names,
+        )
 
     def _lowest(self) -> Minimum:
         """Return the lowest place that was met on all points."""

@@ -56,9 +56,11 @@ class Sides:
             (other.low, other.high, other.low_95, other.high_95),
         )
         return Sides(
-            *(np.where(np.isnan(one), np.nan, np.fmax(one, ends + way))
-              for one, ends, way in zip(mine, others, (-apart, apart, -apart, apart), strict=True))
-        )  # fmt: skip
+            *(
+                np.where(np.isnan(one), np.nan, np.fmax(one, ends + way))
+                for one, ends, way in zip(mine, others, (-apart, apart, -apart, apart), strict=True)
+            )
+        )
 
 
 def not_excluded(minima: Sequence[Minimum]) -> list[Minimum]:
@@ -75,7 +77,7 @@ def plain_sides(certain: Certainty) -> Sides:
 
 def sides_of(
     model: Model, best: Minimum, by: Array, certain: Certainty, floor: float, on_run: Callable[[Objective], None]
-) -> Sides | Minimum:  # fmt: skip
+) -> Sides | Minimum:
     """Return the sides of all unknowns, or a lower minimum where one is met.
 
     Chi2 is asked for at 1.96 errors of the covariance and halfway, with the other unknowns where they lower it most: first
@@ -109,10 +111,12 @@ def sides_of(
         along[row, i] = (side * step)[row]
 
     def moved(rows: Any, steps: Array) -> Array:
-        return np.stack([
-            best.varied + one if fold is None or which[row] == fold.height else fold.moved(best.varied, one)
-            for row, one in zip(rows, steps, strict=True)
-        ])  # fmt: skip
+        return np.stack(
+            [
+                best.varied + one if fold is None or which[row] == fold.height else fold.moved(best.varied, one)
+                for row, one in zip(rows, steps, strict=True)
+            ]
+        )
 
     every = range(len(which))
     residuals = _residuals(model, moved(every, along))

@@ -72,9 +72,10 @@ def searched(model: Model, varied: Array) -> list[Start]:
 
     unknowns = model.unknowns
     wide = [
-        i for i, one in enumerate(unknowns)
+        i
+        for i, one in enumerate(unknowns)
         if one.kind == CASE and one.prior is None and not one.path.startswith(("drive.", "cantilever."))
-    ]  # fmt: skip
+    ]
     count = CURVES.get(len(wide), MOST_CURVES) if model.curves.is_smooth else WITH_MEMORY
     many = np.tile(varied, (count, 1))
     if wide:

@@ -97,9 +97,15 @@ class Unknown:
 
 
 def make_unknowns(
-    case: Case, tones: int, free: Sequence[str], nuisance: Sequence[str], priors: Mapping[str, Any],
-    bounds: Mapping[str, Any], starts: Mapping[str, Any], products: bool = False,
-) -> list[Unknown]:  # fmt: skip
+    case: Case,
+    tones: int,
+    free: Sequence[str],
+    nuisance: Sequence[str],
+    priors: Mapping[str, Any],
+    bounds: Mapping[str, Any],
+    starts: Mapping[str, Any],
+    products: bool = False,
+) -> list[Unknown]:
     """Return the unknowns of a fit; `products` says whether parameters may be among them that are known as products only.
 
     Raises
@@ -178,9 +184,18 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
     _refuse_unused(case, path)
     start, (low, high) = float(value), quantity.bounds()
     return Unknown(
-        name, CASE, path, tone, quantity.unit, quantity.symbol, quantity.doc.partition(";")[0], start, low, high,
+        name,
+        CASE,
+        path,
+        tone,
+        quantity.unit,
+        quantity.symbol,
+        quantity.doc.partition(";")[0],
+        start,
+        low,
+        high,
         _scale(path, quantity, start, low),
-    )  # fmt: skip
+    )
 
 
 def _amplitude_path(case: Case, tone: int) -> str:

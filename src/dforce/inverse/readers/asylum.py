@@ -18,9 +18,16 @@ from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, Reader, Table, Words
 
 UNITS = {
-    "raw": "m", "zsnsr": "m", "defl": "m", "amp": "m", "amp2": "m", "phase": "deg", "phase2": "deg", "phas2": "deg",
+    "raw": "m",
+    "zsnsr": "m",
+    "defl": "m",
+    "amp": "m",
+    "amp2": "m",
+    "phase": "deg",
+    "phase2": "deg",
+    "phas2": "deg",
     "freq": "Hz",
-}  # fmt: skip
+}
 NAMES = {"phas2": "Phase2"}  # labels that are cut
 VERSION, HEADERS = 5, 384  # of files with columns; bytes of the headers of the file and of the wave
 SPARE = 64  # bytes by which files of some versions are shorter
@@ -118,14 +125,18 @@ READER = Reader(
     read=read,
     height_grows={"height_sensor": "toward", "height_piezo": "toward"},
     notes={
-        "k": "SpringConstant", "f0": "ThermalFrequency", "Q": "ThermalQ", "drive_frequency": "DriveFrequency",
-        "sensitivity": "AmpInvOLS", "instrument": "MicroscopeModel",
+        "k": "SpringConstant",
+        "f0": "ThermalFrequency",
+        "Q": "ThermalQ",
+        "drive_frequency": "DriveFrequency",
+        "sensitivity": "AmpInvOLS",
+        "instrument": "MicroscopeModel",
     },
     how="by igor2, with the extra `dforce[readers]`",
     seen="no: made by ourselves, after the layout of the format",
     export=(
         "**Asylum Research (Igor).** Needed only without the extra `readers`. Save the waves of the force curve (`ZSnsr`, "
         "`Amp`, `Phase`) with *Data, Save Waves, Save Delimited Text*. `Amp` is in m, `ZSnsr` grows toward the sample: "
-        "`height_grows=\"toward\"`."
+        '`height_grows="toward"`.'
     ),
-)  # fmt: skip
+)

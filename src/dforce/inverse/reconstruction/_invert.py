@@ -149,9 +149,7 @@ def _laid_anew(law: Law, low: Array, closest: Array, width: float) -> Law:
     """Return the law at nodes between the closest and the farthest turning point of the paths."""
     new = laid(float(closest.min()), float(max(closest.max(), low.max())), width, len(law.force))
     return new._replace(
-        force=force_of(law, law.force, new.nodes),
-        damping=force_of(law, law.damping, new.nodes),
-        length=law.length,
+        force=force_of(law, law.force, new.nodes), damping=force_of(law, law.damping, new.nodes), length=law.length
     )
 
 

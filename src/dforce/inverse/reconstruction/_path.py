@@ -124,10 +124,7 @@ def _answer(motions: Motions, phasor: Array | Complex, twice: Array, once: Array
     answer = (motions.response + np.where(ORDER == 0, 0.0, mobility / order**2)) * phasor
     answer[:, 0] *= 0.5  # a mean is half of what a sum over cosines gives
     answer[:, 1] = mobility[:, 0] * phasor[:, 1]  # the fundamental is known: none of it
-    return Paths(
-        (answer @ TURNS).real - mobility * twice,
-        (1j * ORDER * answer @ TURNS).real - mobility * once,
-    )
+    return Paths((answer @ TURNS).real - mobility * twice, (1j * ORDER * answer @ TURNS).real - mobility * once)
 
 
 def _integrated(force: Array) -> tuple[Array, Array]:

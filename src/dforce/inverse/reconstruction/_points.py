@@ -215,10 +215,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
         shift=walk["frequency_shift"].values[good] if "frequency_shift" in walk else None,
         drive=np.full(count, np.nan),
         group=group[good],
-        errors={
-            "amplitude": np.full(count, COMPUTED_AMPLITUDE * size),
-            "phase": np.full(count, COMPUTED_PHASE),
-        },
+        errors={"amplitude": np.full(count, COMPUTED_AMPLITUDE * size), "phase": np.full(count, COMPUTED_PHASE)},
         virial=walk["virial"].values[good][:, 0] if plain else None,
     )
     return reading, case
@@ -258,9 +255,14 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
             raise ParameterError("the data do not say their frequency_shift_error, so no error of the force follows")
     _check_order(column("height", np.nan), group, float(data.attrs.get("height_error", 0.0)))
     reading = Reading(
-        column("height", np.nan), column("amplitude", np.nan), np.deg2rad(column("phase", 90.0)),
-        column("frequency_shift", 0.0) if locked else None, column("drive_force", np.nan), group, errors,
-    )  # fmt: skip
+        column("height", np.nan),
+        column("amplitude", np.nan),
+        np.deg2rad(column("phase", 90.0)),
+        column("frequency_shift", 0.0) if locked else None,
+        column("drive_force", np.nan),
+        group,
+        errors,
+    )
     return reading, _instrument(data, case, locked, float(reading.amplitude.max(initial=0.0)))
 
 

@@ -92,10 +92,7 @@ def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Datase
         }
     if known:
         variables["law_force"] = ("distance", _known(case, distance))
-    data = xr.Dataset(
-        variables,
-        {"distance": distance, "formula": list(_formulas.FORMULAS)},
-    )
+    data = xr.Dataset(variables, {"distance": distance, "formula": list(_formulas.FORMULAS)})
     data = data.assign_coords(
         gap_low=("gap", [gap.low for gap in inverse.gaps]), gap_high=("gap", [gap.high for gap in inverse.gaps])
     )
@@ -142,8 +139,10 @@ def classic_forces(inverse: Inverse, reading: Reading, case: Case, distance: Arr
     if len(d) >= 2:
         shift = -inverse.balance.virial[order] / (k * amplitude**2)
         formulas: dict[str, Callable[[Array, Array, Array, float], Array]] = {
-            "sader_jarvis": _formulas.sader_jarvis, "holscher": _formulas.holscher, "payam": _formulas.payam,
-        }  # fmt: skip
+            "sader_jarvis": _formulas.sader_jarvis,
+            "holscher": _formulas.holscher,
+            "payam": _formulas.payam,
+        }
         for number, name in enumerate(_formulas.FORMULAS):
             if name in formulas:
                 found = formulas[name](d, shift, amplitude, k)
