@@ -8,20 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import case_of
+from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
+from dforce.experiments.motion import motion_of
+from dforce.experiments.recording import record_traces
+from dforce.experiments.table import Table
+from dforce.observables.averaging import common_period
+from dforce.results.status import REPEATING, Status
 from dforce.runs import LOOKS_A_SECOND
+from dforce.solvers.doubling import doubled_beside
+from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, with_amplitudes
+from dforce.solvers.orbit import ParameterRange
+from dforce.solvers.states import States
+from dforce.solvers.transient import Steady, steady
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import xarray as xr
 
-    from dforce.case import Case
     from dforce.problem import Problem
-    from dforce.solvers.integrator import Integrator, Motion
-    from dforce.solvers.transient import Steady
 
 SAME = 0.01  # of the free amplitude: motions nearer to each other than this are one state
 PERIODS = 2  # that are recorded; tones that repeat together only after more are recorded until they do
@@ -63,10 +70,6 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     ResultError
         When the point has no motion, or it was not found anew.
     """
-    from dforce.results.status import REPEATING, Status
-    from dforce.solvers.integrator import INTEGRATORS
-    from dforce.solvers.transient import steady
-
     case, problem = _origin(point)
     if case.solver.integrator == "langevin":
         raise ResultError("a motion under thermal noise does not come again; its traces are in the result of the dwell")
@@ -118,9 +121,6 @@ def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
 
 def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
     """Return the motion that a result keeps of a point, else one that moves as the point says, as far as it says it."""
-    from dforce.experiments.motion import motion_of
-    from dforce.solvers.integrator import with_amplitudes
-
     problem = integrator.problem
     if MOTION in point.variables:
         return motion_of(point, problem)
@@ -150,11 +150,6 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
 
 def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady | None:
     """Return the periodic orbit that Newton's method finds from a motion, None where it is none of the point's state."""
-    from dforce.observables.averaging import common_period
-    from dforce.solvers.doubling import doubled_beside
-    from dforce.solvers.orbit import ParameterRange
-    from dforce.solvers.states import States
-
     problem = integrator.problem
     zc, A0 = float(point["zc"]), problem.tones[0].A0
     if common_period([tone.frequency for tone in problem.tones]) is None:
@@ -189,9 +184,6 @@ def _apart(values: Any, point: xr.Dataset) -> float:
 
 
 def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Dataset:
-    from dforce.experiments.recording import record_traces
-    from dforce.experiments.table import Table
-    from dforce.observables.averaging import common_period
 
     table = Table((), {}, integrator.problem, integrator.harmonics)
     table.put((), found, integrator.problem)

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Dwell
 from dforce.inverse._plan_words import sentences
 from dforce.inverse.wishes import SLOPE, Goal, Wishes
 from dforce.maps.axes import Axis
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
+from dforce.runs import run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,10 +42,6 @@ def result_of(
 ) -> xr.Dataset:
     """Put a plan together; without the rest it is one that was stopped."""
     import xarray as xr
-
-    from dforce.core.quantities import OBSERVABLES
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
 
     lengths = (*(len(axis.values) for axis in axes), len(shares))
     dims = (*(axis.dim for axis in axes), "set_point")
@@ -162,8 +162,6 @@ def _beaten(wanted: Array, usable: Any) -> Any:
 
 def _with_dwell(case: Case, axes: Sequence[Axis], judged: Judged, chosen: Any, data: xr.Dataset) -> xr.Dataset:
     """Return a plan with the motion at its recommended point, and the case whose dwell it is."""
-    from dforce.runs import run
-
     if chosen is None or not chosen.any():
         return data
     number = int(np.flatnonzero(chosen)[0])

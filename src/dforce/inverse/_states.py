@@ -10,13 +10,18 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import value_at, with_number
+from dforce.experiments.motion import base_of, rows_of, scales_of, states_of
 from dforce.inverse.wishes import Goal
 from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
+from dforce.problem import Problem
+from dforce.solvers.block import Block
+from dforce.solvers.integrator import sample_count
+from dforce.solvers.problem_batch import Lot
+from dforce.solvers.states import States
 
 if TYPE_CHECKING:
     from dforce.kernel import Array
-    from dforce.problem import Problem
 
 SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
 SLOPE_STEP = 5e-3  # of the logarithm of a parameter: the phase bends little over it
@@ -70,8 +75,6 @@ class Solver:
 
     def problem(self, values: Sequence[float], extra: Sequence[tuple[str, float]] = ()) -> Problem:
         """Return the problem at values of the parameters."""
-        from dforce.problem import Problem
-
         key = (*map(float, values), *(value for _, value in extra))
         if key not in self._problems:
             case = self.case_at(values, extra)
@@ -82,8 +85,6 @@ class Solver:
 
     def solve(self, points: Points, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
         """Return the operating points near some; their motions are written into `points`."""
-        from dforce.experiments.motion import base_of, rows_of, scales_of
-
         problems = [self.problem(values, extra) for values in points.values]
         found = solve(
             Wanted(problems, points.set_points, points.zc, self._states(problems, points.motions)),
@@ -98,9 +99,6 @@ class Solver:
 
     def _states(self, problems: Sequence[Problem], motions: Array) -> Any:
         """Return motions in SI as scaled states."""
-        from dforce.experiments.motion import base_of, scales_of, states_of
-        from dforce.solvers.states import States
-
         each = [
             states_of(motion[None], problem, scales_of(problem), base_of(problem))
             for problem, motion in zip(problems, motions, strict=True)
@@ -111,10 +109,6 @@ class Solver:
 
     def has_others(self, points: Points) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Say whether another stable state is found at the same distance as each point, from the curves beside it."""
-        from dforce.solvers.block import Block
-        from dforce.solvers.integrator import sample_count
-        from dforce.solvers.problem_batch import Lot
-
         out = np.zeros(len(points), dtype=bool)
         pairs = [
             (i, zc, motion)

@@ -12,6 +12,7 @@ from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.inverse import checks, steps
 from dforce.inverse.curve import CONVENTIONS, UNKNOWN, described
 from dforce.inverse.energies import energy
+from dforce.inverse.measured import check_measured
 from dforce.inverse.steps import Given, Work
 from dforce.inverse.values import ends, measured
 from dforce.inverse.values import show as shown
@@ -115,7 +116,6 @@ def calibrate(
 
 
 def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> None:
-    from dforce.inverse.measured import check_measured
 
     check_measured(data)
     if "neighbor_correlation" in data.attrs:

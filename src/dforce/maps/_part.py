@@ -19,16 +19,22 @@ from dforce.core.stopping import watching
 from dforce.experiments import Approach, Dwell, RelativeGrid
 from dforce.experiments.base import initial_motions
 from dforce.experiments.motion import motions
+from dforce.experiments.table import statuses
+from dforce.maps._grid import Grid
 from dforce.maps._result import Found, Layout, to_result
 from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, count, dims_of
+from dforce.results.status import Status
+from dforce.solvers.accuracy import assure, assure_in_grace
+from dforce.solvers.block import Block
+from dforce.solvers.integrator import load_kernels, sample_count
+from dforce.solvers.problem_batch import Lot, has_own_samples
+from dforce.solvers.protocols import Protocol, make_protocol
+from dforce.solvers.sample_counts import sample_counts
+from dforce.solvers.transient import unwatched
 
 if TYPE_CHECKING:
     from dforce.kernel import Array
-    from dforce.maps._grid import Grid
     from dforce.problem import Problem
-    from dforce.solvers.block import Block
-    from dforce.solvers.problem_batch import Lot
-    from dforce.solvers.protocols import Protocol
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
 LEAST_BLOCK = 8
@@ -58,8 +64,6 @@ class Part:
     def __init__(
         self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found, checks: bool = True
     ) -> None:
-        from dforce.maps._grid import Grid
-
         self.case, self.crew, self.kept = case, crew, kept
         self.experiment = cast(Approach | Dwell, case.experiment)
         self.grid: Grid = Grid(case, [axis for axis in axes if axis.path != DISTANCE], checks)
@@ -88,8 +92,6 @@ class Part:
 
     def run(self) -> bool:
         """Compute all points; return False when stopped before the end."""
-        from dforce.results.status import Status
-
         if not self.todo.any():
             return True
         self._load_kernels()
@@ -101,8 +103,6 @@ class Part:
 
     def _load_kernels(self) -> None:
         """Load the kernels once, before threads ask for them at the same time."""
-        from dforce.solvers.integrator import load_kernels
-
         with _loading:
             load_kernels(self.grid.example)
 
@@ -126,9 +126,6 @@ class Part:
 
     def _samples(self, todo: Any, lot: Lot) -> Any:
         """Return the samples per period of each case."""
-        from dforce.solvers.integrator import sample_count
-        from dforce.solvers.problem_batch import has_own_samples
-
         if has_own_samples(self.grid.example, self.case.solver):
             return lot.samples(self.case.solver)
         if self.grid.example.heights is not None:  # of a dwell the lever is that at its distance
@@ -144,10 +141,6 @@ class Part:
 
     def _block(self, which: Any, alone: bool = False) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
-        from dforce.results.status import Status
-        from dforce.solvers.integrator import sample_count
-        from dforce.solvers.sample_counts import sample_counts
-
         first = self._problem(int(which[0]))
         told = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
@@ -160,12 +153,6 @@ class Part:
 
     def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
-        from dforce.solvers.accuracy import assure, assure_in_grace
-        from dforce.solvers.block import Block
-        from dforce.solvers.problem_batch import Lot
-        from dforce.solvers.protocols import make_protocol
-        from dforce.solvers.transient import unwatched
-
         zc = self.zc[which]
         if alone:
             lot = Lot.of([first])
@@ -194,9 +181,6 @@ class Part:
 
     def _keep(self, which: Any, solver: Protocol, block: Block, zc: Array) -> None:
         """Keep what was found, but for orbits whose errors are not known: these are found anew when the sweep goes on."""
-        from dforce.experiments.table import statuses
-        from dforce.results.status import Status
-
         became = statuses(solver.points, block, zc)
         became[solver.points.is_orbit & np.isnan(solver.points.error)] = Status.NOT_COMPUTED
         for number, jumps in zip(which, solver.jumps, strict=True):

@@ -13,6 +13,9 @@ from dforce.core.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
 from dforce.experiments import Approach, Dwell, RelativeGrid
 from dforce.experiments.motion import COMPONENT, components
 from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, dims_of
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
+from dforce.results.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,8 +65,6 @@ class Found:
     @classmethod
     def nothing(cls, shape: tuple[int, ...]) -> Found:
         """Return room for so many cases and points."""
-        from dforce.results.status import Status
-
         return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
 
     @classmethod
@@ -74,8 +75,6 @@ class Found:
     @property
     def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Whether all points of each case were computed."""
-        from dforce.results.status import Status
-
         return np.asarray((self.status != Status.NOT_COMPUTED).all(axis=1))
 
 
@@ -152,10 +151,6 @@ class Layout:
 def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> xr.Dataset:
     """Put the parts together, and give everything its words; `example` is one of the problems."""
     import xarray as xr
-
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
-    from dforce.results.status import Status
 
     experiment, axes = case.experiment, layout.axes
     dims = (*layout.dims, *layout.inner)

@@ -24,11 +24,15 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.errors import DForceError
+from dforce.kernel import Array, size_of
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish_each
+from dforce.problem import Problem
+from dforce.solvers.block import Block
+from dforce.solvers.stability import stability
+from dforce.solvers.states import States
 
 if TYPE_CHECKING:
-    from dforce.kernel import Array
-    from dforce.problem import Problem
-    from dforce.solvers.block import Block
     from dforce.solvers.transient import Watch
 
 SIDE = 1e-5  # scaled: neighbors on either side that give derivatives
@@ -95,8 +99,6 @@ class Place:
     @functools.cached_property
     def stability(self) -> int:
         """Whether small disturbances die out at this distance, or grow; see ``solvers.stability``."""
-        from dforce.solvers.stability import stability
-
         return stability(self.monodromy)
 
     @property
@@ -135,15 +137,11 @@ class Lines:
     ) -> None:
         self.case, self.knobs, self.conditions = case, list(knobs), list(conditions)
         self.length, self.watch = length, watch
-        from dforce.kernel import size_of
 
         self.size = size_of(case.problem)
         self._block = functools.lru_cache(maxsize=64)(self._new_block)
 
     def _new_block(self, scaled: tuple[float, ...]) -> Block:
-        from dforce.problem import Problem
-        from dforce.solvers.block import Block
-
         case = self.case
         for knob, value in zip(self.knobs, scaled, strict=True):
             case = with_number(case, knob.path, knob.value(value))
@@ -154,10 +152,6 @@ class Lines:
 
     def _march(self, us: Array) -> tuple[Array, list[dict[str, Array]]]:
         """Return where motions end a common period later, and what is measured on the way, for points of any parameters."""
-        from dforce.observables.averaging import weights
-        from dforce.observables.finish import finish_each
-        from dforce.solvers.states import States
-
         ends: Array = np.empty((len(us), self.size))
         measured: list[dict[str, Array]] = [{} for _ in us]
         for group in _groups(us[:, self.size + 1 :]):

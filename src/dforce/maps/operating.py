@@ -16,11 +16,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.experiments.table import statuses
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish_each
+from dforce.results.status import Status
+from dforce.solvers.accuracy import assure
+from dforce.solvers.block import Block
+from dforce.solvers.integrator import sample_count
+from dforce.solvers.points import Points
+from dforce.solvers.problem_batch import Lot
+
 if TYPE_CHECKING:
     from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.block import Block
     from dforce.solvers.states import States
     from dforce.solvers.transient import Watch
 
@@ -86,10 +95,6 @@ class OperatingPoints:
 
 def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, watch: Watch) -> OperatingPoints:
     """Return the operating points near motions; those that end at a fold before the set point are not found."""
-    from dforce.results.status import Status
-    from dforce.solvers.block import Block
-    from dforce.solvers.problem_batch import Lot
-
     count = len(wanted.problems)
     out = OperatingPoints(
         np.zeros(count, dtype=bool),
@@ -111,8 +116,6 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, watch: Watch
 
 def _alike(problems: Sequence[Problem], settings: SolverSettings) -> list[tuple[Any, int]]:
     """Return the numbers of problems that march side by side: with the same samples, phases and ratios of their tones."""
-    from dforce.solvers.integrator import sample_count
-
     groups: dict[tuple[Any, ...], list[int]] = {}
     for number, problem in enumerate(problems):
         first = problem.tones[0].frequency
@@ -138,9 +141,6 @@ class _Search:
 
     def write(self, out: OperatingPoints, which: Any) -> None:
         """Find the points, and write them into their places."""
-        from dforce.experiments.table import statuses
-        from dforce.results.status import Status
-
         everything = np.arange(len(self.zc))
         self._move(everything, self.zc)
         self._move(everything, self.zc + NUDGE * self.length)
@@ -174,9 +174,6 @@ class _Search:
 
     def _move(self, which: Any, to: Array, keep_slope: bool = False) -> None:
         """Follow orbits to other distances; one that ends before is lost."""
-        from dforce.observables.averaging import weights
-        from dforce.observables.finish import finish_each
-
         block = self.block
         branch = block.follow(which, self.states.take(which), self.zc[which], to[:, None])
         there = branch.done == 1
@@ -204,9 +201,6 @@ class _Search:
 
     def _measured(self) -> tuple[Any, dict[str, Array]]:
         """Return the orbits as points of a result, as accurate as asked for, and their observables."""
-        from dforce.solvers.accuracy import assure
-        from dforce.solvers.points import Points
-
         points = Points.empty(self.block, 1)
         points.rows[:], points.monodromy[:], points.residual[:] = self.rows, self.monodromy, self.residual
         points.steps[:], points.settling[:] = 0.0, 0.0

@@ -17,12 +17,16 @@ from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core import units
 from dforce.core.errors import ParameterError, checked
+from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.loci import Knob, Place
 from dforce.maps.seeds import Curves, curves_of
 from dforce.maps.state_lines import REGIMES, Line, Row, cells, lines_at
+from dforce.observables.averaging import common_period
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -186,8 +190,6 @@ def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
 
 def refuse_others(case: Case) -> None:
     """Raise ParameterError for forces with memory or branches, a lever that changes, uncommon tones, and transients."""
-    from dforce.observables.averaging import common_period
-
     case.problem.refuse_changing_lever("a search for operating points")
     for force in case.problem.forces:
         if force.memory or force.switch is not None:
@@ -207,9 +209,6 @@ def refuse_others(case: Case) -> None:
 
 def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:
     import xarray as xr
-
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
 
     axis, row_name = axes[0], axes[1].name if len(axes) == 2 else "set_point"
     at = np.array([row.row for row in rows])
@@ -251,7 +250,6 @@ def _columns(name: str, row_name: str, knob: Knob, found: Sequence[tuple[Line, P
 
 
 def _words(name: str) -> dict[str, str]:
-    from dforce.core.quantities import AXES, OBSERVABLES
 
     row = OBSERVABLES.get(name) or AXES[name]
     return {"units": row.unit, "long_name": row.label, "symbol": row.symbol}

@@ -11,9 +11,11 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
+from dforce.experiments.motion import base_of, scales_of, states_of
 from dforce.maps.axes import Axis
 from dforce.maps.loci import Condition, Knob, Lines, Place
 from dforce.maps.seeds import Curves, Seed
+from dforce.problem import Problem
 
 if TYPE_CHECKING:
     from dforce.kernel import Array
@@ -70,8 +72,6 @@ def lines_at(of: Row, axis: Axis, knob: Knob, curves: Curves, watch: Callable[[]
 
 def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any:
     """Return the problem at values of the parameters."""
-    from dforce.problem import Problem
-
     for axis, value in zip(axes, values, strict=True):
         case = with_number(case, axis.path, value)
     return Problem.build(
@@ -81,8 +81,6 @@ def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any
 
 def scaled_motion(problem: Any, motion: Array) -> Array:
     """Return a motion in SI as the scaled motion of a problem."""
-    from dforce.experiments.motion import base_of, scales_of, states_of
-
     return np.asarray(states_of(motion[None], problem, scales_of(problem), base_of(problem)).x[0])
 
 

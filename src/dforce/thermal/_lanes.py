@@ -13,7 +13,14 @@ from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
+from dforce.experiments.motion import motion_of
+from dforce.instrument.noise import detector_readings, time_constant
+from dforce.observables.complex_numbers import phase_lag
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 from dforce.runs import dwell, watched
+from dforce.solvers.langevin import Lanes, Langevin
+from dforce.solvers.transient import LATE, decay_periods
 from dforce.thermal._noise_along_curve import Progress, lock_in_of
 
 if TYPE_CHECKING:
@@ -22,7 +29,6 @@ if TYPE_CHECKING:
     from dforce.instrument import NoiseNumbers
     from dforce.problem import Problem
     from dforce.solvers.integrator import Motion
-    from dforce.solvers.langevin import Lanes, Langevin
 
 CHUNK = 64  # periods between looks at the watch
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
@@ -70,9 +76,6 @@ def noisy_motion(
         `min_distance` (m) of each run.
     """
     import xarray as xr
-
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
 
     asked, problem, place, start = start_of(case, zc)
     given = _seeds(problem.noise.seed, seeds)
@@ -122,15 +125,12 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
 
 
 def _lag(c: Complex) -> Any:
-    from dforce.observables.complex_numbers import phase_lag
 
     return phase_lag(c)
 
 
 def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Motion]:
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
-    from dforce.experiments.motion import motion_of
-
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
         asked, point = case, dwell(case.replace(solver=quiet), zc)
@@ -156,8 +156,6 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
 
 def langevin(case: Case, problem: Problem, zc: float) -> Langevin:
     """Return the integrator of a problem under thermal noise, at a distance (m)."""
-    from dforce.solvers.langevin import Langevin
-
     settings = case.solver.replace(method="transient", integrator="langevin")
     integrator = Langevin(problem, settings, 1)
     integrator.place(zc)
@@ -166,9 +164,6 @@ def langevin(case: Case, problem: Problem, zc: float) -> Langevin:
 
 def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     """Return after how many periods of the first tone start and lock-in are forgotten."""
-    from dforce.instrument.noise import time_constant
-    from dforce.solvers.transient import LATE, decay_periods
-
     of_lock_in = 0.0 if band is None else LATE * band[1] * time_constant(*band) * problem.tones[0].frequency
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
@@ -205,8 +200,6 @@ def _detector(
     noise: NoiseNumbers, shape: tuple[int, ...], seeds: Sequence[int], problem: Problem, band: tuple[float, int] | None
 ) -> Any:
     """Return what the detector adds to the reading of each period (m)."""
-    from dforce.instrument.noise import detector_readings
-
     if not noise.detector:
         return 0.0
     frequency = problem.tones[0].frequency
@@ -217,8 +210,6 @@ def _detector(
 def _low_pass(read: Complex, frequency: float, bandwidth: float, poles: int) -> Complex:
     """Return noise of periods behind equal poles."""
     from scipy.signal import lfilter
-
-    from dforce.instrument.noise import time_constant
 
     kept = math.exp(-1.0 / (frequency * time_constant(bandwidth, poles)))
     for _ in range(poles):

@@ -6,19 +6,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import case_of
+from dforce.case import Case, case_of
 from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress as Told
+from dforce.experiments.motion import motion_of
+from dforce.observables.averaging import common_period
+from dforce.results.dataset import describe
+from dforce.results.status import REPEATING
 from dforce.runs import watched
+from dforce.solvers.integrator import RK4
+from dforce.solvers.linear_noise import linear_noise
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.case import Case
     from dforce.kernel import Array
     from dforce.problem import Problem
 
@@ -112,12 +117,6 @@ def lock_in_of(problem: Problem, bandwidth: Any, poles: int | None) -> tuple[flo
 
 def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: int) -> Any:
     """Return the noise of amplitude (m) and phase (degrees) at a point, or None."""
-    from dforce.experiments.motion import motion_of
-    from dforce.observables.averaging import common_period
-    from dforce.results.status import REPEATING
-    from dforce.solvers.integrator import RK4
-    from dforce.solvers.linear_noise import linear_noise
-
     if int(point["status"]) not in REPEATING or case.experiment is None:
         return None
     if MULTIPLIERS in point and not _dies_out(point[MULTIPLIERS].values):
@@ -152,7 +151,6 @@ def _dies_out(moduli: Array) -> bool:
 def _finished(
     curve: xr.Dataset, case: Case, found: dict[str, Any], band: float, poles: int, interrupted: bool
 ) -> xr.Dataset:
-    from dforce.results.dataset import describe
 
     data = curve.copy()
     for name, values in found.items():

@@ -9,6 +9,8 @@ import numpy as np
 from dforce.case import Case
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 from dforce.thermal._snap import at_rest, barrier_at, of_high_Q
 
 if TYPE_CHECKING:
@@ -54,9 +56,6 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
         When a speed is not above 0, the lever does not snap in or changes with its height, or a force has memory or branches.
     """
     import xarray as xr
-
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
 
     speeds, problem = _speeds(speed), case.problem
     end = _end_of_the_barrier(problem)

@@ -12,6 +12,8 @@ import numpy as np
 from dforce.case import Case
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,9 +61,6 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
         When the lever has no barrier at this distance, or a force has memory or branches.
     """
     import xarray as xr
-
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
 
     try:
         place = units.parse(zc, "m")

@@ -12,7 +12,10 @@ import numpy as np
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.instrument.noise import BOLTZMANN
+from dforce.results.dataset import describe
+from dforce.results.provenance import provenance
 from dforce.runs import watched
+from dforce.solvers.integrator import RK4, Motion
 from dforce.thermal._lanes import CHUNK, langevin, settling_periods, start_of
 from dforce.thermal._noise_along_curve import Progress
 from dforce.validity import Evidence, attributes
@@ -23,7 +26,6 @@ if TYPE_CHECKING:
 
     from dforce.case import Case
     from dforce.problem import Problem
-    from dforce.solvers.integrator import Motion
 
 ARRIVED = 0.25  # of the way between both states: a motion so near to the other one has switched
 LEAST = 10  # events that a rate takes
@@ -94,9 +96,6 @@ def switching_rate(
     """
     import xarray as xr
 
-    from dforce.results.dataset import describe
-    from dforce.results.provenance import provenance
-
     case, problem, zc, start = start_of(state, None)
     _, _, there, goal = start_of(other, None)
     if abs(there - zc) > 1e-9 * problem.tones[0].A0 + 1e-15:
@@ -154,8 +153,6 @@ def _count(
     case: Case, problem: Problem, zc: float, start: Motion, goal: Motion, lanes: int, periods: int, told: Any
 ) -> Count:
     """Return how many of the lanes switch, and for how long all of them were at risk."""
-    from dforce.solvers.integrator import RK4
-
     quiet = RK4(problem, case.solver.replace(method="transient", integrator="rk4"), 1)
     quiet.place(zc)
     own, far = (quiet.lock_in(motion, 1)[1][0] for motion in (start, goal))

@@ -18,6 +18,7 @@ from dforce.checks.validation.checks import Check, Part
 from dforce.checks.validation.comparison import find
 from dforce.experiments import InitialMotion
 from dforce.experiments.base import Start
+from dforce.observables.averaging import window_length
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 
@@ -121,7 +122,6 @@ def _moves(problem: Problem, values: Mapping[str, Any]) -> Any:
 
 
 def _area(problem: Problem, multipliers: Any) -> float:
-    from dforce.observables.averaging import window_length
 
     seconds = window_length([tone.frequency for tone in problem.tones]) / problem.tones[0].frequency
     kept = math.exp(-sum(TAU * mode.f0 / mode.Q for mode in problem.modes) * seconds)

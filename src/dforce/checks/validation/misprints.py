@@ -15,6 +15,8 @@ from dforce.case import example
 from dforce.checks.validation.recipes import SILICON, bound, force, force_number, layer_ratio
 from dforce.core import units
 from dforce.forces.bottom_effect import coefficients
+from dforce.instrument import beam
+from dforce.spectroscopy import follow
 
 JKR = {"model": "jkr", "surface_energy": 0.05, "tip.radius": 20e-9, "contact.E_eff": 1e9 / 0.91, "latched": 1.0}
 SPHERE = {
@@ -96,7 +98,6 @@ def _quality_factor() -> Misprint:
 
 
 def _frequency() -> Misprint:
-    from dforce.instrument import beam
 
     kappa, mode = beam.wavenumber(1), beam.vacuum_mode(1, **SILICON)
     stiffness = SILICON["youngs_modulus"] * SILICON["thickness"] ** 2 / (12.0 * SILICON["density"])  # EI / ρbh
@@ -251,7 +252,6 @@ def _viscous() -> Misprint:
 
 
 def _standard_linear_solid() -> Misprint:
-    from dforce.spectroscopy import follow
 
     instant, relaxed, tau, radius, a0, depth = 1e9, 1e8, 1e-5, 20e-9, 0.165e-9, 1e-9
     instrument = {"tip.radius": radius, "sample.poisson_ratio": 0.0}

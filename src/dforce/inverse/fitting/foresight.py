@@ -12,6 +12,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core import units
 from dforce.core.errors import ParameterError, checked, shorten
+from dforce.core.listing import aligned, in_parts
 from dforce.experiments import Approach
 from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
 from dforce.inverse.fitting.curves import Curves
@@ -356,8 +357,6 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     ParameterError
         When it is no such result.
     """
-    from dforce.core.listing import aligned, in_parts
-
     if result.attrs.get("kind") != "identify" or known not in result["known"].values:
         raise ParameterError("this result does not say what a curve can tell; df.identify(case, free=[...]) does")
     part = result.sel(known=known)

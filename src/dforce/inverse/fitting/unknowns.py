@@ -18,6 +18,7 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameters import Quantity
 from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error, with_unit
 from dforce.kernel import Array
+from dforce.problem import values_used
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
@@ -216,8 +217,6 @@ def _scale(path: str, quantity: Quantity, start: float, low: float) -> float:
 
 def _refuse_unused(case: Case, path: str) -> None:
     """Raise ParameterError for a parameter that no force and no part of the instrument reads."""
-    from dforce.problem import values_used
-
     drift, section = case.cantilever.drift, path.partition(".")[0]
     given = {"cantilever.Q": "Q", "drive.A0": "A0", "drive.base_amplitude": "A0"}.get(path)
     if drift is not None and given and getattr(drift, given):

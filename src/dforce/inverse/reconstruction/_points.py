@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import case_of
+from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError
+from dforce.instrument import Cantilever, Drive, ModeNumbers
 from dforce.inverse.reconstruction._law import Array
 from dforce.inverse.reconstruction._path import HARMONICS, Complex, Motions
 from dforce.results.status import check_computed, repeats
@@ -16,8 +17,6 @@ from dforce.results.status import check_computed, repeats
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.case import Case
-    from dforce.instrument import ModeNumbers
     from dforce.problem import Problem
 
 LEAST_POINTS = 8
@@ -286,9 +285,6 @@ def _check_order(height: Array, group: Any, error: float) -> None:
 
 def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: float) -> Case:
     """Return the case of the instrument: the given one with the measured free amplitude, or what attributes say."""
-    from dforce.case import Case
-    from dforce.instrument import Cantilever, Drive
-
     said = {name: data.attrs[name] for name in ("k", "f0", "Q") if name in data.attrs}
     free = data.attrs.get("free_amplitude", data.attrs.get("A0"))
     if case is not None:
