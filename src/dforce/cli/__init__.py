@@ -8,7 +8,7 @@ from dforce.core.stopping import look, sigterm_as_ctrl_c
 def main() -> None:
     """Run the program; the entry point of the console script. A stop is heard while the program is still loading."""
     try:
-        with sigterm_as_ctrl_c():
+        with sigterm_as_ctrl_c(ends_program=True):
             from dforce.cli import _streams
             from dforce.cli.app import app
 

@@ -46,6 +46,7 @@ class Ending:
         self._inside = 0
         self._reached = False
         self._unbroken = 0
+        self.ends_program = False  # once it was heard nothing is compiled any more: a compilation may be broken off
         self._imports = 0  # under way around the outermost context
         self.forget()
 
@@ -103,7 +104,8 @@ class Ending:
 
     def _raise(self, frame: FrameType | None) -> None:
         """Raise KeyboardInterrupt, or try again soon where an import or a compilation would be broken off."""
-        self._waits = self._unbroken > 0 or imports_around(frame) > self._imports
+        compiles = self._unbroken > 0 and not self.ends_program
+        self._waits = compiles or imports_around(frame) > self._imports
         if not self._waits:
             raise KeyboardInterrupt
         # `threading` itself may be what is broken off here, with a lock in its hands
@@ -214,16 +216,18 @@ def unbroken() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def sigterm_as_ctrl_c() -> Iterator[bool]:
+def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
     """Raise KeyboardInterrupt at the first SIGTERM while the context lasts; later ones must not disturb what keeps the results.
 
     A handler that the program has set itself stays, and so does Python's own where this is not the main thread. What the
-    context gives says whether this is the outermost one that hears stops.
+    context gives says whether this is the outermost one that hears stops. Where a stop `ends_program` it breaks off a
+    compilation as well, which nothing that follows needs.
     """
     usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
     ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]
     if ours:
         _ending.forget(imports_around(sys._getframe()))
+        _ending.ends_program = ends_program
     for number in ours:
         signal.signal(number, _ending.come)
     try:

@@ -1,0 +1,78 @@
+"""A line of a summary, and how its number is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dforce.core.listing import Listing, aligned, html_table
+from dforce.core.quantities import NONE
+from dforce.results.dataset import unit_for
+
+DIGITS = 3  # of what is computed: the default accuracy promises them, and not always one more
+GIVEN_DIGITS = 5  # of what a user gave, and of frequencies: a narrow resonance is told from the drive by them
+GIVEN = ("zc", "frequency", "distance", "free_amplitude")
+LEAST = 0.001
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A line of a summary: what it is, as text for a reader and as an SI number for a machine."""
+
+    name: str
+    label: str
+    text: str
+    value: float | list[float] | None
+    unit: str
+    direction: str = ""
+
+
+class Findings(Listing[Finding]):
+    """What :func:`dforce.summary` returns: a list, shown as a table with a column for each direction."""
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return a row for each label, with a text for each direction; where there are several, the first names them."""
+        ways = list(dict.fromkeys(finding.direction for finding in self))
+        rows: dict[str, dict[str, str]] = {}
+        for finding in self:
+            rows.setdefault(finding.label, {})[finding.direction] = finding.text
+        body = [(label, *(texts.get(way, "") for way in ways)) for label, texts in rows.items()]
+        return [("", *ways), *body] if len(ways) > 1 else body
+
+    def as_text(self) -> str:
+        """Return the rows in columns."""
+        return aligned(self.rows()) or "nothing found"
+
+    def as_html(self) -> str:
+        """Return the rows as a table."""
+        return html_table(self.rows())
+
+
+def number(value: float, unit: str, name: str = "", none: bool = False) -> str:
+    """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``.
+
+    An amount of which there is none is "none".
+    """
+    if not np.isfinite(value):
+        return "-"
+    if none:
+        return NONE
+    if value == 0.0:
+        return "0"
+    scale, shown = unit_for(abs(value), unit, name)
+    suffix = "" if shown == "1" else shown if shown == "°" else f" {shown}"
+    if abs(value) < LEAST * scale and unit != "1":  # below the smallest unit that anyone uses
+        return f"< {LEAST}{suffix}"
+    if shown == "1" and float(value).is_integer():
+        return f"{value:.0f}"  # a count
+    digits = GIVEN_DIGITS if unit == "Hz" or name.startswith(GIVEN) else DIGITS
+    return f"{float(f'{value / scale:.{digits}g}'):.{GIVEN_DIGITS}g}{suffix}"  # 1230, not 1.23e+03
+
+
+def finding(
+    name: str, label: str, value: float, unit: str, way: str = "", more: str = "", none: bool = False
+) -> Finding:
+    """Return the line of a number; `more` is text behind it."""
+    text = number(value, unit, name, none) + more * (not none)
+    return Finding(name, label, text, value if np.isfinite(value) else None, unit, way)

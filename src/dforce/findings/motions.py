@@ -1,0 +1,299 @@
+"""What a reader looks for first in the result of an experiment, of a sweep, and in a force along a path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import case_of
+from dforce.core.errors import DForceError
+from dforce.findings.finding import Finding, finding, number
+from dforce.findings.jumps import Jump, jumps, jumps_of_all
+from dforce.results.curves import goes_along, swept
+from dforce.results.significance import is_none, with_scales
+from dforce.results.status import Status, count_status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def free_amplitudes(dataset: xr.Dataset) -> list[float]:
+    """Return the amplitude (m) of each tone far from the sample, from the case that a result carries."""
+    try:
+        free = case_of(dataset).problem.detected_free
+    except DForceError:  # the case of a version that knew other keys: still worth a summary
+        return []
+    return [float(amplitude) for amplitude in np.abs(free)]
+
+
+def _ways(dataset: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    if "direction" not in dataset.dims:
+        yield "", dataset
+        return
+    for way in dataset["direction"].values:
+        yield str(way), dataset.sel(direction=way, drop=True)
+
+
+def _label(variable: xr.DataArray) -> str:
+    return str(variable.attrs.get("long_name", variable.name))
+
+
+def _unit(variable: xr.DataArray) -> str:
+    return str(variable.attrs.get("units", "1"))
+
+
+DWELL = (
+    "amplitude",
+    "phase",
+    "mean_deflection",
+    "half_peak_to_peak",
+    "peak_force",
+    "min_force",
+    "mean_force",
+    "min_distance",
+    "max_indentation",
+    "contact_fraction",
+    "contact_time",
+    "peak_velocity",
+    "total_virial",
+    "total_dissipated_energy",
+    "power",
+    "settling_periods",
+)
+
+
+def dwell(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the quantities of a motion at one distance."""
+    dataset = _with_scales(dataset)
+    yield finding("zc", "average distance", float(dataset["zc"]), "m")
+    for name in (name for name in DWELL if name in dataset):
+        variable = dataset[name]
+        if "tone" not in variable.dims:
+            none = bool(is_none(dataset, name))
+            yield finding(name, _label(variable), float(variable), _unit(variable), none=none)
+            continue
+        for tone in variable["tone"].values:
+            several = variable.sizes["tone"] > 1
+            label = f"{_label(variable)}, tone {tone}" if several else _label(variable)
+            key = f"{name}_tone{tone}"
+            yield finding(key, label, float(variable.sel(tone=tone)), _unit(variable))
+
+
+EXTREMES = (
+    ("peak_force", "largest peak force"),
+    ("min_force", "lowest force"),
+    ("max_indentation", "deepest indentation"),
+    ("contact_fraction", "longest contact"),
+    ("total_dissipated_energy", "most dissipated energy"),
+)
+
+
+def approach(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give amplitude, phase, jumps and extremes of each direction."""
+    for way, one in _ways(_with_scales(dataset)):
+        yield from _curve(one, "zc", way)
+
+
+def frequency_sweep(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the resonance and what a curve tells, of each direction."""
+    for way, one in _ways(_with_scales(dataset)):
+        yield _peak(one, way)
+        yield from _curve(one, "frequency", way)
+
+
+def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
+    along = sweep[name_along]
+    free = free_amplitudes(sweep)
+    for index, tone in enumerate(sweep["tone"].values if "tone" in sweep else ()):
+        one = sweep.sel(tone=tone)
+        tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
+        if index < len(free):
+            yield finding(f"free_amplitude_tone{tone}", f"free amplitude{tag}", free[index], "m", way)
+        for name, label in (("amplitude", "amplitude"), ("phase", "phase lag")):
+            if name in sweep:  # one case of a sweep may keep neither
+                yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
+    if "amplitude" in sweep or "amplitude_ratio" in sweep:
+        found = jumps(sweep, way)
+        texts = [f"{number(jump.at, _unit(along), str(along.name))}{_change(sweep, jump)}" for jump in found[:3]]
+        texts += [f"{len(found) - 3} more"] if len(found) > 3 else []
+        yield Finding("jumps", "jumps", "; ".join(texts) or "none", [jump.at for jump in found], _unit(along), way)
+    for name, label in EXTREMES:
+        if name in sweep and np.isfinite(sweep[name].values).any():
+            values = sweep[name].values
+            index = int(np.nanargmin(values) if name == "min_force" else np.nanargmax(values))
+            place, none = (
+                f" at {number(float(along[index]), _unit(along), str(along.name))}",
+                bool(is_none(sweep, name)[index]),
+            )
+            yield finding(name, label, float(values[index]), _unit(sweep[name]), way, place, none)
+    yield _points(sweep, way)
+
+
+def _change(sweep: xr.Dataset, jump: Jump) -> str:
+    """Return how the phase changes in a jump, where it is known."""
+    if "phase" not in sweep:
+        return ""
+    lag = sweep["phase"].isel(tone=0).values
+    return f" ({lag[jump.before]:.0f}° to {lag[jump.after]:.0f}°)"
+
+
+def _peak(sweep: xr.Dataset, way: str) -> Finding:
+    amplitude = sweep["amplitude"].isel(tone=0).values
+    if not np.isfinite(amplitude).any():
+        return Finding("resonance", "resonance", "-", None, "Hz", way)
+    index = int(np.nanargmax(amplitude))
+    more = f" ({number(float(amplitude[index]), 'm')})"
+    return finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
+
+
+def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the parameters of a each, then the extremes over all its cases, with the case in which they are met."""
+    over = swept(dataset)
+    for name in over:
+        yield _values_of(dataset[name])
+    cases = math.prod(dataset.sizes[name] for name in over)
+    yield Finding("cases", "cases", str(cases), float(cases), "1")
+    along = goes_along(dataset)
+    for way, each in _ways(dataset):
+        for name in ("amplitude", "phase"):
+            for tone in each["tone"].values if name in each else ():
+                tag = f", tone {tone}" if each.sizes["tone"] > 1 else ""
+                yield _range(each[name].sel(tone=tone), f"{name}_tone{tone}", _label(each[name]) + tag, way)
+        if along and ("amplitude" in each or "amplitude_ratio" in each):
+            count = sum(bool(found) for _, _, found in jumps_of_all(each, along, way))
+            yield Finding("jumps", "curves with jumps", f"{count} of {cases}", float(count), "1", way)
+        for name, label in EXTREMES:
+            if name in each and np.isfinite(each[name].values).any():
+                where = each[name].argmin(...) if name == "min_force" else each[name].argmax(...)
+                found = each[name].isel(where)
+                place = ", ".join(f"{dim} = {_one(each[dim][at])}" for dim, at in where.items())
+                none = bool(is_none(_with_scales(each.isel(where)), name))
+                yield finding(name, label, float(found), _unit(found), way, f" at {place}", none)
+        yield _points(each, way)
+
+
+def _with_scales(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the result of one case with the scales of its errors; as it is where its case cannot be read."""
+    try:
+        return with_scales(dataset.copy(), case_of(dataset).problem)
+    except DForceError:  # the case of a version that knew other keys: still worth a summary
+        return dataset
+
+
+def _values_of(axis: xr.DataArray) -> Finding:
+    """Return the values of a parameter, of many the first and the last."""
+    few = axis.size <= 3
+    text = ", ".join(_one(value) for value in axis) if few else f"{_one(axis[0])} ... {_one(axis[-1])}"
+    numbers = [float(value) for value in axis.values] if axis.dtype.kind in "fi" else None
+    return Finding(str(axis.name), str(axis.name), text + (f" ({axis.size} values)" * (not few)), numbers, _unit(axis))
+
+
+def _one(value: xr.DataArray) -> str:
+    return number(float(value), _unit(value), str(value.name)) if value.dtype.kind == "f" else str(value.item())
+
+
+SPECIALS = (
+    ("fold", "folds"),
+    ("period_doubling", "period doublings"),
+    ("torus", "tori"),
+    ("grazing", "grazing"),
+    ("end", "curves end"),
+)
+
+
+def basins(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give each state, the one that most starts lead to first, and the starts that lead to none."""
+    yield finding("zc", "average distance", float(dataset["zc"]), "m")
+    for state in dataset["state"].values:
+        one = dataset.sel(state=state).isel(tone=0)
+        amplitude, phase = float(one["amplitude"]), float(one["phase"])
+        about = f" of the starts, to {number(amplitude, 'm')} and {number(phase, 'degree')}"
+        yield finding("share", f"state {state}", float(one["share"]), "1", more=about)
+    lost = int((dataset["reached"] == 0).sum())
+    if lost:
+        yield Finding("lost", "starts that lead to none", str(lost), float(lost), "1")
+
+
+def branches(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the range of all states, their special points, and whether any is missing."""
+    dataset = _with_scales(dataset)
+    along = dataset[str(dataset.attrs["along"])]
+    yield _range(along, str(along.name), _label(along), "")
+    if dataset["zc"].ndim == 0:
+        yield finding("zc", "average distance", float(dataset["zc"]), "m")
+    curves = len(np.unique(dataset["branch"].values))
+    yield Finding("curves", "connected curves", str(curves), float(curves), "1")
+    for tone in dataset["tone"].values if "amplitude" in dataset else ():
+        tag = f", tone {tone}" if dataset.sizes["tone"] > 1 else ""
+        stable = dataset.isel(point=np.flatnonzero(dataset["stable"].values)).sel(tone=tone)
+        for name, label in (("amplitude", "stable amplitudes"), ("phase", "stable phase lags")):
+            yield _range(stable[name], f"{name}_tone{tone}", label + tag, "")
+    several = dataset["repeat_periods"].values if "repeat_periods" in dataset else np.empty(0)
+    for periods in np.unique(several)[1:]:
+        of_them = dataset.isel(point=np.flatnonzero(several == periods))
+        yield _range(of_them[str(along.name)], f"repeats_{periods}", f"states that repeat after {periods} periods", "")
+    for name, label in SPECIALS:
+        places = [float(value) for value in along.values[dataset["special"].values == name]]
+        if places or name == "fold":
+            text = ", ".join(number(value, _unit(along), str(along.name)) for value in places[:5]) or "none"
+            more = f", {len(places) - 5} more" if len(places) > 5 else ""
+            yield Finding(name, label, text + more, places, _unit(along))
+    if "completeness" in dataset.attrs:
+        said = str(dataset.attrs["completeness"])
+        proven = "index_sum" in dataset and not said.startswith("not ")
+        closed = float((dataset["index_sum"].values == 1).mean()) if proven else None
+        yield Finding("completeness", "completeness", said, closed, "1")
+    yield _points(dataset, "")
+
+
+def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:
+    values = variable.values[np.isfinite(variable.values)]
+    if not values.size:
+        return Finding(name, label, "-", None, _unit(variable), way)
+    ends: list[float] = [float(values.min()), float(values.max())]
+    text = " to ".join(number(end, _unit(variable), name) for end in ends)
+    return Finding(name, label, text, ends, _unit(variable), way)
+
+
+def _points(sweep: xr.Dataset, way: str) -> Finding:
+    counted = count_status(sweep)
+    total = sum(counted.values())
+    computed = (
+        total - counted.get(Status.NOT_COMPUTED, 0) - counted.get(Status.FAILED, 0) - counted.get(Status.UNRESOLVED, 0)
+    )
+    words = [str(computed) if computed == total else f"{computed} of {total}"]
+    words += [
+        f"{counted[status]} {word}"
+        for status, word in (
+            (Status.NOT_SETTLED, "not settled"),
+            (Status.FAILED, "failed"),
+            (Status.UNRESOLVED, "unresolved"),
+            (Status.INACCURATE, "inaccurate"),
+        )
+        if status in counted
+    ]
+    return Finding("points", "points", ", ".join(words), float(computed), "1", way)
+
+
+def force_curve(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give the extremes of a force along a path, and the energy that it took."""
+    for way, one in _ways(_with_scales(dataset)):
+        yield from _force(one, way)
+
+
+def _force(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
+    force, distance = sweep["force"].values, sweep["distance"].values
+    for name, label, chosen in (
+        ("min_force", "lowest force", np.nanargmin),
+        ("peak_force", "largest force", np.nanargmax),
+    ):
+        index: Any = chosen(force)
+        place = f" at {number(float(distance[index]), 'm', 'distance')}" if force[index] else ""
+        yield finding(name, label, float(force[index]), "N", way, place)
+    if "energy" in sweep and way != "approach":  # it is known once the tip is back
+        last = sweep.isel(time=-1) if "time" in sweep.dims else sweep
+        none = bool(is_none(last, "energy"))
+        yield finding("energy", "energy taken", float(last["energy"]), "J", way, none=none)

@@ -1,0 +1,64 @@
+"""What a fit found, before it is written as a Dataset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from dforce.case import Case, Fit
+from dforce.inverse.fitting.bootstrap import Bootstrap
+from dforce.inverse.fitting.certainty import Certainty
+from dforce.inverse.fitting.minimize import Minimum
+from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.points import Measured
+from dforce.inverse.fitting.profile import Profile
+from dforce.inverse.fitting.sides import Sides
+from dforce.inverse.fitting.starts import Start
+from dforce.inverse.fitting.unknowns import Unknown
+from dforce.kernel import Array
+
+
+@dataclass
+class Fitted:
+    """What a fit found.
+
+    Attributes
+    ----------
+    case, settings, data, unknowns
+        What was asked.
+    minima, starts
+        The minima, the lowest first; where the searches began, and how low chi2 was there.
+    certain, sides
+        How well the unknowns are known: near the best, and to both sides of it.
+    passed
+        Errors passed on from fixed parameters, (unknowns,).
+    profiles
+        By the name of the unknown.
+    bootstrap
+        Fits to redrawn residuals, where they were asked for.
+    model
+        With which it was found.
+    interrupted
+        Whether it was stopped.
+    """
+
+    case: Case
+    settings: Fit
+    data: Measured
+    unknowns: list[Unknown]
+    minima: list[Minimum]
+    starts: list[Start]
+    certain: Certainty
+    sides: Sides
+    passed: Array
+    profiles: dict[str, Profile]
+    bootstrap: Bootstrap | None
+    model: Model
+    coarse: float
+    runs: int
+    interrupted: bool = False
+    unseen: list[str] = field(default_factory=list)
+
+    @property
+    def best(self) -> Minimum:
+        """The lowest minimum."""
+        return self.minima[0]
