@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -86,8 +86,8 @@ def prepare(folder: Path) -> dict[str, list[str]]:
     }  # fmt: skip
 
 
-def stopped(words: list[str], stop: Stop, folder: Path) -> Ended:
-    """Start a program, stop it, and return what became of it."""
+def stopped(words: list[str], stop: Stop, folder: Path) -> Ended | None:
+    """Start a program, stop it, and return what became of it; None where it had finished before."""
     environment = dict(os.environ)
     with tempfile.TemporaryDirectory() as cache:
         if stop.program == "cold run":
@@ -98,6 +98,9 @@ def stopped(words: list[str], stop: Stop, folder: Path) -> Ended:
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         time.sleep(stop.after)
+        if running.poll() is not None:
+            running.communicate()
+            return None
         running.send_signal(stop.number)
         begun = time.monotonic()
         try:
@@ -159,8 +162,10 @@ def main() -> None:
     every: list[Ended] = []
     with tempfile.TemporaryDirectory() as name:
         words = prepare(Path(name))
-        for stop in stops(asked.stops, random.Random(asked.seed)):
-            ended = stopped(words[stop.program], stop, Path(name))
+        draw = random.Random(asked.seed)
+        for stop in stops(asked.stops, draw):
+            while (ended := stopped(words[stop.program], stop, Path(name))) is None:
+                stop = replace(stop, after=draw.uniform(MOMENTS[stop.program][0], stop.after))
             every.append(ended)
             miss = "" if ended.is_good(asked.within) else f"MISS {ended.said[-200:]}"
             cells = (

@@ -223,6 +223,20 @@ def test_a_compilation_is_not_broken_off_and_the_stop_comes_right_behind():
     assert done
 
 
+def test_a_stop_that_ends_the_program_breaks_off_a_compilation():
+    done = []
+    with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c(ends_program=True), unbroken():
+        terminate()
+        done.append(1)
+    assert not done
+    with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c():  # the next program's stop waits again
+        with unbroken():
+            terminate()
+            done.append(1)
+        look()
+    assert done
+
+
 def test_a_job_that_compiles_ends_where_it_looks_once_the_work_is_stopped():
     reached, ended = threading.Event(), []
 
