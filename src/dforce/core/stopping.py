@@ -1,7 +1,8 @@
 """Stops: Ctrl-C, and SIGTERM, which batch queues, `timeout` and a shutdown send. What was computed is kept.
 
 A stop raises KeyboardInterrupt at once. Two things are not broken off, because half of them breaks whatever follows: an
-import and a compilation. There the stop waits, and is raised right behind. Code of others may swallow an exception, so a stop
+import and a compilation. There the stop waits, and is raised right behind; a stop that ends the program breaks a compilation
+off all the same, as nothing is compiled behind it. Code of others may swallow an exception, so a stop
 is due until :func:`heard` is called by who keeps what was computed; each :func:`look` raises one that is still due.
 """
 
