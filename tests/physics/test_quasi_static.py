@@ -196,6 +196,21 @@ def test_a_jump_is_listed_where_the_motion_lingers_beside_its_fold(points):
         np.testing.assert_allclose(found[name], exact[name], rtol=0, atol=1e-3 * 30e-9)
 
 
+def test_two_jumps_between_the_same_points_are_both_listed_as_on_a_fine_curve():
+    case = lever("dmt", A0=5.6e-9, f0=300e3, k=45.0, Q=800.0, youngs_modulus=2.57e9, radius=5.5e-9)
+    case = case.set("drive.frequency=299.853 kHz", "forces.dmt.hamaker=7.6e-20 J")
+    fine, coarse = (df.approach(case, zc=np.linspace(8.4e-9, 3.36e-9, points), direction="both") for points in (201, 3))
+    assert coarse.jump_direction.values.tolist() == ["approach", "retract", "retract"]
+    first, second = coarse.jump_zc.values[1:]
+    assert coarse.zc.values[1] < first < second < coarse.zc.values[0]
+    for name, share in (("jump_zc", SAME_JUMP), ("jump_before", 2e-4), ("jump_after", SAME_JUMP)):
+        np.testing.assert_allclose(coarse[name], fine[name], rtol=0, atol=share * 5.6e-9)
+    back = fine.amplitude.sel(direction="retract").isel(tone=0)
+    assert coarse.jump_after.values[1:] == pytest.approx(
+        [float(back[back.zc >= jump].sel(zc=jump, method="nearest")) for jump in (first, second)], abs=0.003 * 5.6e-9
+    )
+
+
 def neighbors(result, block):
     """Give the numbers of neighbors that are ok, and whether the state of the first, followed, is that of the second."""
     zc, one, nothing = result.zc.values, np.array([0]), np.empty((1, 0))
