@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
 from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
+from dforce.results.curves import first_state
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 
 LINES = 7  # of equal value, about
@@ -36,10 +37,11 @@ def map(
 ) -> Axes:
     """Draw a quantity over two parameters: colors, with lines of equal value on top.
 
-    An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both signs
-    at 0. Of tones, modes and harmonics the first is drawn; gray is where there is no result. The lines lie on straight
-    lines between the values, and know of no jump between them. The quantity `regime` of a regime map (:func:`dforce.regimes`)
-    has a color for each regime; its boundaries are drawn over whatever it holds along the set point.
+    An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
+    signs at 0. Of tones, modes and harmonics, and of the states at a set point, the first is drawn; gray is where there is
+    no result. The lines lie on straight lines between the values, and know of no jump between them. The quantity `regime`
+    of a regime map (:func:`dforce.regimes`) has a color for each regime; its boundaries are drawn over whatever it holds
+    along the set point.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ def map(
         return _regimes(dataset, x, y, sides, figure)
     if x == y:
         raise ParameterError(f"x and y are both '{x}'; a map is over two parameters")
-    variable = take(dataset, quantity, x, y)
+    variable = take(first_state(dataset), quantity, x, y)
     for name in (x, y):
         if name not in variable.dims:
             raise ParameterError(f"'{quantity}' does not go along '{name}', so there is no map of it over that")

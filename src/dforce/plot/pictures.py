@@ -10,15 +10,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from dforce.core.errors import ParameterError, checked
+from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.plot.branches import branches, resonance
 from dforce.plot.distances import amplitude_phase
 from dforce.plot.forces import force_distance
 from dforce.plot.laid_over import lay_over
 from dforce.plot.motion import phase_portrait, spectrum
 from dforce.plot.overview import overview
+from dforce.plot.sweeps import cases_of
 from dforce.plot.thermal import thermal_spectrum
-from dforce.results.curves import Picture, drawable, goes_along, pictures_of
+from dforce.results.curves import Picture, drawable, first_state, goes_along, pictures_of
+from dforce.results.dataset import COLUMN_DIMS
 
 
 @checked
@@ -33,7 +35,7 @@ def draw(
     Parameters
     ----------
     results
-        A result, or several by name, which get a color each.
+        A result, or several by name, which get a color each; so do the cases of a sweep.
     picture
         What is drawn; left out: the one that says most, and of one result its overview.
     measured
@@ -43,7 +45,7 @@ def draw(
     Raises
     ------
     ParameterError
-        When no result has these quantities.
+        When no result has these quantities, or they do not go along the same dimension.
     """
     layers = {"": results} if isinstance(results, xr.Dataset) else dict(results)
     first = next(iter(layers.values()), None)
@@ -57,11 +59,30 @@ def draw(
     own = _own(first, picture, measured) if len(layers) == 1 else None
     if own is not None:
         return list(np.ravel(np.asarray(own(figure), dtype=object)))
+    if len(layers) == 1:
+        layers = _cases(first, picture)
     wanted = {picture.x, *picture.y}
     able = {name: result for name, result in layers.items() if wanted <= set(drawable(result, picture.x))}
     if not able:
         raise ParameterError(f"these results lack {' or '.join(sorted(wanted))}, so there is nothing to draw")
     return lay_over(able, picture, figure, measured)
+
+
+def _cases(result: xr.Dataset, picture: Picture) -> dict[str, xr.Dataset]:
+    """Return the cases of a sweep by name, else the result, after checking that it has what a picture shows."""
+    for name in (picture.x, *picture.y):
+        if name not in result.variables:
+            known = [str(name) for name, variable in result.variables.items() if variable.dtype.kind == "f"]
+            raise ParameterError(f"this result has no '{shorten(name)}' to draw{nearest(name, known)}")
+    along = picture.x if picture.x in result.dims else goes_along(result)
+    layers = cases_of(first_state(result), along)
+    known = drawable(next(iter(layers.values())), picture.x)
+    for name in picture.y:
+        if name not in known:
+            dims = [str(dim) for dim in result[name].dims if dim not in COLUMN_DIMS]
+            goes = f"goes along {' and '.join(dims)}" if dims else "is one number"
+            raise ParameterError(f"'{name}' is no curve over '{picture.x}': it {goes}")
+    return layers
 
 
 def _own(

@@ -35,10 +35,8 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     over = swept(dataset)
     if "crossing" in dataset.dims:
         return [_at_set_point(dataset, over, figure)]
-    along = goes_along(dataset) or _longest(dataset, over)
-    cases = [name for name in over if name != along]
-    chosen = _spread(dataset, cases)
-    layers = {_words(dataset, case): dataset.isel(case) for case in chosen} if cases else {"": dataset}
+    along = usual_along(dataset)
+    layers = cases_of(dataset, along)
     known = drawable(next(iter(layers.values())), along) if along else []
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
     if not names:
@@ -52,6 +50,27 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     return axes
 
 
+def usual_along(dataset: xr.Dataset) -> str:
+    """Return what the quantities of a result are drawn against: what its curves go along, or the longest axis of a sweep.
+
+    Empty where there is none of plain numbers.
+    """
+    numbers = [name for name in swept(dataset) if dataset[name].dtype.kind == "f"]
+    return goes_along(dataset) or max(numbers, key=lambda name: dataset.sizes[name], default="")
+
+
+def cases_of(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
+    """Return results that do not go along the parameters of a sweep but one, by the values of the others.
+
+    Where a sweep has more than can be told apart some are returned, spread evenly over it.
+    """
+    over = swept(dataset, along)
+    places = list(itertools.product(*(range(dataset.sizes[name]) for name in over)))
+    which = np.unique(np.linspace(0, len(places) - 1, min(len(places), MOST)).round().astype(int))
+    chosen = [dict(zip(over, places[i], strict=True)) for i in which]
+    return {_words(dataset, case): dataset.isel(case) for case in chosen}
+
+
 def _at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> Axes:
     """Draw the first states at a set point over two parameters, of others at their first values."""
     numbers = [
@@ -62,21 +81,8 @@ def _at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | Non
     ]
     if len(numbers) < 2 or not dataset.sizes["crossing"] or not names:
         raise ParameterError("there is no picture of states at a set point over fewer than two parameters")
-    first = dataset.isel(dict.fromkeys([*(name for name in over if name not in numbers[:2]), "crossing"], 0))
+    first = dataset.isel({name: 0 for name in over if name not in numbers[:2]})
     return map_of_two(first, numbers[1], numbers[0], names[0], figure=figure)
-
-
-def _longest(dataset: xr.Dataset, over: list[str]) -> str:
-    """Return the parameter with the most values that are plain numbers; empty where there is none."""
-    numbers = [name for name in over if dataset[name].dtype.kind == "f"]
-    return max(numbers, key=lambda name: dataset.sizes[name], default="")
-
-
-def _spread(dataset: xr.Dataset, over: list[str]) -> list[dict[str, int]]:
-    """Return places of cases, spread evenly over a sweep where it has more than can be told apart."""
-    places = list(itertools.product(*(range(dataset.sizes[name]) for name in over)))
-    which = np.unique(np.linspace(0, len(places) - 1, min(len(places), MOST)).round().astype(int))
-    return [dict(zip(over, places[i], strict=True)) for i in which]
 
 
 def _words(dataset: xr.Dataset, case: dict[str, int]) -> str:

@@ -155,6 +155,11 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np
     return values.reshape(-1, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
 
 
+def first_state(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a sweep with the first of the states at a set point alone; any other result as it is."""
+    return dataset.isel(crossing=0) if "crossing" in dataset.dims else dataset
+
+
 @checked
 def goes_along(dataset: xr.Dataset) -> str:
     """Return the quantity that a curve goes along: the distance, the frequency or the parameter of branches; or time."""

@@ -1,0 +1,100 @@
+"""`dforce plot`: a kept result drawn anew."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._names import complete_cases, exists
+from dforce.cli._report import quoted
+from dforce.cli._terminal import DONE, Traceback
+from dforce.core.files import check_target
+from dforce.results.curves import Picture
+
+
+def plot(
+    result: Annotated[
+        str,
+        typer.Argument(
+            metavar="RESULT",
+            autocompletion=complete_cases,
+            show_default=False,
+            help="A result (.nc, .zarr): of a run, a sweep, a fit, a plan, a map, a measured curve.",
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FIG.png|.pdf|.svg",
+            show_default=False,
+            help="Where the picture goes; an older file is replaced. Left out: NAME.png, or NAME-2.png beside another file.",
+        ),
+    ] = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(
+            "--quantity",
+            metavar="NAMES",
+            show_default=False,
+            help="What is drawn, such as peak_force or amplitude,phase. Left out: what says most.",
+        ),
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option(
+            "--over",
+            metavar="NAMES",
+            show_default=False,
+            help="What it is drawn against, such as amplitude_ratio; of a sweep two, such as A0,youngs_modulus, give a map.",
+        ),
+    ] = None,
+    width: Annotated[
+        str | None,
+        typer.Option("--width", metavar="WIDTH", show_default=False, help='Width of the picture, such as "85 mm".'),
+    ] = None,
+    traceback: Traceback = False,
+) -> int:
+    """Draw a result that was kept, whole or some of its quantities."""
+    if Path(result).suffix.lower() == ".toml" or (not exists(Path(result)) and result in df.examples()):
+        raise df.ParameterError(
+            f"{quoted(result)} is a case without a result; run it first: dforce run {quoted(result)} --plot FIG.png"
+        )
+    if output is not None:
+        check_target(output, df.plot.FORMATS)
+    if width is not None:
+        df.plot.check_width(width)
+    from dforce.plot.sweeps import usual_along  # matplotlib is slow to load
+
+    data, figure = df.read(result), df.plot.Sheet()
+    names, across = _split(quantity), _split(over)
+    if across and not names:
+        raise df.ParameterError(f"--over {over} says against what; say with --quantity what is drawn")
+    if len(across) > 2 or (len(across) == 2 and len(names) > 1):
+        raise df.ParameterError("a map shows one --quantity over two parameters, and a curve any over one")
+    axes: Any
+    if len(across) == 2:
+        axes = df.plot.map(data, across[0], across[1], names[0], figure=figure)
+    elif names:
+        axes = df.plot.draw(data, Picture(across[0] if across else usual_along(data), tuple(names)), figure)
+    else:
+        axes = df.plot.overview(data, figure)
+    path = output or _free(Path(result).stem)
+    df.plot.save(axes, path, width=width)
+    typer.echo(f"written: {path}")
+    return DONE
+
+
+def _split(names: str | None) -> list[str]:
+    return [] if names is None else [name.strip() for name in names.split(",") if name.strip()]
+
+
+def _free(stem: str) -> Path:
+    """Return a name for a picture that no file has."""
+    names = (Path(f"{stem}.png" if number == 1 else f"{stem}-{number}.png") for number in itertools.count(1))
+    return next(path for path in names if not path.exists())
