@@ -38,6 +38,53 @@ def test_without_noise_the_truth_comes_back(tmp_path):
     assert np.sqrt(peak[0]) == pytest.approx(1.57980855077e-12, rel=1e-10)
 
 
+@pytest.mark.parametrize(
+    ("heading", "power", "scale"),
+    [
+        ("Frequency (Hz),ASD (pm/rtHz)", 0.5, 1e12), ("Freq,PSD [m^2/Hz]", 1.0, 1.0), ("f (Hz),PSD (pm²/Hz)", 1.0, 1e24),
+        ("f,Amplitude spectral density (fm/√Hz)", 0.5, 1e15), ("f,ASD [fm/sqrt(Hz)]", 0.5, 1e15),
+        ("f,ASD (nm/Hz^1/2)", 0.5, 1e9), ("f,ASD (nm/Hz^(1/2))", 0.5, 1e9),
+    ],
+)  # fmt: skip
+def test_headings_as_people_write_them_tell_the_unit(tmp_path, heading, power, scale):
+    frequency = np.linspace(50e3, 90e3, 801)
+    density = measured_curve.density(frequency)
+    tune = df.thermal_tune(written(tmp_path, table(frequency, density**power * scale, heading)), calibrated="mode")
+    assert tune.k == pytest.approx(K, rel=1e-4)
+
+
+def test_arrays_are_tuned_like_a_file(tmp_path):
+    frequency = np.linspace(50e3, 90e3, 801)
+    density = measured_curve.density(frequency) * np.random.default_rng(1).gamma(50, 1 / 50, len(frequency))
+    of_file = df.thermal_tune(written(tmp_path, table(frequency, density)), temperature="30(2) degC")
+    of_arrays = df.thermal_tune(frequency, np.sqrt(density) * 1e12, unit="pm/rtHz", temperature="30(2) degC")
+    for name, pair in of_file.as_table().items():
+        assert of_arrays.as_table()[name] == pytest.approx(pair, rel=1e-4)
+    data = of_arrays.dataset()
+    np.testing.assert_allclose(data["spectral_density"], density, rtol=1e-12)
+    np.testing.assert_allclose(data["fitted_density"], density, rtol=0.8)
+    assert data["spectral_density"].attrs["units"] == "m^2/Hz"
+
+
+@pytest.mark.parametrize(
+    ("given", "how", "sentence"),
+    [
+        (([1.0, 2.0], [1.0, 2.0]), {}, "does not tell the unit"),
+        (([1.0, 2.0],), {}, "give a file, or two arrays"),
+        (("thermal.csv", [1.0, 2.0]), {"unit": "m^2/Hz"}, "give a file, or two arrays"),
+        (([1.0, 2.0], [1.0]), {"unit": "m^2/Hz"}, "2 frequencies and 1 densities"),
+        (([1.0, "a"], [1.0, 2.0]), {"unit": "m^2/Hz"}, "frequency is no array of numbers"),
+        ((np.ones((2, 2)), np.ones((2, 2))), {"unit": "m^2/Hz"}, "frequency has 2 dimensions"),
+        (([1.0, 2.0], [1.0, 2.0]), {"unit": "kg"}, "is no density"),
+        (([1.0, 2.0], [1.0, 2.0]), {"unit": "12 nm**9**9"}, "is no unit that dForce knows"),
+        ((np.ones(99), np.full(99, np.nan)), {"unit": "m^2/Hz"}, "has 0 points of a spectrum"),
+    ],
+)
+def test_arrays_that_are_no_spectrum_are_refused(given, how, sentence):
+    with pytest.raises(df.DForceError, match=sentence):
+        df.thermal_tune(*given, **how)
+
+
 def test_the_density_integrates_to_equipartition():
     frequency = np.linspace(10.0, 3e6, 3_000_001)
     area = integrate.trapezoid(measured_curve.density(frequency, background=0.0), frequency)

@@ -89,7 +89,7 @@ CALLS = {
     "read_curves": {"path": "curve.csv"},
     "read_measured": {"path": "curve.csv"},
     "reconstruct": {"curve": CURVE},
-    "thermal_tune": {"path": "thermal.csv"},
+    "thermal_tune": {"spectrum": "thermal.csv"},
     "regimes": {"case": CASE, "over": {"tip.radius": ["2 nm", "3 nm"]}, "set_points": [0.8]},
     "report": {"result": CURVE},
     "results.significance:error_of": {"dataset": CURVE, "name": "phase"},

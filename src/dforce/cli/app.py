@@ -26,6 +26,7 @@ from dforce.cli import (
     run,
     schema,
     sweep,
+    thermal,
     validate,
 )
 
@@ -73,6 +74,7 @@ COMMANDS = (
     curve.curve,
     plot.plot,
     read.read,
+    thermal.thermal,
     fit.fit,
     reconstruct.reconstruct,
     models.models,

@@ -165,7 +165,7 @@ def read(
         "curve": number,
     }
     settings = reading_of(table) | {name: value for name, value in asked.items() if value is not None}
-    for name, typed in (("columns", _pairs("--columns", columns)), ("units", _pairs("--units", units))):
+    for name, typed in (("columns", named("--columns", columns)), ("units", named("--units", units))):
         settings[name] = {**settings.get(name, {}), **typed}
     tune = _tune(Thermal(thermal, temperature, sensitivity, calibrated))
     calibration = calibration_of(table) | ({} if tune is None else {"thermal": tune})
@@ -195,7 +195,7 @@ def read(
     return SOME_POINTS_FAILED if missing else DONE
 
 
-def _pairs(option: str, given: list[str]) -> dict[str, str]:
+def named(option: str, given: list[str]) -> dict[str, str]:
     """Return what was typed as NAME=VALUE."""
     found = {}
     for text in given:

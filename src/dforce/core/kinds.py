@@ -42,7 +42,7 @@ PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
     "dict": (lambda given: isinstance(given, dict), "a table"),
 }
 SEVERAL = ("Sequence", "Collection", "Iterable")
-ANYTHING = ("Any", "object")
+ANYTHING = ("Any", "object", "ArrayLike")
 LONGEST = 60  # characters that a message repeats
 
 

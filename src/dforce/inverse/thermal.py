@@ -13,19 +13,24 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.instrument import beam
 from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
 from dforce.inverse.readers import content_of, tables_in
-from dforce.inverse.table import Column, Floats, Table
+from dforce.inverse.table import OF_NOBODY, Column, Floats, Table
 from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import DENSITY, bare, known_unit, scale_to
+from dforce.results.dataset import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BOLTZMANN = 1.380649e-23  # J/K; exact in the SI since 2019
 ROOM = 298.15  # K
@@ -38,6 +43,7 @@ VOLTS = {"V^2/Hz": 1.0, "V/Hz^0.5": 2.0}
 SMOOTH = 10.0  # spectra that a smoothed point stands for, to find the peak by
 LEVERS = ("static", "mode")
 BEYOND_WINDOWS = 3  # points of a spectrum that are farther apart than Hann's window makes alike
+ARRAYS = replace(OF_NOBODY, kind="two arrays")
 MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 
@@ -63,6 +69,8 @@ class ThermalTune:
         Lowest and highest frequency of the fit (Hz).
     history
         A sentence for each step.
+    spectrum
+        Frequencies (Hz) and power densities (m²/Hz) as they were measured.
     """
 
     f0: float
@@ -77,6 +85,7 @@ class ThermalTune:
     averages: float
     band: tuple[float, float]
     history: tuple[str, ...]
+    spectrum: tuple[Floats, Floats] = field(repr=False, compare=False)
 
     def __repr__(self) -> str:
         units = {"f0": "Hz", "k": "N/m", "Q": "1"}
@@ -91,10 +100,24 @@ class ThermalTune:
         """Return the fitted power density (m²/Hz) at frequencies (Hz)."""
         return Resonance(self.f0, self.Q, self.mean_square, self.background).density(frequency)
 
+    def dataset(self) -> xr.Dataset:
+        """Return measured and fitted power density (m²/Hz) along `frequency`, as ``df.plot.thermal_spectrum`` draws them."""
+        import xarray as xr
+
+        frequency, density = self.spectrum
+        columns = {
+            "spectral_density": ("frequency", density),
+            "fitted_density": ("frequency", self.density(frequency)),
+            "fitted_f0": ((), self.f0),
+            "fitted_Q": ((), self.Q),
+        }
+        return describe(xr.Dataset(columns, {"frequency": frequency}))
+
 
 @checked
 def thermal_tune(
-    path: str | os.PathLike[str],
+    spectrum: str | os.PathLike[str] | ArrayLike,
+    density: ArrayLike | None = None,
     *,
     columns: Mapping[str, str] | None = None,
     unit: str | None = None,
@@ -103,17 +126,19 @@ def thermal_tune(
     temperature: Any = None,
     band: Sequence[Any] | None = None,
 ) -> ThermalTune:
-    """Return f0, Q and k of a lever from a file with the spectrum of its thermal motion.
+    """Return f0, Q and k of a lever from the spectrum of its thermal motion.
 
     Parameters
     ----------
-    path
+    spectrum
         A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
-        or in volts), or the result of :func:`dforce.thermal_spectrum`.
+        or in volts), or the result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
+    density
+        Densities at these frequencies, an array of the same length, in `unit`.
     columns
         Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
     unit
-        Unit of the density, where its column names none: ``"pm/sqrt(Hz)"``.
+        Unit of the density, where its column names none, and of an array: ``"pm/sqrt(Hz)"``.
     sensitivity
         By which volts are multiplied (m/V, or text such as ``"52(1) nm/V"``, whose error goes into that of k).
     calibrated
@@ -129,12 +154,15 @@ def thermal_tune(
     ResultError
         For a file that cannot be read, or a spectrum without a peak.
     ParameterError
-        Where something must be given that the file does not tell.
+        Where something must be given that the file does not tell, and for arrays of other shapes or without a unit.
     """
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
-    content, name = content_of(path)
-    table = tables_in(content, name)[0]
+    if density is None and isinstance(spectrum, str | os.PathLike):
+        content, name = content_of(spectrum)
+        table = tables_in(content, name)[0]
+    else:
+        table, name = _arrays(spectrum, density, unit), "the spectrum"
     length = None if sensitivity is None else measured(sensitivity, "m/V", "sensitivity")
     warm = measured(ROOM if temperature is None else temperature, "K", "temperature")
     if warm.value <= 0.0 or (length is not None and length.value <= 0.0):
@@ -171,7 +199,30 @@ def thermal_tune(
         tune.averages,
         tune.band,
         tuple(history),
+        (frequency, power),
     )
+
+
+def _arrays(frequency: Any, density: Any, unit: str | None) -> Table:
+    """Return a table of frequencies and densities that were given as arrays."""
+    if density is None or isinstance(frequency, str | os.PathLike):
+        raise ParameterError("give a file, or two arrays: frequencies (Hz) and densities, with their unit")
+    values = []
+    for name, given in (("frequency", frequency), ("density", density)):
+        try:
+            array = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            raise ParameterError(f"{name} is no array of numbers") from None
+        if array.ndim != 1:
+            raise ParameterError(f"{name} has {array.ndim} dimensions; an array of one is meant")
+        values.append(array)
+    if len(values[0]) != len(values[1]):
+        raise ParameterError(f"there are {len(values[0])} frequencies and {len(values[1])} densities")
+    if unit is not None and known_unit(unit) is None:
+        raise ParameterError(
+            f"unit = '{shorten(unit)}' is no unit that dForce knows, such as 'm^2/Hz' or 'pm/sqrt(Hz)'"
+        )
+    return Table((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
 
 
 def _spectrum(
@@ -266,6 +317,7 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
         fit.averages,
         ends,
         history,
+        every,
     )
 
 

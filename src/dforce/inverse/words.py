@@ -77,7 +77,7 @@ def known_unit(text: str) -> str | None:
         return None
     text = text.strip().replace("μ", "u").replace("µ", "u")
     text = SPELLED.get(text, text)
-    text = re.sub(r"(?:sqrt|√)\s*\(?\s*Hz\s*\)?", "Hz^0.5", text).replace("²", "^2")
+    text = re.sub(r"(?:sqrt|rt|√)\s*\(?\s*Hz\s*\)?|Hz\s*(?:½|\^\s*\(?1/2\)?)", "Hz^0.5", text).replace("²", "^2")
     if not text:
         return ""
     try:

@@ -1,0 +1,139 @@
+"""`dforce thermal`: f0, Q and k of a lever from the spectrum of its thermal motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import dforce as df
+from dforce.cli._report import quoted
+from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, printable, say, width, wrapped
+from dforce.cli.read import Pairs, named
+from dforce.core.files import check_target
+from dforce.core.units import show
+from dforce.inverse.values import show as with_error
+
+if TYPE_CHECKING:
+    from dforce.inverse.thermal import ThermalTune
+
+ROWS = {
+    "f0": ("resonance frequency f0", "Hz"),
+    "Q": ("quality factor Q", "1"),
+    "k": ("spring constant k of mode 1", "N/m"),
+}
+DIGITS = 5  # of the values that a case takes
+
+
+def thermal(
+    spectrum: Annotated[
+        str,
+        typer.Argument(metavar="SPECTRUM", show_default=False, help="A file with frequencies and spectral densities."),
+    ],
+    columns: Pairs,
+    unit: Annotated[
+        str | None,
+        typer.Option(
+            "--unit",
+            metavar="UNIT",
+            show_default=False,
+            help='Unit of the density, where its column names none, such as "pm/sqrt(Hz)".',
+        ),
+    ] = None,
+    sensitivity: Annotated[
+        str | None,
+        typer.Option(
+            "--sensitivity",
+            metavar="LENGTH/V",
+            show_default=False,
+            help='By which volts are multiplied, such as "52 nm/V" or, with its error, "52(1) nm/V".',
+        ),
+    ] = None,
+    calibrated: Annotated[
+        str,
+        typer.Option(
+            "--calibrated", metavar="static|mode", help="How the sensitivity was found: by a force curve or for mode 1."
+        ),
+    ] = "static",
+    temperature: Annotated[
+        str | None,
+        typer.Option(
+            "--temperature", metavar="TEMPERATURE", show_default=False, help='Such as "25 degC"; left out: 298.15 K.'
+        ),
+    ] = None,
+    band: Annotated[
+        str | None,
+        typer.Option(
+            "--band",
+            metavar="LOWEST,HIGHEST",
+            show_default=False,
+            help='Frequencies of the fit, such as "60 kHz,80 kHz"; left out: 5 widths of the peak on both sides.',
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the spectrum and its fit."),
+    ] = None,
+    json: Json = False,
+    traceback: Traceback = False,
+) -> int:
+    """Tune a lever: fit the thermal spectrum of the free lever, and give f0, Q and k with errors.
+
+    The spectrum is text with two columns, or any file that dForce reads. Its last line goes into a case.
+    """
+    if plot is not None:
+        check_target(plot, df.plot.FORMATS, spare=[Path(spectrum)])
+    tune = df.thermal_tune(
+        spectrum,
+        columns=named("--columns", columns),
+        unit=unit,
+        sensitivity=sensitivity,
+        calibrated=calibrated,
+        temperature=temperature,
+        band=None if band is None else [end.strip() for end in band.split(",")],
+    )
+    if plot is not None:
+        df.plot.save(df.plot.thermal_spectrum(tune.dataset(), df.plot.Sheet()), plot)
+    if json:
+        print_json(_answer(tune, plot))
+        return DONE
+    _print(tune, spectrum)
+    if plot is not None:
+        typer.echo(f"written: {plot}")
+    for line in tune.history:
+        if line.startswith("doubt: "):
+            say(line)
+    return DONE
+
+
+def _case(tune: ThermalTune) -> str:
+    """Return the lever as a case takes it."""
+    f0, k = (show(value, unit, DIGITS) for value, unit in ((tune.f0, "Hz"), (tune.k, "N/m")))
+    return f'cantilever = {{ f0 = "{f0}", k = "{k}", Q = {tune.Q:.4g} }}'
+
+
+def _print(tune: ThermalTune, spectrum: str) -> None:
+    """Print the lever in a table, and below it every step."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(show_header=False, box=None, pad_edge=False, padding=(0, 3, 0, 0))
+    values = tune.as_table()
+    for name, (label, unit) in ROWS.items():
+        table.add_row(Text(label), Text(with_error(*values[name], unit)))
+    table.add_row(Text("spring constant for a steady force"), Text(show(tune.k_static, "N/m", 4)))
+    terminal = console()
+    terminal.print(Text(wrapped(printable(f"thermal spectrum {quoted(spectrum)}"), width()), style="bold"))
+    terminal.print(table)
+    terminal.print()
+    for line in (line for line in tune.history if not line.startswith(("f0: ", "Q: "))):
+        terminal.print(Text(wrapped(printable(line), width(), then="    ")))
+    terminal.print()
+    terminal.print(Text(_case(tune)))
+
+
+def _answer(tune: ThermalTune, plot: Path | None) -> dict[str, Any]:
+    """Return what `--json` prints: SI numbers."""
+    numbers = {name: value for name, value in vars(tune).items() if isinstance(value, float)}
+    return {**numbers, "band": tune.band, "history": tune.history, "case": _case(tune), "picture": plot and str(plot)}
