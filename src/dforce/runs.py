@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dforce.case import Case
+from dforce.case import Case, load_case
 from dforce.core.errors import ParameterError, checked
 from dforce.core.progress import ProgressBar
 from dforce.core.quantities import MOTION
@@ -20,17 +22,21 @@ from dforce.validity import advice, attributes
 if TYPE_CHECKING:
     import xarray as xr
 
+RESULTS = (".nc", ".zarr")  # endings of files of results
 LOOKS_A_SECOND = 20.0  # at most, so that showing progress costs nothing
 
 
 @checked
-def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset | None = None) -> xr.Dataset:
+def run(
+    case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, resume: xr.Dataset | None = None
+) -> xr.Dataset:
     """Do what a case's experiment says and return the result.
 
     Parameters
     ----------
     case
-        The case; ``case.experiment`` must be given.
+        The case, with an experiment; or its name as :func:`load_case` takes it: of a case file, a result or a shipped
+        example. A result that was interrupted is continued.
     progress
         True for a bar, on a terminal or in a notebook. Or a function, called as ``progress(done, total, note)`` at most
         20 times a second, and at the end.
@@ -47,12 +53,20 @@ def run(case: Case, progress: Progress | bool | None = None, resume: xr.Dataset 
     ------
     ParameterError
         When the case has no experiment, or `resume` is the result of another case.
+    CaseError, ResultError
+        When a name is that of no case, or a result cannot be read.
     """
     from dforce.results.dataset import get_ready
+    from dforce.results.files import read
     from dforce.results.provenance import provenance
     from dforce.results.significance import with_scales
     from dforce.results.status import keep_promise
 
+    if not isinstance(case, Case):
+        name, case = case, load_case(case)
+        if resume is None and Path(name).suffix.lower() in RESULTS:
+            earlier = read(name)
+            resume = earlier if earlier.attrs.get("interrupted") else None
     if case.experiment is None:
         raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')
     text = case.to_toml(complete=True)

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -261,3 +262,18 @@ def test_settings_given_in_python_override_those_of_the_case():
     assert curve.sizes == {"zc": 1, "tone": 1, "mode": 1, "harmonic": 3, "component": 2}
     with pytest.raises(df.ParameterError, match="harmonic"):
         df.approach(case, zc="4.5 nm", harmonic=3)
+
+
+def test_a_run_takes_what_the_command_takes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    case = approach()
+    df.save_case(case, "case.toml")
+    whole, part = df.run(case), df.run(case, stop_after(2))
+    assert 0 < points_of(part) < points_of(whole)
+    for name, result in (("whole.nc", whole), ("part.nc", part)):
+        df.write(result, name)
+    for name in ("case.toml", Path("whole.nc"), "part.nc"):
+        assert_same(df.run(name), whole)
+    assert df.run("table-1-am").attrs["title"] == df.example("table-1-am").title
+    with pytest.raises(df.CaseError, match="there is no file 'figure-3-airr'; did you mean the example 'figure-3-air'"):
+        df.run("figure-3-airr")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from dforce import library
 from dforce.case._case import Case
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
-from dforce.core.files import beside, read_input, write_whole
+from dforce.core.files import beside, exists, read_input, write_whole
 from dforce.core.toml import LONGEST
 from dforce.results import hdf5
 from dforce.results.files import MOST_BYTES as MOST_BYTES_OF_RESULT
@@ -36,7 +36,7 @@ def example(name: str) -> Case:
 
 @checked
 def load_case(path: str | os.PathLike[str]) -> Case:
-    """Return the case in a file: a TOML case file, or the case that a file of results was computed from.
+    """Return a case by name: that in a case file (TOML), that of a result, or a shipped example where there is no such file.
 
     Raises
     ------
@@ -45,6 +45,8 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     """
     file = Path(path)
     name = shorten(str(path), 200)
+    if str(path) in library.examples() and not exists(file):
+        return example(str(path))
     try:
         if is_store(path):
             place = local_place(path)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import dforce as df
+from dforce.core.files import exists
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,14 +45,6 @@ CaseName = Annotated[
 ]
 
 
-def exists(path: Path) -> bool:
-    """Say whether there is such a file or folder; none has a name that the system refuses."""
-    try:
-        return path.exists()
-    except OSError:  # longer than a name may be
-        return False
-
-
 @dataclass(frozen=True)
 class Source:
     """A case as it was named: where it comes from, and an earlier result of it."""
@@ -65,8 +58,8 @@ class Source:
 def open_source(name: str, settings: list[str]) -> Source:
     """Return the case of a file or an example, changed by settings such as ``"drive.A0=5 nm"``."""
     path = Path(name)
-    if not exists(path) and path.suffix == "" and path.name == name:
-        return Source(df.example(name).set(*settings), name)
     case = df.load_case(name).set(*settings)
+    if not exists(path) and name in df.examples():
+        return Source(case, name)
     result = df.read(name) if path.suffix.lower() in (".nc", ".zarr") and not settings else None
     return Source(case, path.stem, path, result)

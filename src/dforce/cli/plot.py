@@ -9,11 +9,10 @@ from typing import Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._names import complete_cases, exists
+from dforce.cli._names import complete_cases
 from dforce.cli._report import quoted
 from dforce.cli._terminal import DONE, Traceback
-from dforce.core.files import check_target
-from dforce.results.curves import Picture
+from dforce.core.files import check_target, exists
 
 
 def plot(
@@ -70,6 +69,7 @@ def plot(
     if width is not None:
         df.plot.check_width(width)
     from dforce.plot.sweeps import usual_along  # matplotlib is slow to load
+    from dforce.results.curves import Picture
 
     data, figure = df.read(result), df.plot.Sheet()
     names, across = _split(quantity), _split(over)

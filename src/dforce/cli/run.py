@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._names import CaseName, Source, exists, open_source
+from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._report import advice_lines, as_json, counted, print_findings, quoted, states_lines, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
-from dforce.core.files import check_target
+from dforce.core.files import check_target, exists
 from dforce.core.first_answer import early_answers
 from dforce.core.garbage import seldom_collected
 from dforce.core.progress import ProgressBar

@@ -13,7 +13,6 @@ from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, pri
 from dforce.cli.read import Pairs, named
 from dforce.core.files import check_target
 from dforce.core.units import show
-from dforce.inverse.values import show as with_error
 
 if TYPE_CHECKING:
     from dforce.inverse.thermal import ThermalTune
@@ -117,6 +116,8 @@ def _print(tune: ThermalTune, spectrum: str) -> None:
     """Print the lever in a table, and below it every step."""
     from rich.table import Table
     from rich.text import Text
+
+    from dforce.inverse.values import show as with_error  # its folder loads NumPy
 
     table = Table(show_header=False, box=None, pad_edge=False, padding=(0, 3, 0, 0))
     values = tune.as_table()

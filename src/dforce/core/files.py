@@ -133,6 +133,14 @@ def named(path: str | os.PathLike[str], key: str, beside: Path | None = None) ->
     return (beside or folder()) / path
 
 
+def exists(path: Path) -> bool:
+    """Say whether there is such a file or folder; none has a name that the system refuses."""
+    try:
+        return path.exists()
+    except OSError:  # longer than a name may be
+        return False
+
+
 @checked
 def check_target(
     path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES, spare: Iterable[os.PathLike[str]] = ()
