@@ -61,13 +61,14 @@ _SHORT = re.compile(r"\b(?:e\.g|i\.e|cf|vs|Fig|Eq|Eqs|Sec|Ref|Refs|No|al|approx|
 def plain(text: str) -> str:
     """Return text without its markup: code, mathematics and links count as one word."""
     text = re.sub(r"\{[a-z:]+\}`([^`<]*?)\s*(?:<[^`]*>)?`", r"\1", text)
-    text = re.sub(r":math:`[^`]*`", "X", text)
+    text = re.sub(r":math:`[^`]*`", "EQUATION", text)
     text = re.sub(r":[a-z:]+:`~?([^`<]*?)\s*(?:<[^`]*>)?`", r"\1", text)
     text = re.sub(r"``[^`]*``|`[^`]*`(?!_)", "CODE", text)
     text = re.sub(r"`([^`<]*?)\s*<[^`]*>`__?", r"\1", text)
-    text = re.sub(r"\$[^$\n]+\$", "X", text)
+    text = re.sub(r"\$[^$\n]+\$", "EQUATION", text)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"\*\*?([^*]+)\*\*?", r"\1", text)
+    text = re.sub(r"\((?:[^()]|\([^()]*\))*\b(?:18|19|20)\d\d\b(?:[^()]|\([^()]*\))*\)", "", text)  # a citation
     return re.sub(r"\s+", " ", text).strip()
 
 
