@@ -68,14 +68,14 @@ def run(
             earlier = read(name)
             resume = earlier if earlier.attrs.get("interrupted") else None
     if case.experiment is None:
-        raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')
+        raise ParameterError('the case has no [experiment]; write for example kind = "approach"')
     text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
-        raise ParameterError("this result is complete; there is nothing to continue")
+        raise ParameterError("this result is complete; nothing is left to continue")
     if resume is not None and "over" in resume.attrs:
         raise ParameterError("this result is a sweep; df.sweep(case, over=..., resume=...) continues it")
     if resume is not None and resume.attrs.get("case") != text:
-        raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
+        raise ParameterError("this result belongs to another case, so it cannot be continued with the present case")
     usable = resume if resume is not None and MOTION in resume else None
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
         get_ready()

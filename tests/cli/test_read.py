@@ -102,7 +102,7 @@ def test_a_case_says_how_its_curve_is_read_and_what_is_typed_goes_before():
         (("curve.csv", "--phase", "sideways"), "phase_convention = 'sideways' is none of lag, lag-90, 90-lag, lead"),
         (("curve.csv", "--curve", "two"), "--curve is 'two', not a whole number"),
         (("curve.csv", "--temperature", "25 degC"), "give --thermal as well"),
-        (("curve.csv", "-o", "out.xlsx"), "a file ending in .nc, .csv can be written"),
+        (("curve.csv", "-o", "out.xlsx"), "use a name ending in .nc, .csv"),
     ],
 )
 def test_a_mistake_is_one_sentence(words, sentence):

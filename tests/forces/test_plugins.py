@@ -213,7 +213,7 @@ def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tm
     )  # fmt: skip
     assert ran.stdout.split() == ["repulsion", "True"]
     assert ran.stderr.strip() == (
-        "The force plug-in 'broken' (bad_force) cannot be loaded, so it is missing: ZeroDivisionError: division by zero"
+        "The force plug-in 'broken' (bad_force) cannot be loaded: ZeroDivisionError: division by zero"
     )
 
 

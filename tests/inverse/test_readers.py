@@ -93,7 +93,7 @@ def test_readers_of_other_packages_are_found_and_what_is_none_is_left_out(monkey
     monkeypatch.setattr(entries.log, "announce", said.append)
     assert entries.loaded("dforce.readers", Reader, "reader") == [nanosurf.READER]
     assert said == [
-        "The reader 'bad' (dforce.inverse.readers.nanosurf:read) cannot be loaded, so it is missing: TypeError: it is no Reader"
+        "The reader 'bad' (dforce.inverse.readers.nanosurf:read) cannot be loaded: TypeError: it is no Reader"
     ]
 
 

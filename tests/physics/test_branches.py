@@ -192,7 +192,7 @@ def test_tones_without_a_common_period_are_refused_in_one_sentence():
             "start is '1 GPa', which is a pressure",
         ),
         ({"zc": "9 nm", "parameter": "cantilever.Q", "start": 0.1, "stop": 9.0}, "is not above 0.5"),
-        ({"zc": "9 nm", "parameter": "solver.method", "start": 1.0, "stop": 2.0}, "is no quantity"),
+        ({"zc": "9 nm", "parameter": "solver.method", "start": 1.0, "stop": 2.0}, "is not a quantity"),
     ],
 )
 def test_a_range_that_makes_no_sense_is_refused_in_one_sentence(case, settings, sentence):

@@ -235,5 +235,5 @@ def test_volts_of_two_tones_take_the_sensitivity_of_each_mode_and_need_one():
     assert [tone.A0 for tone in case.drive.tones] == pytest.approx(
         [30e-9 / 0.917670323115, 1.2e-9 / 3.187185606808], rel=1e-11
     )
-    with pytest.raises(ParameterError, match=r"drive.tones.1.A0 is in volts: give the sensitivity as well"):
+    with pytest.raises(ParameterError, match=r"drive.tones.1.A0 is in volts: also write the sensitivity"):
         df.Case(cantilever={"modes": modes}, drive=drive)

@@ -637,7 +637,7 @@ def test_simulated_lanes_on_their_way_to_the_surface_snap_in_there():
         (SNAP.replace("solver", {}).replace("noise.thermal", False), "1 um/s", "noise.thermal = false"),
         (
             SNAP.replace("cantilever.drift", {"zc": [0.0, 1e-6], "Q": [1.0, 2.0]}), "1 um/s",
-            "where a lever snaps in takes a lever that stays as it is",
+            "where a lever snaps in needs a lever that is constant as it is",
         ),
     ],
 )  # fmt: skip

@@ -88,7 +88,7 @@ def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
         ({"name": "FMR", "modes": [{"f0": 1, "k": 1, "Q": 1}]}, "air", "cantilever has both name and modes"),
         ({"f0": 1, "k": 1, "Q": 1, "library": "my.csv"}, "air", "cantilever.library needs a name"),
         ({"name": "mine", "library": "none.csv"}, "air", "cantilever.library = 'none.csv': there is no such file"),
-        ({"name": "mine", "library": "none.txt"}, "air", "its name has to end in .csv"),
+        ({"name": "mine", "library": "none.txt"}, "air", "its name must end in .csv"),
     ],
 )
 def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):

@@ -221,8 +221,8 @@ def test_a_rigid_tip_has_an_infinite_modulus_for_forces_that_ask():
 @pytest.mark.parametrize(
     ("tip", "sample", "message"),
     [
-        (Tip(), SAMPLE, "hertz needs tip.radius, which is not given; write radius under [tip]"),
-        (TIP, Sample(), "hertz needs sample.youngs_modulus, which is not given; write youngs_modulus under [sample]"),
+        (Tip(), SAMPLE, "hertz needs tip.radius, which is missing; write radius under [tip]"),
+        (TIP, Sample(), "hertz needs sample.youngs_modulus, which is missing; write youngs_modulus under [sample]"),
     ],
     ids=["radius", "modulus"],
 )
@@ -236,7 +236,7 @@ def test_what_a_force_lacks_is_said_with_the_section_to_write_it_in(tip, sample,
         ([forces.DMT(hamaker=1e-20), forces.VanDerWaals(hamaker=1e-20)], "drop van_der_waals"),
         ([forces.VanDerWaals(hamaker=1e-20), forces.DMT(hamaker=1e-20)], "drop van_der_waals"),
         ([forces.DMT(hamaker=1e-20), forces.Hertz()], "drop hertz"),
-        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz is given twice; drop one of them"),
+        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz appears twice; drop one of them"),
     ],
     ids=["whole first", "part first", "contact", "twice"],
 )
@@ -252,7 +252,7 @@ class Nameless(forces.Force):
 
 
 def test_a_force_that_shares_what_no_instrument_has_is_a_mistake_of_its_author():
-    with pytest.raises(ForceError, match=r"takes 'tip.colour' from the instrument, which has no such value"):
+    with pytest.raises(ForceError, match=r"takes 'tip.colour' from the instrument, but it has no such value"):
         Problem.build(LEVER, ONE_TONE, forces=[Nameless()])
 
 

@@ -260,7 +260,7 @@ def test_pictures_are_written_whole_in_each_format(tmp_path, name):
 
 
 def test_a_picture_in_another_format_is_one_sentence(tmp_path):
-    with pytest.raises(ResultError, match=r"a file ending in .png, .pdf, .svg can be written"):
+    with pytest.raises(ResultError, match=r"use a name ending in .png, .pdf, .svg"):
         plot.save(plot.phase_portrait(synthetic.dwell()), tmp_path / "figure.bmp")
 
 

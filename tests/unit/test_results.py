@@ -181,7 +181,7 @@ def test_a_file_is_not_replaced_when_overwriting_is_off(tmp_path):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("out.xlsx", r"ends in '.xlsx'; a file ending in .nc, .csv can be written"),
+        ("out.xlsx", r"ends in '.xlsx'; use a name ending in .nc, .csv"),
         ("out", r"has no ending"),
         ("no/such/out.nc", r"there is no folder"),
         ("folder.nc", r"it is not a file"),

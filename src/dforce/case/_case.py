@@ -51,9 +51,9 @@ SHOWN = (
 class About(Parameters):
     """Where a case comes from and what it is good for, as it was written; it changes nothing in the run."""
 
-    source: str = words("", max_length=4000, description="where the parameters come from")
-    shows: str = words("", max_length=4000, description="one sentence on what the case shows")
-    unsaid: str = words("", max_length=4000, description="what the source leaves unsaid, and what was chosen")
+    source: str = words("", max_length=4000, description="source of the parameters")
+    shows: str = words("", max_length=4000, description="one sentence on the purpose of the case")
+    unsaid: str = words("", max_length=4000, description="values missing in the source, and their choice")
 
 
 class Case(Parameters):
@@ -70,25 +70,25 @@ class Case(Parameters):
 
     title_of: ClassVar[str] = "case"
 
-    title: str = words("", max_length=300, description="what the case is, in a line")
+    title: str = words("", max_length=300, description="title of the case, in a line")
     plugins: Part[tuple[str, ...]] = file_name(
         (), max_length=20, description="Python files with force models of your own, beside the case file"
     )
-    about: Part[About | None] = part(None, description="source of the case, what it shows, what is unsaid")
+    about: Part[About | None] = part(None, description="source and purpose of the case, and chosen values")
     cantilever: Part[Cantilever] = pydantic.Field(description="the cantilever: one mode, several, or a beam")
     drive: Part[Drive] = pydantic.Field(description="the drive: one tone or several")
-    readout: Part[Readout] = part(Readout(), description="the read-out: what the detector makes of the motion")
+    readout: Part[Readout] = part(Readout(), description="the detector: its signal from the motion")
     tip: Part[Tip] = part(Tip(), description="the tip")
     sample: Part[Sample] = part(Sample(), description="the sample")
     contact: Part[Contact] = part(Contact(), description="where contact begins")
-    medium: Part[Medium] = part(Medium(), description="what the cantilever moves in: a name or a table")
+    medium: Part[Medium] = part(Medium(), description="the medium: a name or a table")
     noise: Part[Noise] = part(Noise(), description="noise of the lever and of the detector")
-    forces: Part[tuple[Force, ...]] = part((), max_length=MOST_FORCES, description="tip–sample forces, which add up")
-    experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
-    solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
-    sweep: Part[Sweep | None] = part(None, description="which parameters `dforce sweep` varies, for many cases at once")
-    data: Part[Data | None] = part(None, description="a measured curve, which `dforce fit` reads")
-    fit: Part[Fit | None] = part(None, description="which parameters `dforce fit` tells from a measured curve")
+    forces: Part[tuple[Force, ...]] = part((), max_length=MOST_FORCES, description="tip–sample forces; they add up")
+    experiment: Part[Experiment | None] = part(None, description="the experiment: its kind and settings")
+    solver: Part[SolverSettings] = part(SolverSettings(), description="settings of the solver")
+    sweep: Part[Sweep | None] = part(None, description="parameters that `dforce sweep` varies, for many cases at once")
+    data: Part[Data | None] = part(None, description="a measured curve for `dforce fit`")
+    fit: Part[Fit | None] = part(None, description="parameters that `dforce fit` finds from a measured curve")
 
     @classmethod
     def root(cls) -> str:
@@ -134,12 +134,13 @@ class Case(Parameters):
         kind = "" if self.experiment is None else self.experiment.kind
         if self.solver.integrator == "langevin" and kind not in ("", *THERMAL):
             raise ParameterError(
-                f"solver.integrator = langevin simulates a dwell, not {kind}; df.noise gives the noise along a "
+                f"solver.integrator = langevin simulates a dwell, not {kind}; df.noise computes the noise along a "
                 "curve without simulation"
             )
         if self.solver.integrator == "langevin" and not self.noise.thermal:
             raise ParameterError(
-                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; choose rk4 for motion "
+                "without noise"
             )
         self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
@@ -155,8 +156,8 @@ class Case(Parameters):
         way = A0 + (max(map(abs, places)) if places else 0.0)
         if beam.tip_height <= way:
             raise ParameterError(
-                f"cantilever.beam.tip_height = {units.show(beam.tip_height, 'm', 4)} is no more than the way of the tip, "
-                f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or stay nearer'
+                f"cantilever.beam.tip_height = {units.show(beam.tip_height, 'm', 4)} is not above the path of the tip, "
+                f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or use smaller distances'
             )
 
     @functools.cached_property

@@ -183,7 +183,7 @@ class Force(Parameters):
         """Return the number in a field, or raise :class:`ParameterError` that says where to give it."""
         value = getattr(self, field)
         if value is None:
-            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is not given")
+            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is missing")
         return float(value)
 
     def check_bound(self) -> None:
