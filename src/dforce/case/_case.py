@@ -27,7 +27,7 @@ from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force, load_plugin
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Noise, Readout, Sample, Tip
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 
 MOST_FORCES = 20
@@ -159,20 +159,15 @@ class Case(Parameters):
                 f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or stay nearer'
             )
 
+    @property
+    def instrument(self) -> Instrument:
+        """The sections that a problem is made of, beside the forces and the noise."""
+        return Instrument(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.readout)
+
     @functools.cached_property
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
-        return Problem.build(
-            self.cantilever,
-            self.drive,
-            self.tip,
-            self.sample,
-            self.contact,
-            self.medium,
-            self.forces,
-            self.readout,
-            self.noise,
-        )
+        return Problem.build(self.instrument, self.forces, self.noise)
 
     @functools.cached_property
     def folder(self) -> Path | None:
