@@ -97,7 +97,7 @@ class Case(Parameters):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _volts_to_meters(cls, given: Any) -> Any:
+    def _volts_to_meters(cls, given: object) -> Any:
         return without_volts(given) if isinstance(given, dict) else given
 
     @pydantic.field_validator("plugins", mode="after")
@@ -109,7 +109,7 @@ class Case(Parameters):
 
     @pydantic.field_validator("forces", mode="before")
     @classmethod
-    def _forces_by_model(cls, given: Any) -> Any:
+    def _forces_by_model(cls, given: object) -> Any:
         if isinstance(given, Force | dict) or not isinstance(given, Iterable) or isinstance(given, str):
             raise ParameterError(f"= {shorten(given)} is not a list of forces; write [[forces]] in a file")
         items = list(itertools.islice(given, MOST_FORCES + 1))
@@ -123,7 +123,7 @@ class Case(Parameters):
 
     @pydantic.field_validator("experiment", mode="before")
     @classmethod
-    def _experiment_by_kind(cls, given: Any) -> Any:
+    def _experiment_by_kind(cls, given: object) -> Any:
         return None if given is None else _built(given, "kind", EXPERIMENTS, "experiment", "experiment", keep=True)
 
     @pydantic.model_validator(mode="after")
@@ -176,7 +176,7 @@ class Case(Parameters):
         return folder() if self.plugins or rows or curve else None
 
     @checked
-    def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
+    def replace(self, path: str | None = None, value: object = None, **changes: Any) -> Self:
         """Return a new case with one value changed, validated again.
 
         The description (`about`) is of the case as it was: it goes when anything but the title becomes another, unless it
@@ -299,7 +299,7 @@ class Case(Parameters):
         return cls(**table)
 
 
-def _built(given: Any, tag: str, known: dict[str, Any], path: str, place: str, keep: bool = False) -> Any:
+def _built(given: object, tag: str, known: dict[str, Any], path: str, place: str, keep: bool = False) -> Any:
     """Return what a table with a tag describes: a force by its model, an experiment by its kind."""
     if isinstance(given, tuple(set(known.values()))):
         return given

@@ -96,7 +96,7 @@ def _in_lines(text: str, stream: TextIO, then: str = "") -> str:
     return "\n".join(lines)
 
 
-def print_json(content: Any) -> None:
+def print_json(content: object) -> None:
     """Print JSON in ASCII; what is not finite becomes null, which every reader understands."""
     typer.echo(json.dumps(_finite(content), indent=2))
 
@@ -108,7 +108,7 @@ def whole_number(option: str, text: str, least: int, most: int) -> int:
     return int(text)
 
 
-def _finite(content: Any) -> Any:
+def _finite(content: object) -> Any:
     if isinstance(content, dict):
         return {str(key): _finite(value) for key, value in content.items()}
     if isinstance(content, list | tuple):

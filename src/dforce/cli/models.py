@@ -157,7 +157,7 @@ def _line(about: dict[str, Any]) -> str:
     return f"{text}: {', '.join(words)}" if words else text
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, tuple):
         return " and ".join(map(_shown, value))
     if isinstance(value, float):

@@ -284,7 +284,7 @@ class Forms:
             if entry.props["path"] == name:
                 self._typed(path, field, shape, text, unit)
 
-    def _put(self, path: Path, value: Any, name: str = "") -> None:
+    def _put(self, path: Path, value: object, name: str = "") -> None:
         self.view.edit(self.view.document.put(path, value), name=name)
 
     def _choice(
@@ -326,7 +326,7 @@ class Forms:
                 for name, model in sorted(df.forces.REGISTRY.items(), key=lambda item: name_of(item[1]))
             )
 
-    def _force(self, place: int, given: Mapping[str, Any]) -> None:
+    def _force(self, place: int, given: Mapping[str, object]) -> None:
         name = str(given.get("model", ""))
         model = df.forces.REGISTRY.get(name)
         on = place not in self.view.document.off

@@ -51,7 +51,7 @@ class Points:
     zc: Array
     motions: Array
 
-    def take(self, which: Any) -> Points:
+    def take(self, which: object) -> Points:
         """Return some of them."""
         return Points(*(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions")))
 
