@@ -125,11 +125,25 @@ def members(annotation: str) -> list[str]:
 def taken(function: Callable[..., Any]) -> dict[str, tuple[Kind, ...]]:
     """Return what each argument of a function may be, by name, in order; nothing for one that may be anything."""
     kinds = {}
-    for name, parameter in inspect.signature(function).parameters.items():
-        known = parameter.kind is not parameter.VAR_KEYWORD and parameter.annotation is not parameter.empty
-        allowed = [kind_of(member) for member in members(str(parameter.annotation))] if known else [None]
+    for name, annotation in _annotations(function).items():
+        allowed = [kind_of(member) for member in members(annotation)] if annotation else [None]
         kinds[name] = tuple(kind for kind in allowed if kind is not None) if None not in allowed else ()
     return kinds
+
+
+def _annotations(function: Callable[..., Any]) -> dict[str, str]:
+    """Return the annotation of each argument, those of a table of arguments (Unpack) by their own names."""
+    found = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        given = "" if parameter.annotation is parameter.empty else str(parameter.annotation)
+        if parameter.kind is not parameter.VAR_KEYWORD:
+            found[name] = given
+        elif given.startswith("Unpack["):
+            table = vars(sys.modules[function.__module__])[given[len("Unpack[") : -1]]
+            found |= {key: hint.__forward_arg__ for key, hint in table.__annotations__.items()}
+        else:
+            found[name] = ""
+    return found
 
 
 @functools.cache

@@ -17,7 +17,7 @@ from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
 from dforce.gui import typed
 from dforce.gui.document import Path
-from dforce.gui.entry import Entry
+from dforce.gui.entry import Caption, Entry
 from dforce.gui.fields import Field, Shape, carried, check, fields, name_of, spaced, start_of
 from dforce.gui.menus import menu
 from dforce.gui.sliders import toggle
@@ -233,10 +233,8 @@ class Forms:
         slidable = shape.kind in ("quantity", "whole", "number")
         entry = Entry(
             ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
-            field.label,
+            Caption(field.label, html_symbol(field.symbol), field.help),
             on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
-            symbol=html_symbol(field.symbol),
-            help=field.help,
             kind="switch" if shape.kind == "switch" else "text",
             known=field.examples,
             numeric=numeric,
@@ -295,7 +293,7 @@ class Forms:
                 take(word)
 
         name = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
-        entry = Entry(name, label, kind="choice", help=help or label, on_typed=typed_)
+        entry = Entry(name, Caption(label, help=help or label), kind="choice", on_typed=typed_)
         entry.show(text=chosen, options=[{"value": word, "label": shown_} for word, shown_ in words.items()])
         return entry
 
