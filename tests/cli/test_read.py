@@ -39,7 +39,7 @@ def test_a_curve_is_read_calibrated_written_and_drawn():
 def test_without_the_sign_of_the_phase_the_curve_is_read_and_the_question_asked():
     done = dforce("curve.csv", "-o", "out.csv")
     assert done.exit_code == 1
-    assert "not calibrated: the sign of the phases is not known" in done.stderr
+    assert "not calibrated: the sign of the phases is unknown" in done.stderr
     assert "points" in done.stdout and Path("out.csv").exists()
 
 
@@ -67,7 +67,7 @@ def test_columns_units_and_the_rest_are_taken():
 
 def test_what_a_sentence_asks_for_is_an_option_of_that_name():
     asked = dforce("curve.csv").stderr
-    assert "give phase_convention = 'lag'" in " ".join(asked.split())
+    assert "write phase_convention = 'lag'" in " ".join(asked.split())
     assert dforce("curve.csv", "--phase-convention", "lag").exit_code == 0
 
 

@@ -22,7 +22,7 @@ def curve(tmp_path):
 def test_a_force_curve_is_no_tapping_curve(curve):
     answer = CliRunner().invoke(app, ["reconstruct", str(curve)])
     assert answer.exit_code == 2
-    assert "no curve over the distance" in answer.output
+    assert "not a curve over the distance" in answer.output
 
 
 def test_formulas_need_a_picture(curve):

@@ -61,7 +61,7 @@ def test_a_binary_wave_of_igor_is_read(tmp_path, order):
     assert data.attrs["instrument"] == "Cypher" and data.attrs["height_kind"] == "sensor"
     said = data.attrs["history"]
     assert any("larger numbers are nearer to the sample" in line for line in said)
-    assert "height: of the sensor; the piezo is left aside" in said
+    assert "height: of the sensor; the piezo is not used" in said
 
 
 def test_the_piezo_of_a_binary_wave_is_taken_when_asked_for(tmp_path):
@@ -78,7 +78,7 @@ def test_without_igor2_the_sentence_says_what_to_install(tmp_path, monkeypatch):
 
 def test_a_wave_without_channels_is_one_sentence(tmp_path):
     path = written(tmp_path, files.igor_wave({"": HEIGHT}, ""), "wave.ibw")
-    with pytest.raises(df.ResultError, match="no channels with names"):
+    with pytest.raises(df.ResultError, match="no named channels"):
         df.read_measured(path)
 
 
@@ -173,7 +173,7 @@ def test_an_approach_of_dforce_is_a_measured_curve(tmp_path):
     way_in, way_out = (data.where(data.direction == word, drop=True) for word in ("approach", "retract"))
     np.testing.assert_array_equal(way_in.amplitude, result.amplitude.sel(direction="approach", tone=1))
     np.testing.assert_array_equal(way_out.phase, result.phase.sel(direction="retract", tone=1)[::-1])
-    with pytest.raises(df.ResultError, match="no approach"):
+    with pytest.raises(df.ResultError, match="without amplitude and phase"):
         df.write(df.dwell(case, zc="8 nm"), tmp_path / "dwell.nc")
         df.read_measured(tmp_path / "dwell.nc")
 

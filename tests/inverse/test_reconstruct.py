@@ -120,7 +120,7 @@ def test_a_force_comes_back_from_frequency_shifts_in_a_fluid_with_memory(phase):
 def test_what_is_doubted_about_the_curve_is_a_note_of_the_force():
     curve = tapping().assign_attrs(history=["read: text", "doubt: the amplitudes look like rms"])
     assert df.reconstruct(curve).attrs["notes"].splitlines()[0] == (
-        "the measured curve is doubted: the amplitudes look like rms"
+        "doubts about the measured curve: the amplitudes look like rms"
     )
 
 
@@ -145,7 +145,7 @@ def test_the_law_of_an_approach_with_a_jump_comes_back_and_the_gap_stays_open(ai
     assert float(abs(outer.force - outer.law_force).max()) < 0.01 * span
     below = found.where(found.distance <= low, drop=True)
     assert (abs(below.force - below.law_force) < 3.0 * below.force_error).all()
-    assert "no motion turned between" in found.attrs["notes"]
+    assert "No turning points from" in found.attrs["notes"]
 
 
 def test_closest_approaches_are_those_of_the_solver(air):
@@ -242,8 +242,8 @@ def test_the_picture_shows_force_band_and_gap(air):
         (lambda c: c.assign(phase=c.phase * np.nan), "no finite number at point 1"),
         (lambda c: c.drop_vars("phase"), "has no 'phase'"),
         (lambda c: c.assign(phase=c.phase * 0.0 + np.rad2deg(np.arccos(0.0)), amplitude=c.amplitude), "free lever"),
-        (lambda c: c.drop_vars("height"), "no curve over the distance"),
-        (lambda c: xr.concat([c.isel(point=slice(0, 4)), c.isel(point=slice(-4, None))], "point"), "both sides of a jump"),
+        (lambda c: c.drop_vars("height"), "not a curve over the distance"),
+        (lambda c: xr.concat([c.isel(point=slice(0, 4)), c.isel(point=slice(-4, None))], "point"), "a jump divides the points"),
     ],
 )  # fmt: skip
 def test_bad_curves_are_refused_in_a_sentence(change, sentence):

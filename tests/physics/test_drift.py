@@ -126,7 +126,7 @@ def test_what_cannot_drift_is_refused_in_a_sentence():
     data = measured(df.approach(case(DRIFT), zc={"start": "15 nm", "stop": "6 nm", "points": 10}))
     for name, path in (("Q", "cantilever.Q"), ("A0", "drive.A0")):
         with pytest.raises(
-            ParameterError, match=f"drift.{name} says {name} at each distance, so the data cannot tell {path}"
+            ParameterError, match=f"drift.{name} says {name} at each distance, so the data do not constrain {path}"
         ):
             df.fit(case(DRIFT), data, free=[path], nuisance=[])
 

@@ -561,7 +561,7 @@ def test_advice_takes_a_result_alone_which_tells_its_case():
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda result: df.advice(result, result), "two results are given"),
+        (lambda result: df.advice(result, result), "both arguments are results"),
         (lambda result: df.advice(result.drop_attrs()), "does not contain its case"),
     ],
 )

@@ -220,7 +220,8 @@ def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: df.dwell("figure-3-air", "5 nm"), "case = 'figure-3-air' is not a case; get a case from df.example or df.load_case"),
+        (lambda: df.dwell("figure-3-air", "5 nm"), "case = 'figure-3-air' is not a case; get a case from df.example or "
+                                                   "df.load_case"),
         (lambda: df.advice(1), "case = 1 is neither a case nor a result; get a case from df.example or df.load_case; "
                                "get a result from df.run or df.read"),
         (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; get a result from df.run or df.read"),

@@ -119,11 +119,11 @@ def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> Non
 
     check_measured(data)
     if "neighbor_correlation" in data.attrs:
-        raise ParameterError("data is calibrated already; calibrate what df.read_measured returned")
+        raise ParameterError("data is already calibrated; pass the result of df.read_measured")
     if baseline not in BASELINES:
         raise ParameterError(f"baseline = '{shorten(baseline)}' is none of {', '.join(BASELINES)}")
     if speed is not None and delay is None:
-        raise ParameterError("speed is needed for the delay of the lock-in alone; give delay, too")
+        raise ParameterError("speed is used only with delay; also pass delay")
 
 
 def _quantity(name: str, given: float | str | None, unit: str) -> float | None:
@@ -171,7 +171,7 @@ def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[st
     if case is not None:
         mode, tone = case.problem.modes[0], case.problem.tones[0]
         work.data.attrs |= {"k": mode.k, "f0": mode.f0, "Q": mode.Q, "drive_frequency": tone.frequency}
-        work.history.append("k, f0, Q and the drive frequency: of the case")
+        work.history.append("k, f0, Q and the drive frequency: from the case")
     if thermal is None:
         return
     table = thermal if isinstance(thermal, Mapping) else thermal.as_table()
@@ -195,11 +195,11 @@ def _take_sign(work: Work, convention: str | None) -> None:
     known = str(work.data.attrs.get("phase_convention", UNKNOWN))
     if known != UNKNOWN:
         if convention is not None:
-            raise ParameterError("phase_convention was known when the curve was read; its phases are lags already")
+            raise ParameterError("phase_convention was set when the curve was read; its phases are already lags")
         return
     if convention is None:
         raise ParameterError(
-            "the sign of the phases is not known, and no check of the curve alone can tell it: give phase_convention = "
+            "the sign of the phases is unknown, and the curve alone cannot show it: write phase_convention = "
             "'lag' if they rise when the tip is attracted, 'lead' if they fall"
         )
     if convention not in CONVENTIONS:
@@ -211,4 +211,4 @@ def _take_sign(work: Work, convention: str | None) -> None:
     if work.given.free_phase is not None:
         work.given = work.given._replace(free_phase=sign * work.given.free_phase + offset)
     work.data.attrs["phase_convention"] = "lag"
-    work.history.append(f"phase: the file holds '{convention}', with the lag behind the drive")
+    work.history.append(f"phase: '{convention}' in the file, with the lag behind the drive")

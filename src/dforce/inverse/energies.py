@@ -79,9 +79,7 @@ def energy(data: xr.Dataset) -> xr.Dataset:
     missing = [name for name in NEEDED if name not in data.attrs]
     if missing or "amplitude" not in data or "phase" not in data:
         what = f"has no {' and no '.join(missing)}" if missing else "has no amplitude and phase"
-        raise ParameterError(
-            f"data {what}: give df.calibrate a case, or a thermal tune, and calibrate the curve before its energies"
-        )
+        raise ParameterError(f"data {what}: first calibrate the curve with df.calibrate and a case or a thermal tune")
     lever = lever_of(data)
     amplitude, lag = np.asarray(data["amplitude"].values, float), np.radians(data["phase"].values)
     found = xr.Dataset(coords={"direction": data["direction"]}, attrs={"k": lever.k, "Q": lever.Q})

@@ -98,7 +98,7 @@ def read_measured(
     found = _curves(path, asked, curve)
     if len(found) > 1:
         raise ParameterError(
-            f"'{shorten(str(path))}' holds {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
+            f"'{shorten(str(path))}' contains {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
             "them with df.read_curves"
         )
     return found[0]
@@ -184,7 +184,7 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
 
 def _chosen(tables: list[T], number: int, name: str) -> T:
     if not 1 <= number <= len(tables):
-        raise ParameterError(f"{name} has no curve {number}; it holds {len(tables)}")
+        raise ParameterError(f"{name} has no curve {number}; it contains {len(tables)}")
     return tables[number - 1]
 
 
@@ -199,6 +199,6 @@ def check_measured(data: xr.Dataset) -> None:
     missing = [name for name in ("height", "amplitude", "phase") if name not in data]
     if missing or data["height"].dims != ("point",):
         what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
-        raise ParameterError(f"data {what}, so it is no measured curve; df.read_measured gives one")
+        raise ParameterError(f"data {what}, so it is not a measured curve; get a curve from df.read_measured")
     if not all(np.isfinite(data[name].values).all() for name in ("height", "amplitude", "phase")):
-        raise ResultError("data holds values that are no finite numbers")
+        raise ResultError("data contains values that are not finite numbers")

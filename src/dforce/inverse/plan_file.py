@@ -63,10 +63,12 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
 def _check(asked: object) -> None:
     if not isinstance(asked, Mapping):
         raise ParameterError(
-            'there is no table [plan]; it says what to vary, such as vary = { "drive.A0" = ["1 nm", "9 nm"] }'
+            'the table [plan] is missing; write the parameters to vary, such as vary = { "drive.A0" = ["1 nm", "9 nm"] }'
         )
     for key in asked:
         if key not in KEYS:
             raise ParameterError(f"plan has no '{shorten(key)}'{nearest(key[:100], KEYS)}")
     if not isinstance(asked.get("vary"), Mapping) or not asked["vary"]:
-        raise ParameterError('plan.vary must say what varies, such as { "drive.A0" = ["1 nm", "9 nm"] }')
+        raise ParameterError(
+            'plan.vary is missing; write the parameters to vary, such as { "drive.A0" = ["1 nm", "9 nm"] }'
+        )

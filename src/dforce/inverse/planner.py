@@ -116,11 +116,11 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
         raise ParameterError(f"plan.vary has {len(axes)} paths; one or two are allowed")
     for axis in axes:
         if axis.quantity is None:
-            raise ParameterError(f"plan.vary: {axis.path} takes no plain number, so no boundary can be found along it")
+            raise ParameterError(f"plan.vary: {axis.path} is not a plain number, so no boundary can be found along it")
     refuse_others(case)
     count = math.prod(len(axis.values) for axis in axes) * len(shares)
     if count > MOST_POINTS:
-        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed, so give fewer values")
+        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed; use fewer values")
 
 
 class _Work:
@@ -180,7 +180,9 @@ class _Work:
         self.next("states")
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
-            raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
+            raise ParameterError(
+                "no curve reaches any of the set points; choose other set points, or other values under vary"
+            )
         near = np.array([seed.case for seed in seeds])
         points = Points(
             self.grid[near],

@@ -56,7 +56,7 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
     """
     if not isinstance(case, Case):
         if result is not None:
-            raise ParameterError("two results are given; give a case and its result, or one result alone")
+            raise ParameterError("both arguments are results; pass a case and its result, or one result")
         if "over" in case.attrs:
             return advice_in(case)
         seen = Evidence(case_of(case), case)

@@ -92,7 +92,7 @@ def identify(
     """
     names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
     if not names:
-        raise ParameterError('free must name the parameters to tell, such as ["sample.youngs_modulus"]')
+        raise ParameterError('free must name the parameters to fit, such as ["sample.youngs_modulus"]')
     curves = dict(_rows(_branches(case, zc, names, errors or {}), ""))
     if helps:
         for words, factor in OTHERS.items():
@@ -142,7 +142,7 @@ def _distances(case: Case, zc: object) -> Array:
     grid = Approach(zc=zc).distances()
     found = np.unique(np.asarray(grid, dtype=float))[::-1]
     if len(found) < 2:
-        raise ParameterError("zc is one distance; a curve has many")
+        raise ParameterError("zc is one distance; a curve needs several")
     return found
 
 
@@ -169,7 +169,7 @@ def _branches(case: Case, zc: object, free: Sequence[str], errors: Mapping[str, 
             used[mine[used[mine]][-MARGIN:]] = False
     if not used.any():
         raise ParameterError(
-            "the case has no steady motion of one period at these distances, so there is no curve to fit"
+            "the case has no steady motion of one period at these distances, so no curve exists to fit"
         )
     slopes = model.slopes(varied, predicted) / data.sigma[:, None]
     first = np.flatnonzero(used & (kinds == FROM_FREE))
@@ -330,7 +330,7 @@ def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
         elif math.isinf(error):
             out.append("only a product")
         elif one.is_log and error > NOT_TOLD:
-            out.append("not told by this curve")
+            out.append("not constrained by this curve")
         elif correlation[i].max(initial=0.0) > TOGETHER:
             out.append("only together with another")
         else:
@@ -358,7 +358,7 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
         When it is no such result.
     """
     if result.attrs.get("kind") != "identify" or known not in result["known"].values:
-        raise ParameterError("this result does not say what a curve can tell; df.identify(case, free=[...]) does")
+        raise ParameterError("this result is not from df.identify; call df.identify(case, free=[...])")
     part = result.sel(known=known)
     names = [
         name
@@ -376,8 +376,8 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     lines = ["\n\n".join(aligned(part) for part in [*in_parts(rows), pairs])]
     mine = [line for line in result.attrs["products"].splitlines() if f", {known}: " in line]
     if any(cell.startswith("(") for row in rows for cell in row):
-        lines.append("in brackets: so large that the parameter is not told")
-    return "\n".join([*lines, *(f"only products are known: {line}" for line in mine)])
+        lines.append("in brackets: so large that the parameter is not constrained")
+    return "\n".join([*lines, *(f"only products are constrained: {line}" for line in mine)])
 
 
 def _short(names: Sequence[str]) -> list[str]:

@@ -34,5 +34,5 @@ def fit_again(result: xr.Dataset, progress: Progress | bool | None = None) -> xr
     check_fit(result)
     text = result.attrs.get("start_case")
     if not isinstance(text, str):
-        raise ParameterError("the result does not say how the fit was asked for")
+        raise ParameterError("the result does not contain the settings of its fit")
     return fit(Case.from_toml(text), data_of(result), progress=progress)

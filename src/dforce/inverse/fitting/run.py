@@ -115,7 +115,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     )
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
-        raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
+        raise ParameterError(f"the curve has tone {read.tones}, but the case has only {len(case.problem.tones)} tone")
     nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
@@ -129,7 +129,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
             case = case.replace(one.path, one.prior[0])
     for name in settings.profile:
         if name not in names:
-            raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
+            raise ParameterError(f"profile has '{shorten(name)}', but the fit does not vary it")
     return _Search(case, settings, read, unknowns, tell).run()
 
 
@@ -218,7 +218,7 @@ class _Search:
         """Put parameters that the data do not see back to where they started, and minimize over the others once more."""
         best = self.minima[0]
         if best.prediction is None:
-            raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
+            raise ParameterError("no value of the fit is valid in the case; check its bounds and start")
         certain = certainty(self._derivatives(), self.unknowns)
         if certain.seen.all():
             return

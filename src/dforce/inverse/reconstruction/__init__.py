@@ -86,7 +86,7 @@ def reconstruct(
     most = _most_together(inverse.rows.closest, [gap.high for gap in inverse.gaps])
     if most < LEAST_POINTS:
         raise ParameterError(
-            f"the points lie on both sides of a jump, at most {most} of them together; a force needs {LEAST_POINTS} or more"
+            f"a jump divides the points, with at most {most} on one side; a force needs {LEAST_POINTS} or more"
         )
     return dataset_of(inverse, reading, case, curve, bool(case.forces) and "status" in curve)
 
@@ -102,10 +102,10 @@ def _refuse_what_tells_nothing(low: Any, seen: Any) -> None:
     """Raise ParameterError where no virial is five times its error, and where all points turn at one distance."""
     if np.abs(seen).max() < SEEN:
         raise ParameterError(
-            "amplitude and phase are those of a free lever throughout, within their errors: there is no force to find"
+            "amplitude and phase equal the free lever everywhere, within their errors: the curve contains no force"
         )
     if np.ptp(low) <= 0.0:
-        raise ParameterError("all points turn at the same distance, so the curve tells no force against distance")
+        raise ParameterError("all points turn at the same distance, so the curve contains no force against distance")
 
 
 def _most_together(closest: Any, borders: list[float]) -> int:
