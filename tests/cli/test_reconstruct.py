@@ -55,7 +55,7 @@ def found_with(status):
     """Return a reconstructed force whose distances have a status each."""
     zeros = np.zeros(len(status))
     return xr.Dataset(
-        {name: ("distance", zeros) for name in ("force", "force_error", "sample_energy")}
+        dict.fromkeys(("force", "force_error", "sample_energy"), ("distance", zeros))
         | {"force_status": ("distance", np.array(status, np.int8)), "sample_energy": ("point", np.zeros(9))},
         {"distance": np.arange(len(status)) * 1e-10, "gap_low": ("gap", []), "gap_high": ("gap", [])},
         {"chi2": 9.0, "notes": ""},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import functools
 import threading
 from collections.abc import Callable, Iterator
 from importlib import import_module
@@ -15,25 +16,24 @@ LINKED = (
 )
 
 _lock = threading.Lock()
-_waiting: list[Callable[[], object]] = []  # what gives the threads back once the last of several has ended
-_inside = 0
+_inside: list[None] = []  # one for each that computes on one thread now
+_giving_back: list[Callable[[], object]] = []  # once the last of them has ended
 
 
 @contextlib.contextmanager
 def one_blas_thread() -> Iterator[None]:
     """Let OpenBLAS compute on one thread; afterwards it has as many as before."""
-    global _inside
     with _lock:
         if not _inside:
-            _waiting.extend(_to_one())
-        _inside += 1
+            _giving_back.extend(_to_one())
+        _inside.append(None)
     try:
         yield
     finally:
         with _lock:
-            _inside -= 1
-            while not _inside and _waiting:
-                _waiting.pop()()
+            _inside.pop()
+            while not _inside and _giving_back:
+                _giving_back.pop()()
 
 
 def _to_one() -> Iterator[Callable[[], object]]:
@@ -45,4 +45,4 @@ def _to_one() -> Iterator[Callable[[], object]]:
             continue
         before = count()
         change(1)
-        yield lambda change=change, before=before: change(before)
+        yield functools.partial(change, before)
