@@ -12,6 +12,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
+from dforce.cli._options import PICTURE, Json, Quiet, Settings, option
 from dforce.cli._report import (
     advice_lines,
     as_json,
@@ -23,17 +24,7 @@ from dforce.cli._report import (
     states_of,
     status_lines,
 )
-from dforce.cli._terminal import (
-    BAD_INPUT,
-    DONE,
-    SOME_POINTS_FAILED,
-    STOPPED,
-    Json,
-    Settings,
-    Traceback,
-    print_json,
-    say,
-)
+from dforce.cli._terminal import BAD_INPUT, DONE, SOME_POINTS_FAILED, STOPPED, print_json, say
 from dforce.core.files import check_target, exists
 from dforce.core.first_answer import early_answers
 from dforce.core.garbage import seldom_collected
@@ -54,31 +45,23 @@ def run(
     settings: Settings,
     at_set_point: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--at-set-point",
-            metavar="SHARES",
-            show_default=False,
-            help='Show the states in which A/A0 is this share, such as 0.8, "80 %" or 0.7,0.8. Left out: 80 %.',
+            "SHARES",
+            'Show the states in which A/A0 is this share, such as 0.8, "80 %" or 0.7,0.8. Left out: 80 %.',
         ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT.nc|OUT.csv",
-            show_default=False,
-            help="Where the result goes; an older file is replaced. Left out: NAME.nc, which an earlier run of the very same "
+        option(
+            "--output -o",
+            "OUT.nc|OUT.csv",
+            "Where the result goes; an older file is replaced. Left out: NAME.nc, which an earlier run of the very same "
             "case gives way to, and nothing else: beside another file it is NAME-2.nc.",
         ),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the result.")
-    ] = None,
-    width: Annotated[
-        str | None,
-        typer.Option("--width", metavar="WIDTH", show_default=False, help='Width of the picture, such as "85 mm".'),
-    ] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the result.")] = None,
+    width: Annotated[str | None, option("--width", "WIDTH", 'Width of the picture, such as "85 mm".')] = None,
     states: Annotated[
         bool,
         typer.Option(
@@ -86,8 +69,7 @@ def run(
         ),
     ] = False,
     json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    quiet: Quiet = False,
 ) -> int:
     """Run a case and write its result.
 

@@ -231,7 +231,7 @@ class _Crossings:
         shape = tuple(result.sizes[name] for name in over)
         return cls(row, over, shape, case, way, order[first], order[first + between], share)
 
-    def table(self, values: Array, fill: Any) -> tuple[tuple[str, ...], Array]:
+    def table(self, values: Array, fill: object) -> tuple[tuple[str, ...], Array]:
         """Return values of the states over the parameters and `crossing`, with their dimensions."""
         counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
         number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)

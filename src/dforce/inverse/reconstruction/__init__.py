@@ -92,7 +92,7 @@ def reconstruct(
     return dataset_of(inverse, reading, case, curve, bool(case.forces) and "status" in curve)
 
 
-def _error(name: str, given: Any, unit: str) -> float | None:
+def _error(name: str, given: object, unit: str) -> float | None:
     try:
         return None if given is None else units.parse(given, unit)
     except UnitError as error:
