@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 import dforce as df
@@ -19,7 +18,6 @@ from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, 
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
-from dforce.findings.finding import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -155,6 +153,8 @@ def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
 
 def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Give the states at the set point of a sweep: the values of the case, and what is found there, in SI."""
+    import numpy as np
+
     if "crossing" not in result.dims:
         return
     names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
@@ -165,6 +165,8 @@ def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
 
 def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
     """Return a state at the set point in a line."""
+    from dforce.findings.finding import number
+
     units = {name: str(result[name].attrs.get("units", "1")) for name in state}
     return ", ".join(
         value if isinstance(value, str) else f"{name} {number(value, units[name])}" for name, value in state.items()
