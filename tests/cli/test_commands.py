@@ -315,7 +315,7 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
         (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
         (["examples", "figure-3-ari"], "did you mean 'figure-3-air'?"),
         (["examples", "--write", "x.toml"], "--write needs the name of an example"),
-        (["examples", "figure-3-air", "--write", "case.toml"], "is there already"),
+        (["examples", "figure-3-air", "--write", "case.toml"], "exists already"),
         (["curve", "figure-3-air", "--from", "2 kHz"], "--from is '2 kHz', which is a frequency, not a length"),
         (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; give two distances"),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),

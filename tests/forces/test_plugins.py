@@ -172,9 +172,9 @@ def test_a_failed_change_leaves_the_older_models(folder):
     [
         ("nothing.py", "nothing.py': there is no such file"),
         ("folder.py", "folder.py' is a folder, not a file"),
-        ("case.toml", "is not named like a Python file"),
+        ("case.toml", "is not a Python file"),
         ("https://example.org/force.py", "there is no such file"),
-        ("a\0.py", "is not named like a Python file"),
+        ("a\0.py", "is not a Python file"),
         ("x" * 5000 + ".py", "cannot be read|there is no such file"),
         ("huge.py", "is larger than 1 MB"),
     ],

@@ -158,7 +158,7 @@ def test_hdf5_is_read_in_a_folder_whose_files_have_the_names_of_libraries(tmp_pa
 
 def test_hdf5_is_not_called_damaged_where_no_process_can_be_started(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "frozen", True, raising=False)
-    with pytest.raises(df.ResultError, match="no process could be started"):
+    with pytest.raises(df.ResultError, match="the process that checks it could not start"):
         df.read_measured(small_hdf5(tmp_path), phase_convention="lag")
 
 

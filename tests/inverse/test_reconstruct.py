@@ -226,7 +226,7 @@ def test_the_result_goes_to_a_file_and_back(found, tmp_path):
 def test_the_picture_shows_force_band_and_gap(air):
     axes = df.plot.reconstruction(air[1], formulas=True)
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert {"law", "reconstructed", "two errors", "not told by the curve", "Sader and Jarvis"} <= set(labels)
+    assert {"law", "reconstructed", "two errors", "force unknown", "Sader and Jarvis"} <= set(labels)
 
 
 @pytest.mark.parametrize(

@@ -327,11 +327,11 @@ def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
 @pytest.mark.parametrize(
     ("lever", "drive", "message"),
     [
-        (WATER, BASE | {"acts_on": "own_mode"}, "drive.acts_on goes with a force"),
+        (WATER, BASE | {"acts_on": "own_mode"}, "drive.acts_on needs a force"),
         (WATER, BASE | {"base_amplitude": 1e-9}, "drive has both A0 and base_amplitude"),
         (WATER, {"excitation": "base"}, "drive.A0 (free amplitude) is missing"),
         (WATER, {"A0": 1e-9, "fluid_follows": 0.5}, 'write excitation = "base"'),
-        (WATER, {"base_amplitude": 1e-9}, 'drive.base_amplitude goes with a shaken base; write excitation = "base"'),
+        (WATER, {"base_amplitude": 1e-9}, 'drive.base_amplitude needs base excitation; write excitation = "base"'),
         (WATER, {"tones": [{"mode": 1}]}, "drive.tones.1 has neither A0 (free amplitude) nor base_amplitude"),
         (WATER | {"base_coupling": 0.0}, BASE, "drive: the base cannot drive mode 1 at 25000 Hz"),
         (WATER, BASE | {"fluid_follows": 0.5}, "of mode 1: give cantilever.added_mass, or"),

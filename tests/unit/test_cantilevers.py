@@ -81,7 +81,7 @@ def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
     ("lever", "medium", "message"),
     [
         ("PPP-NCHRR", "air", "cantilever = 'PPP-NCHRR' is not known; did you mean 'PPP-NCHR'?"),
-        ("PPP-NCHR", "water", "give cantilever.f0 and Q as measured there"),
+        ("PPP-NCHR", "water", "write f0 and Q measured in the liquid"),
         ("PPP-NCHR", "vacuum", "makers give none for PPP-NCHR"),
         ("PNP-DB-A", "air", "cantilever.Q (quality factor) is missing"),
         ({"name": "FMR", "beam": {"length": 1e-4}}, "air", "cantilever.beam"),
@@ -107,11 +107,11 @@ def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):
         ("name,f0,k\nother,1 kHz,1\n", "cantilever = 'mine' is not known"),
         (
             "name,f0,k\nmine,1 kHz,1\nmine,2 kHz,1\n",
-            "cantilever.library = 'my.csv', cantilever 2: 'mine' is there twice",
+            "cantilever.library = 'my.csv', cantilever 2: 'mine' appears twice",
         ),
         ("name,f0,k\nmine,1 kHz,1,8 nm\n", "'my.csv', cantilever 1: it has 4 cells, and 3 columns are named"),
         ("name,f0,k\nmine,1 kHz\n", "'my.csv', cantilever 1: it has 2 cells, and 3 columns are named"),
-        (f"name,f0,k\nmine,1 kHz,{'1' * 200_000}\n", "'my.csv' is no table: field larger than field limit"),
+        (f"name,f0,k\nmine,1 kHz,{'1' * 200_000}\n", "'my.csv' is not a table: field larger than field limit"),
         ("name,f0,f0,k\nmine,1 kHz,2 kHz,1\n", "'my.csv' has two columns 'f0'"),
         ("name,f0,k,tip_radius\nmine,1 kHz,1,3 m\n", "'my.csv', mine: tip_radius = 3 m is above 1 mm"),
     ],

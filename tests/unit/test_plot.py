@@ -141,7 +141,7 @@ def test_states_are_drawn_on_the_axis_of_each_quantity_and_in_its_unit():
     [
         (lambda: loop()[0], "has no curves of states"),
         (lambda: loop()[1].assign_attrs(along="youngs_modulus"), "go along youngs_modulus"),
-        (lambda: loop()[1].assign_attrs(case=df.example("figure-3-air").to_toml()), "another instrument, sample or force"),
+        (lambda: loop()[1].assign_attrs(case=df.example("figure-3-air").to_toml()), "different instruments, samples or forces"),
     ],
 )  # fmt: skip
 def test_states_that_are_not_those_of_the_curve_are_refused(other, sentence):

@@ -44,7 +44,7 @@ class Approach(DistanceExperiment):
     protocol: ProtocolName = PROTOCOL
     carry_state: bool = pydantic.Field(
         default=True,
-        description="stepwise: start each distance from the motion at the one before; otherwise each from `start`",
+        description="stepwise: start each distance from the motion at the distance before; otherwise from `start`",
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 

@@ -95,9 +95,9 @@ class Basins(MotionExperiment):
     kind: Literal["basins"] = "basins"
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     amplitude: Part[AmplitudeGrid | None] = part(
-        None, description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude"
+        None, description="initial amplitudes; default, without other grids: up to 1.2 times the free amplitude"
     )
-    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; left out: the whole turn")
+    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; default: 0 to 360 degrees")
     deflection: Part[DeflectionGrid | None] = part(
         None, description="initial deflections, with velocities, instead of amplitudes and phases"
     )
@@ -108,7 +108,7 @@ class Basins(MotionExperiment):
         if (self.deflection is None) != (self.velocity is None):
             raise ParameterError("experiment needs both deflection and velocity, or neither")
         if self.deflection is not None and (self.amplitude is not None or self.phase is not None):
-            raise ParameterError("experiment has both amplitude or phase and deflection; give one kind of start")
+            raise ParameterError("experiment has both amplitude or phase and deflection; write one kind of start")
         return self
 
     def grids(self, problem: Problem) -> dict[str, Array]:
@@ -140,7 +140,7 @@ class Basins(MotionExperiment):
 
         problem, grids = problem.at_height(self.zc), self.grids(problem)
         if np.prod([float(len(grid)) for grid in grids.values()]) > MOST_STARTS:
-            raise ParameterError(f"experiment has more than {MOST_STARTS} starts; give its grids fewer points")
+            raise ParameterError(f"experiment has more than {MOST_STARTS} starts; use fewer points in its grids")
         shape = tuple(map(len, grids.values()))
         (kind, first), (_, second) = grids.items()
         starts = Starts(problem, settings, self.harmonics, self.zc, first, second, kind)

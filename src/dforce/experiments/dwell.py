@@ -28,10 +28,10 @@ class Dwell(MotionExperiment):
     record: Literal["settled", "all"] = pydantic.Field(
         default="settled",
         title="What is recorded",
-        description="record the settled motion only, or everything from the start as well",
+        description="record the settled motion only, or everything from the start",
     )
     recorded_periods: int = pydantic.Field(
-        default=8, ge=1, le=100_000, description="periods of the first tone that are recorded once settled"
+        default=8, ge=1, le=100_000, description="recorded periods of the first tone after settling"
     )
 
     @classmethod

@@ -67,7 +67,7 @@ class FrequencySweep(MotionExperiment):
         symbol="f",
         above="0 Hz",
         high="10 GHz",
-        doc="frequencies of tone 1: a grid {start, stop, points} or a list; the driving force stays as it is",
+        doc="frequencies of tone 1: a grid {start, stop, points} or a list; the driving force is constant",
     )
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     direction: Literal["up", "down", "both"] = pydantic.Field(
@@ -78,7 +78,7 @@ class FrequencySweep(MotionExperiment):
     protocol: ProtocolName = PROTOCOL
     carry_state: bool = pydantic.Field(
         default=True,
-        description="stepwise: start each frequency from the motion at the one before; otherwise each from `start`",
+        description="stepwise: start each frequency from the motion at the frequency before; otherwise from `start`",
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 

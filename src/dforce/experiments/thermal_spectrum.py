@@ -57,14 +57,14 @@ class ThermalSpectrum(Experiment):
     def check(self, problem: Problem) -> None:
         """Refuse a lever without thermal motion, and a record that is too short or too long; see :class:`Experiment`."""
         if problem.noise.kT <= 0.0:
-            raise ParameterError("noise.thermal = false, so there is no thermal spectrum")
+            raise ParameterError("noise.thermal = false, but a thermal spectrum needs thermal motion")
         shortest, longest = _allowed(problem)
         asked = f"experiment.duration = {units.show(self.duration, 's', 4)}"
         if self.duration < shortest:
             wanted = units.show(1.006 * shortest, "s", 3)  # which three digits do not bring below
-            raise ParameterError(f"{asked} is too short to resolve the resonance; it takes {wanted} at least")
+            raise ParameterError(f"{asked} is too short to resolve the resonance; use {wanted} or more")
         if self.duration > longest:
-            raise ParameterError(f"{asked} is too long to keep; at most {units.show(0.994 * longest, 's', 3)} is")
+            raise ParameterError(f"{asked} is too long; use at most {units.show(0.994 * longest, 's', 3)}")
 
     def run(
         self,

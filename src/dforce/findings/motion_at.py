@@ -34,10 +34,10 @@ SAME = 0.01  # of the free amplitude: motions nearer to each other than this are
 PERIODS = 2  # that are recorded; tones that repeat together only after more are recorded until they do
 MOST_PERIODS = 20
 UNSTABLE = (
-    "No experiment shows this state: it is unstable, and the smallest disturbance leads away from it. "
-    "Drawn is the periodic motion itself."
+    "No experiment shows this state: it is unstable, and the smallest disturbance leads away. "
+    "The picture shows the periodic motion."
 )
-UNSETTLED = "The motion did not settle here, so this is a stretch of it; it does not repeat."
+UNSETTLED = "The motion did not settle here. The picture shows a part of it, which does not repeat."
 
 
 @checked
@@ -72,11 +72,11 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     """
     case, problem = _origin(point)
     if case.solver.integrator == "langevin":
-        raise ResultError("a motion under thermal noise does not come again; its traces are in the result of the dwell")
+        raise ResultError("a motion under thermal noise never repeats; its traces are in the result of the dwell")
     reached = int(point["status"]) if point["status"].ndim == 0 else int(Status.OK)  # of basins only states are kept
     status = next(one for one in Status if one == reached)
     if status in (Status.NOT_COMPUTED, Status.FAILED, Status.UNRESOLVED):
-        raise ResultError(f"there is no motion at this point: {status.sentence}")
+        raise ResultError(f"this point has no motion: {status.sentence}")
     points = point.attrs.get("samples_per_period")
     integrator = INTEGRATORS[case.solver.integrator](problem, case.solver, point.sizes.get("harmonic", 1), points)
     integrator.place(float(point["zc"]))
@@ -92,13 +92,13 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     found = _orbit(integrator, start, point)
     note = UNSTABLE if found is not None and "stable" in point and not bool(point["stable"]) else ""
     if found is None and "stable" in point and not bool(point["stable"]):
-        raise ResultError("this state is unstable, so that no experiment shows it, and its motion was not found anew")
+        raise ResultError("this state is unstable, and its motion was not found again")
     if found is None:
         found = steady(integrator, start, watch)
         if status not in REPEATING:
             note = UNSETTLED
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:
-            raise ResultError("the motion that starts from this point settles in another state, so it is not shown")
+            raise ResultError("a motion from this point settles in another state, so it is not shown")
     data = _recorded(integrator, found, point)
     data.attrs |= {"title": case.title, "note": note, "a0": problem.a0}
     if case.tip.radius is not None:
@@ -112,10 +112,10 @@ def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
         raise ParameterError("this is not the result of an experiment, so it has no motion")
     more = [str(dim) for name in ("amplitude", "zc") for dim in point[name].dims if dim != "tone"]
     if more:
-        raise ParameterError(f"the motion is that of one point; choose one along {more[0]} with .isel")
+        raise ParameterError(f"a motion belongs to one point; choose a point along {more[0]} with .isel")
     case = case_of(point)
     if case.experiment is None:
-        raise ParameterError("the result does not say which experiment it is from")
+        raise ParameterError("the result does not contain its experiment")
     return case, case.experiment.problem_at(case.problem, point, case)
 
 

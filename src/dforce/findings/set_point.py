@@ -63,9 +63,9 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
     first = result.isel(dict.fromkeys(over, 0))
     row = row_of(first, along) if along else ""
     if row and RATIO not in result and "amplitude" in result:
-        raise ParameterError(f"this result does not keep '{RATIO}'; name it among the quantities of the sweep")
+        raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
-        raise ParameterError("this result is no curve of amplitudes, so no set point lies on it")
+        raise ParameterError("this result is not a curve of amplitudes, so it has no set points")
     set_point = parse_share(set_point, "set_point")
     known = drawable(first, along)
     always = [along, *(name for name in ("zc", "virial") if name in known)]
@@ -168,7 +168,7 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
         return f"No state at {share}: no motion on this curve settled. Widen experiment.zc."
     if low < set_point < high:
         return (
-            f"No state at {share}: the amplitude jumps across this set point. Choose another one, or draw all states "
+            f"No state at {share}: the amplitude jumps across this set point. Choose another set point, or draw all states "
             'with experiment.kind = "branches".'
         )
     end = "stop nearer to the sample" if low >= set_point else "start farther from the sample"

@@ -263,7 +263,7 @@ def _check_contract(cls: type[Force]) -> None:
         raise ForceError(f"the law of '{cls.name}' must start with {', '.join(leading)}; it has {', '.join(names)}")
     for name in names[len(leading) :]:
         if name not in cls.model_fields and not isinstance(inspect.getattr_static(cls, name, None), property):
-            raise ForceError(f"the law of '{cls.name}' takes '{name}', which is neither a field nor a property of it")
+            raise ForceError(f"the law of '{cls.name}' takes '{name}', neither a field nor a property of the class")
     arguments = names[len(leading) :]
     for other, start in (
         ("potential", ("d",)),

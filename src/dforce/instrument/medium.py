@@ -34,7 +34,7 @@ class Medium(Parameters):
         symbol="T",
         above="0 K",
         high="1e4 K",
-        doc="temperature; the values of a medium known by name stay those at 298.15 K",
+        doc="temperature; a medium by name keeps its values at 298.15 K",
     )
 
     @pydantic.model_validator(mode="before")

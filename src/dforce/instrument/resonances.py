@@ -69,7 +69,7 @@ def most_likely(frequency: Floats, power: Floats, start: Resonance, beside: floa
     Raises
     ------
     ArithmeticError
-        When no resonance describes the spectrum.
+        When one resonance does not fit the spectrum.
     """
     found, scale = _logs(start), np.array([1.0, 1.0, 1.0, start.background])
     for _ in range(ROUNDS):

@@ -104,7 +104,7 @@ def sweep(
         that are done stay there.
     """
     if not isinstance(case.experiment, Approach | Dwell):
-        raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
+        raise ParameterError("a sweep repeats an approach or a dwell; use one of them as experiment")
     if case.solver.integrator == "langevin":
         raise ParameterError("a sweep repeats steady motion; df.noisy_motion runs many seeds under thermal noise")
     names = None if quantities is None else list(quantities)
@@ -117,11 +117,9 @@ def sweep(
 
         return Map(asked, layout, names, set_point, store).run(bool(resume), workers, client, progress)
     if client is not None:
-        raise ParameterError("a cluster computes the blocks of a store; give the store as well")
+        raise ParameterError("a cluster computes the blocks of a store; also pass store")
     if isinstance(resume, bool):
-        raise ParameterError(
-            "resume=True goes on with a store, and none is given; give the store, or the result as resume"
-        )
+        raise ParameterError("resume=True continues a store; also pass store, or pass the result as resume")
     points = count(axes) * len(layout.visits)
     if points > MOST_POINTS:
         raise ParameterError(
@@ -129,7 +127,7 @@ def sweep(
             "more in a store"
         )
     if resume is not None and set_point is not None:
-        raise ParameterError("states at a set point alone cannot be continued; write them to a store, which can")
+        raise ParameterError("states at a set point cannot be continued in memory; write them to a store")
     if resume is not None:
         check_same(asked, layout, resume)
         if not resume.attrs.get("interrupted"):

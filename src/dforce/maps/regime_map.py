@@ -162,21 +162,25 @@ def shares_of(given: Any) -> Array:
         raise ParameterError(f"set_points has {shares.size} values; 1 to {MOST_SET_POINTS} are allowed")
     for share in shares:
         if not 0.0 < share < 1.0:
-            raise ParameterError(f"set_points holds {share:g}, which is not between 0 and 1")
+            raise ParameterError(f"set_points contains {share:g}, which is not between 0 and 1")
     return shares
 
 
 def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
     """Return the parameter along which lines go, with its range."""
     if len(axes) > 2:
-        raise ParameterError(f"over has {len(axes)} paths; a regime map is over one and the set point, or over two")
+        raise ParameterError(
+            f"over has {len(axes)} paths; a regime map is over one path and the set point, or over two paths"
+        )
     if len(axes) == 2 and len(shares) > 1:
-        raise ParameterError("a regime map over two parameters is at one set point; give set_points = [0.8], say")
+        raise ParameterError(
+            "a regime map over two parameters is at one set point; write for example set_points = [0.8]"
+        )
     for axis in axes:
         if axis.quantity is None:
-            raise ParameterError(f"{axis.path} takes no plain number, so no boundary can be followed along it")
+            raise ParameterError(f"{axis.path} is not a plain number, so no boundary can be followed along it")
         if axis.path == "contact.a0":
-            raise ParameterError("contact.a0 says where contact begins, so no map goes over it")
+            raise ParameterError("contact.a0 defines the start of contact, so no map goes over it")
     axis = axes[0]
     low, high = min(axis.values), max(axis.values)
     if len(axis.values) < 2 or low == high:
@@ -193,18 +197,14 @@ def refuse_others(case: Case) -> None:
     case.problem.refuse_changing_lever("a search for operating points")
     for force in case.problem.forces:
         if force.memory or force.switch is not None:
-            raise ParameterError(
-                f"{force.name} remembers earlier motion, and operating points are solved for forces that do not"
-            )
+            raise ParameterError(f"{force.name} has a memory, but operating points need forces without memory")
     if common_period([tone.frequency for tone in case.problem.tones]) is None:
         raise ParameterError(
-            "the tones have no common period, so there are no periodic orbits at a set point; "
+            "the tones have no common period, so no periodic orbits exist at a set point; "
             "choose a simple ratio of their frequencies, such as 6.2"
         )
     if case.solver.method != "periodic":
-        raise ParameterError(
-            'operating points are periodic orbits; leave out solver.method, or write method = "periodic"'
-        )
+        raise ParameterError('operating points are periodic orbits; remove solver.method, or write method = "periodic"')
 
 
 def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:

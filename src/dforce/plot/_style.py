@@ -179,7 +179,7 @@ def figure_of(axes: object) -> Figure:
     first = next(iter(np.ravel(np.asarray(axes, dtype=object))), None) if several else axes
     holder: Any = first if isinstance(first, FigureBase) else getattr(first, "figure", None)
     if not isinstance(holder, Figure | SubFigure):
-        raise ParameterError(f"axes = {told(axes)} is not what a function of df.plot returns")
+        raise ParameterError(f"axes = {told(axes)} is not a result of a function of df.plot")
     whole: Figure = holder.figure if isinstance(holder, SubFigure) else holder
     return whole
 

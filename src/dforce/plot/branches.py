@@ -58,7 +58,7 @@ def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = No
         When the result is no frequency sweep, or has no such tone.
     """
     if "frequency" not in take(dataset, "amplitude", "frequency", "direction").dims:
-        raise ParameterError("this result is no frequency sweep; df.frequency_sweep gives one")
+        raise ParameterError("this result is not a frequency sweep; use df.frequency_sweep")
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     for axes, name in ((upper, "amplitude"), (lower, "phase")):

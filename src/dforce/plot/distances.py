@@ -133,7 +133,7 @@ def curve(
     """
     chosen = [names] if isinstance(names, str) else list(names)
     if not chosen:
-        raise ParameterError("there is nothing to draw; give the name of a quantity")
+        raise ParameterError("nothing to draw; name a quantity")
     variables = [take(dataset, name, *CURVE) for name in chosen]
     for variable in variables:
         if "zc" not in variable.dims:

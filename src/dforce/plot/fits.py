@@ -122,4 +122,4 @@ def fit_errors(result: xr.Dataset, figure: FigureBase | None = None) -> list[Axe
 
 def _check(result: xr.Dataset) -> None:
     if result.attrs.get("kind") != "fit":
-        raise ParameterError("this result is no fit; df.fit(case, data, free=[...]) gives one")
+        raise ParameterError("this result is not a fit; get a fit from df.fit(case, data, free=[...])")

@@ -69,7 +69,7 @@ def map(
     variable = take(first_state(dataset), quantity, x, y)
     for name in (x, y):
         if name not in variable.dims:
-            raise ParameterError(f"'{quantity}' does not go along '{name}', so there is no map of it over that")
+            raise ParameterError(f"'{quantity}' does not vary along '{name}', so it has no map over it")
     variable = variable.isel(dict.fromkeys((dim for dim in variable.dims if dim in COLUMN_DIMS), 0)).transpose(y, x)
     values, text = shown(variable)
     scale, _ = reader_unit(variable)
@@ -100,7 +100,7 @@ def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]
     """Draw the regimes of a map, and the boundaries that were solved."""
     if {x, y} != set(dataset["regime"].dims):
         raise ParameterError(
-            f"the regimes go along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
+            f"the regimes lie along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
         )
     axes = new_figure(figure, 6.4, 5.4).subplots()
     (at_x, x_text), (at_y, y_text) = sides
@@ -122,7 +122,7 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
         )
     axis = dataset[name]
     if axis.dims != (name,) or axis.dtype.kind not in "fi" or axis.size < 2:
-        raise ParameterError(f"'{name}' is no parameter with two or more numbers of a grid, so there is no map over it")
+        raise ParameterError(f"'{name}' is not a parameter with a grid of two or more numbers, so it has no map")
     scale, unit = reader_unit(axis)
     name = str(axis.attrs.get("long_name", name)).partition(";")[0]  # without what is said behind it
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)

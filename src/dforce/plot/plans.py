@@ -45,7 +45,7 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
         When it is no plan, or its parameters are no ranges.
     """
     if "plan_over" not in dataset.attrs:
-        raise ParameterError("this dataset is no plan")
+        raise ParameterError("this dataset is not a plan")
     marked = _place(dataset, "recommended") or _place(dataset, "least_violation")
     dims = [str(dim) for dim in dataset["allowed"].dims[:-1]]
     if len(dims) == 3:
@@ -54,7 +54,7 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     x, y = dims
     for name in (x, y):
         if dataset.sizes[name] < 2:
-            raise ParameterError(f"'{name}' has one value, so there is no picture over it")
+            raise ParameterError(f"'{name}' has one value, so it has no picture")
     axes = new_figure(figure, 6.4, 5.4).subplots()
     at = [np.asarray(dataset[name].values, dtype=float) / reader_unit(dataset[name])[0] for name in (x, y)]
     handles = _fill(axes, dataset, x, y, at)

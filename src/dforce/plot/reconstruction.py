@@ -64,9 +64,7 @@ def reconstruction(
     axes = figure.subplots()
     to_nm = reader_unit(dataset["distance"])[0]
     for number, (low, high) in enumerate(zip(dataset["gap_low"].values, dataset["gap_high"].values, strict=True)):
-        axes.axvspan(
-            low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "not told by the curve"
-        )
+        axes.axvspan(low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "force unknown")
     if "law_force" in dataset:
         axes.plot(x, dataset["law_force"].values / scale, color=GRAY, linewidth=2.6, alpha=0.7, label="law")
     axes.fill_between(x, y - BAND * error, y + BAND * error, color=BLUE, alpha=0.25, linewidth=0.0, label="two errors")

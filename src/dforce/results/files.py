@@ -133,7 +133,7 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     if is_store(path):
         return open_store(path)
-    content = read_input(path, "result; a larger one is kept as a store (.zarr)", MOST_BYTES, ResultError)
+    content = read_input(path, "result; keep a larger result as a store (.zarr)", MOST_BYTES, ResultError)
     return decoded(content, in_quotes(path), Path(path).suffix)
 
 
@@ -148,7 +148,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if not content:
         raise ResultError(f"{name} is empty")
     if content.startswith(b"CDF"):
-        raise ResultError(f"{name} was not written by dForce: it is of the older netCDF-3 kind")
+        raise ResultError(f"{name} is not from dForce: it is netCDF-3")
     if not content.startswith(hdf5.START):
         hint = "; pandas.read_csv(path, comment='#') reads a table" if suffix.lower() == ".csv" else ""
         raise ResultError(f"{name} is not a netCDF file{hint}")
@@ -157,7 +157,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if dataset is None:
         raise ResultError(f"{name} is damaged or was cut short")
     if "dforce_version" not in dataset.attrs:
-        raise ResultError(f"{name} was not written by dForce")
+        raise ResultError(f"{name} is not a file of dForce")
     dataset.attrs = _python_attributes(dataset.attrs)
     for key in list(dataset.variables):
         variable = dataset[key]

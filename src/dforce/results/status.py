@@ -28,13 +28,13 @@ class Status(enum.IntEnum):
         return member
 
     OK = 0, "the motion settled"
-    NOT_SETTLED = 1, "the motion had not settled after the largest number of periods allowed"
-    NOT_REPEATING = 2, "the motion settled into one that does not repeat from period to period"
+    NOT_SETTLED = 1, "the motion did not settle within the largest number of periods"
+    NOT_REPEATING = 2, "the motion settled, but does not repeat from period to period"
     NOT_COMPUTED = 3, "the run was stopped before this point"
-    FAILED = 4, "the motion grew beyond all bounds, so that there is no result here"
-    UNRESOLVED = 5, "the force is too steep for the samples, so that there is no result here"
-    INACCURATE = 6, "the motion settled, but its numbers are less accurate than asked for"
-    BROKEN = 7, "computing these cases ended with an error, which `notes` tells"
+    FAILED = 4, "the motion grew beyond all bounds; this point has no result"
+    UNRESOLVED = 5, "the force is too steep for the samples; this point has no result"
+    INACCURATE = 6, "the motion settled, but its numbers are less accurate than solver.accuracy"
+    BROKEN = 7, "these cases ended with an error; see `notes`"
 
     @property
     def meaning(self) -> str:
@@ -85,5 +85,5 @@ def check_computed(result: xr.Dataset) -> None:
     """
     if "status" in result and bool((result["status"].values == Status.NOT_COMPUTED).all()):
         raise ParameterError(
-            "the run was stopped before its first point, so its result holds no number yet: go on with it"
+            "the run was stopped before its first point, so its result has no numbers yet: continue it"
         )

@@ -64,7 +64,7 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
 
     t, d = _numbers(time, "s", "time"), _numbers(distance, "m", "distance")
     if len(t) != len(d):
-        raise ParameterError(f"there are {len(t)} times and {len(d)} distances; give one for each other")
+        raise ParameterError(f"time has {len(t)} values and distance {len(d)}; pass equal numbers")
     if not np.all(np.diff(t) > 0.0):
         raise ParameterError("the times do not increase")
     motion = _spline(t, d)
@@ -118,7 +118,7 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     given = _range(case.problem, chosen, place) if distance is None else _numbers(distance, "m", "distance")
     path, back = np.unique(-given, return_inverse=True)
     if len(path) < 2:
-        raise ParameterError("a force curve takes at least two different distances")
+        raise ParameterError("a force curve needs at least two different distances")
     answers = [_there_and_back(force, -path, chosen, TOLERANCE, place) for force in case.problem.forces]
     halves = [np.stack([half[back] for half in _halves(answer.force)]) for answer in answers]
     data = xr.Dataset(
@@ -202,7 +202,7 @@ def _numbers(given: object, unit: str, name: str) -> Array:
     except (TypeError, ValueError):
         raise ParameterError(f"{name} = {shorten(given)} is not an array") from None
     if values.ndim != 1 or len(values) < 2:
-        raise ParameterError(f"{name} is not a row of at least two numbers")
+        raise ParameterError(f"{name} is not a list of at least two numbers")
     if not np.isfinite(values).all():
         raise ParameterError(f"{name} has a value that is not a finite number")
     return values

@@ -81,11 +81,11 @@ def noisy_motion(
     given = _seeds(problem.noise.seed, seeds)
     band = None if bandwidth is None else lock_in_of(problem, bandwidth, poles)
     if periods < 1 or not given:
-        raise ParameterError("a noisy motion takes at least one period and one seed")
+        raise ParameterError("a noisy motion needs at least one period and one seed")
     if settling is not None and settling < 0:
         raise ParameterError(f"settling = {settling} is below 0")
     if len(given) * periods * len(problem.tones) > MOST_NUMBERS:
-        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; take fewer of either")
+        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; reduce either")
     wait = settling_periods(problem, band) if settling is None else settling
     integrator = langevin(asked, problem, place)
     if band is not None:
@@ -120,7 +120,7 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
         if not 0 <= seed <= MOST_SEED:
             raise ParameterError(f"seed = {seed} is not between 0 and 2^62")
         if count > 1:
-            raise ParameterError(f"seeds holds {seed} twice: both runs would be the same")
+            raise ParameterError(f"seeds contains {seed} twice: both runs would be equal")
     return [*counts]
 
 
@@ -137,20 +137,20 @@ def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float,
         problem = case.problem.at_height(float(point["zc"]))
     else:
         if zc is not None:
-            raise ParameterError("a point of a result has its distance; leave zc out")
+            raise ParameterError("a point of a result has its own distance; pass no zc")
         asked, point = case_of(case), case
         if asked.experiment is None:
-            raise ParameterError("the result does not say which experiment it is from")
+            raise ParameterError("the result does not contain its experiment")
         if MOTION not in point.variables or point["status"].ndim:
             raise ResultError(
-                "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
+                "a noisy motion starts from one point of a result with motions; choose it with .sel or .isel"
             )
         problem = asked.experiment.problem_at(asked.problem, point, asked)
     if MOTION not in point.variables:
-        raise ResultError("there is no motion at this distance")
+        raise ResultError("no motion exists at this distance")
     motion = motion_of(point, problem)
     if not motion.is_finite:
-        raise ResultError("there is no motion at this point")
+        raise ResultError("this point has no motion")
     return asked, problem, float(point["zc"]), motion
 
 
@@ -190,7 +190,7 @@ def read_out(integrator: Langevin, c: Complex, seeds: Sequence[int], band: tuple
     """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
-        raise ParameterError("a lever of light is read by a lock-in: give its bandwidth")
+        raise ParameterError("an optical lever needs a lock-in: pass its bandwidth")
     seen = np.array([weights[tone.mode] for weights, tone in zip(problem.readout.weights, problem.tones, strict=True)])
     read = c * integrator.scales.length + (problem.readout.base - seen) * problem.base
     return np.asarray(read + _detector(problem.noise, c.shape, seeds, problem, band))

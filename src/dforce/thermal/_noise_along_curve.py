@@ -68,9 +68,9 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
         When the result keeps no motions.
     """
     if "over" in curve.attrs and MOTION in curve and curve["status"].ndim > 2:
-        raise ParameterError("the noise is that of one curve; choose one case of the sweep with .sel or .isel")
+        raise ParameterError("the noise belongs to one curve; choose one case of the sweep with .sel or .isel")
     if MOTION not in curve.variables:
-        raise ResultError("this result keeps no motions, from which the noise follows; compute it anew")
+        raise ResultError("this result contains no motions, needed for the noise; compute it again")
     case = case_of(curve)
     band, count = lock_in_of(case.problem, bandwidth, poles)
     kept = [
@@ -102,7 +102,7 @@ def lock_in_of(problem: Problem, bandwidth: object, poles: int | None) -> tuple[
     except UnitError as error:
         raise UnitError(f"bandwidth {error}") from None
     if band is None:
-        raise ParameterError('the noise depends on the lock-in: give bandwidth = "1 kHz", say')
+        raise ParameterError('the noise depends on the lock-in: pass for example bandwidth = "1 kHz"')
     slowest = min(tone.frequency for tone in problem.tones)
     if not 0.0 < band <= slowest:
         raise ParameterError(

@@ -70,9 +70,10 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     found = barrier_at(problem, place)
     if found is None:
         raise ParameterError(
-            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is held, or it snaps in by itself"
+            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is in contact, or it snaps in "
+            f"without noise"
         )
-    low = "The barrier is below 3 kT, where Kramers' rate is only a scale."
+    low = "The barrier is below 3 kT: Kramers' rate is only a rough value there."
     notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []
     data = xr.Dataset(
         {
@@ -112,7 +113,7 @@ def barrier_at(problem: Problem, zc: float) -> Barrier | None:
 
     kT, mode, force = problem.noise.kT, problem.at_height(zc).modes[0], at_rest(problem, zc)
     if kT <= 0.0:
-        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
+        raise ParameterError("noise.thermal = false, but switching needs thermal motion")
 
     def net(d: float) -> float:
         return mode.k * (d - zc) - force(d)
@@ -133,7 +134,9 @@ def barrier_at(problem: Problem, zc: float) -> Barrier | None:
 def of_high_Q(problem: Problem) -> list[str]:
     """Return the note on a lever whose rate is no more than a bound, where it is one."""
     return (
-        ["Q is above 3, where energy comes slowly: the true rate is lower."] if problem.modes[0].Q > HIGHEST_Q else []
+        ["Q is above 3, so thermal energy comes slowly: the true rate is lower."]
+        if problem.modes[0].Q > HIGHEST_Q
+        else []
     )
 
 
@@ -142,7 +145,9 @@ def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
     forces = problem.forces
     for force in forces:
         if force.memory or force.switch is not None:
-            raise ParameterError(f"{force.name} has memory or two branches, so that no energy belongs to a distance")
+            raise ParameterError(
+                f"{force.name} has memory or two branches, so the energy is not a function of distance"
+            )
     laws = [(force.law_function(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
     return lambda d: sum(float(law(d, 0.0, 0.0, *place, *values)) for law, place, values in laws)
 

@@ -100,10 +100,10 @@ def switching_rate(
     _, _, there, goal = start_of(other, None)
     if abs(there - zc) > 1e-9 * problem.tones[0].A0 + 1e-15:
         raise ParameterError(
-            f"the states lie at zc = {units.show(zc, 'm', 5)} and {units.show(there, 'm', 5)}; give two at one distance"
+            f"the states lie at zc = {units.show(zc, 'm', 5)} and {units.show(there, 'm', 5)}; choose two at one distance"
         )
     if lanes < 1 or periods < 1:
-        raise ParameterError("a rate takes at least one lane and one period")
+        raise ParameterError("a rate needs at least one lane and one period")
     given = _temperatures(problem, temperature)
     counts = []
     with watched(progress, f"switching: {case.title}") as tell:
@@ -130,9 +130,7 @@ def switching_rate(
     if barrier is not None:
         data["barrier"] = barrier
     few = [units.show(kelvin, "K", 4) for kelvin, count in zip(given, counts, strict=True) if count.events < LEAST]
-    note = (
-        f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only the upper end of its interval." if few else ""
-    )
+    note = f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only an upper limit." if few else ""
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"note": note}
     often = thermal_switching(Evidence(case, data))
     data.attrs |= attributes([] if often is None else [often])
@@ -158,7 +156,7 @@ def _count(
     own, far = (quiet.lock_in(motion, 1)[1][0] for motion in (start, goal))
     way = np.linalg.norm(far - own)
     if not way > 0.01:
-        raise ParameterError("both points are the same state; give two that differ")
+        raise ParameterError("both points are the same state; choose two different states")
     integrator = langevin(case, problem, zc)
     seed = problem.noise.seed
     running = integrator.lanes([start] * lanes, range(seed, seed + lanes))
