@@ -12,7 +12,7 @@ import pydantic
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Parameters, Quantity, param
+from dforce.core.parameters import Number, ParameterQuantity, Parameters, param
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -140,7 +140,7 @@ class CaseLike(Protocol):
     def problem(self) -> Problem:
         """The problem in SI units."""
 
-    def quantity(self, path: str) -> Quantity:
+    def quantity(self, path: str) -> ParameterQuantity:
         """Return what is declared about the number at a path."""
 
     def replace(self, path: str | None = None, value: Any = None) -> Self:

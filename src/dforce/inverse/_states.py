@@ -30,7 +30,7 @@ Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass
-class Points:
+class PlannedPoints:
     """Operating points that are evaluated together.
 
     Attributes
@@ -51,9 +51,11 @@ class Points:
     zc: Array
     motions: Array
 
-    def take(self, which: object) -> Points:
+    def take(self, which: object) -> PlannedPoints:
         """Return some of them."""
-        return Points(*(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions")))
+        return PlannedPoints(
+            *(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions"))
+        )
 
     def __len__(self) -> int:
         return len(self.zc)
@@ -81,7 +83,7 @@ class Solver:
             self._problems[key] = Problem.build(case.instrument, case.forces)
         return self._problems[key]
 
-    def solve(self, points: Points, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
+    def solve(self, points: PlannedPoints, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
         """Return the operating points near some; their motions are written into `points`."""
         problems = [self.problem(values, extra) for values in points.values]
         found = solve(
@@ -105,7 +107,7 @@ class Solver:
             return States(np.empty((0, 2)), np.empty((0, 0)), np.empty((0, 0)))
         return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
 
-    def has_others(self, points: Points) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def has_others(self, points: PlannedPoints) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Say whether another stable state is found at the same distance as each point, from the curves beside it."""
         out = np.zeros(len(points), dtype=bool)
         pairs = [
@@ -132,7 +134,7 @@ class Solver:
             out[own[(branch.done == 1) & (apart > SAME)]] = True
         return out
 
-    def slopes(self, points: Points, path: str) -> Array:
+    def slopes(self, points: PlannedPoints, path: str) -> Array:
         """Return the slope of the phase (degrees) by the logarithm of a parameter, at constant amplitude."""
         phases: list[Array] = []
         for sign in (1.0, -1.0):
@@ -150,7 +152,7 @@ class Solver:
         return np.asarray((phases[0] - phases[1]) / (2.0 * SLOPE_STEP))
 
 
-def one_of_each(points: Points, length: Array) -> Any:
+def one_of_each(points: PlannedPoints, length: Array) -> Any:
     """Return the numbers of points without those that are the same state as one before."""
     order = np.lexsort((points.zc, points.set_points, points.near))
     kept: list[int] = []
@@ -204,7 +206,7 @@ class Judged:
         By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
     """
 
-    points: Points
+    points: PlannedPoints
     found: OperatingPoints
     others: Bools
     hit: np.ndarray[Any, np.dtype[np.str_]]

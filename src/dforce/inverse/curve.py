@@ -14,7 +14,7 @@ from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
 from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.readers import READERS
-from dforce.inverse.table import RETRACT, Column, Floats, Reader, Table, Words, segment_of
+from dforce.inverse.table import RETRACT, Column, Floats, MeasuredTable, Reader, Words, segment_of
 from dforce.inverse.words import ABOVE_THE_SAMPLE, MEANINGS, bare, quantity_of
 from dforce.results.provenance import provenance
 
@@ -90,7 +90,7 @@ class Asked:
         return asked
 
 
-def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
+def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     """Return a curve as a Dataset, in the order of its walk.
 
     Raises
@@ -138,7 +138,7 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
 
 
 def _values(
-    found: Mapping[str, Column], table: Table, asked: Asked, name: str, history: list[str]
+    found: Mapping[str, Column], table: MeasuredTable, asked: Asked, name: str, history: list[str]
 ) -> dict[str, Floats]:
     """Return the columns that are used, in SI units."""
     values: dict[str, Floats] = {}
@@ -190,7 +190,7 @@ def _turn_heights(
     return grows is not None
 
 
-def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> None:
+def _refuse_negative(quantity: str, values: Floats, table: MeasuredTable, name: str) -> None:
     below = np.flatnonzero(values < 0.0)
     if len(below):
         where = table.place(int(below[0]))
@@ -199,7 +199,7 @@ def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> 
         )
 
 
-def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | None:
+def _segments(found: Mapping[str, Column], table: MeasuredTable, name: str) -> Words | None:
     """Return the part that each row belongs to, by a column of words or by the file's own."""
     column = found.get("direction")
     if column is None:
@@ -281,7 +281,7 @@ def _join(phase: Floats, directions: Words) -> None:
         phase[back] += 360.0 * np.round((np.median(phase[~back]) - np.median(phase[back])) / 360.0)
 
 
-def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
+def _notes(table: MeasuredTable, history: list[str]) -> dict[str, float | str]:
     """Return the settings of lever, drive and instrument that the file notes, and say so; text may come from any maker."""
     found: dict[str, float | str] = {}
     for name, unit in NOTES.items():
@@ -299,7 +299,7 @@ def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
     return found | ({"instrument": instrument} if instrument else {})
 
 
-def _noted(table: Table, name: str) -> str | None:
+def _noted(table: MeasuredTable, name: str) -> str | None:
     """Return a setting as the file notes it, under dForce's key or that of a maker."""
     keys = [name, *(reader.notes[name] for reader in (table.reader, *READERS) if name in reader.notes)]
     return next((table.notes[key] for key in keys if key in table.notes), None)

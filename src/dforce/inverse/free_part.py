@@ -17,7 +17,7 @@ SIZES = 300  # stretches that are tried
 MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
 
 
-class Stretch(NamedTuple):
+class FreeChannel(NamedTuple):
     """A channel along the free part.
 
     Attributes
@@ -51,7 +51,7 @@ def _line(height: Floats, values: Floats) -> tuple[float, float, Floats]:
     return slope, spread, values - values.mean() - slope * x
 
 
-def stretch(height: Floats, values: Floats) -> Stretch:
+def stretch(height: Floats, values: Floats) -> FreeChannel:
     """Return what a channel does along a stretch of three points or more."""
     count = len(values)
     slope, spread, rest = _line(height, values)
@@ -63,7 +63,9 @@ def stretch(height: Floats, values: Floats) -> Stretch:
     noise /= np.sqrt(1.0 - known)
     longer = np.sqrt((1.0 + known) / (1.0 - known))
     slope_error = noise * longer / spread if spread > 0.0 else 0.0
-    return Stretch(float(values.mean()), noise * longer / np.sqrt(count), noise, correlation, slope, slope_error, count)
+    return FreeChannel(
+        float(values.mean()), noise * longer / np.sqrt(count), noise, correlation, slope, slope_error, count
+    )
 
 
 def fewest(points: int) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Floats, Table, Words
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Floats, MeasuredTable, Words
 
 Rows = np.ndarray[Any, np.dtype[np.int64]]
 TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
@@ -17,7 +17,7 @@ MAD = 1.4826  # from the median of absolute values to the standard deviation, fo
 WAYS = {APPROACH: -1.0, RETRACT: 1.0}  # how the height changes along each
 
 
-class Walk(NamedTuple):
+class OrderedRows(NamedTuple):
     """The rows of a table in the order of the walk, the direction of each, and sentences on how that was known."""
 
     rows: Rows
@@ -45,7 +45,9 @@ def height_error(height: Floats, directions: Words) -> float:
     return found
 
 
-def walk_of(table: Table, height: Floats, segments: Words | None, direction: str | None, name: str) -> Walk:
+def walk_of(
+    table: MeasuredTable, height: Floats, segments: Words | None, direction: str | None, name: str
+) -> OrderedRows:
     """Return the order and the directions of the rows of a curve.
 
     Raises
@@ -74,7 +76,7 @@ def walk_of(table: Table, height: Floats, segments: Words | None, direction: str
             history.append(f"order: the points of the {word} were listed backward, and are turned")
         rows.append(places)
         words += [word] * len(places)
-    return Walk(np.concatenate(rows), np.array(words), history)
+    return OrderedRows(np.concatenate(rows), np.array(words), history)
 
 
 def _refuse_disorder(height: Floats, name: str) -> None:
@@ -105,7 +107,7 @@ def _turns(height: Floats) -> list[int]:
     return turns
 
 
-def _runs(table: Table, height: Floats, name: str) -> list[tuple[Rows, str]]:
+def _runs(table: MeasuredTable, height: Floats, name: str) -> list[tuple[Rows, str]]:
     """Return the parts of a curve that names no directions: down, up, or down and then up."""
     turns = _turns(height)
     every = np.arange(len(height))
@@ -125,7 +127,7 @@ def _runs(table: Table, height: Floats, name: str) -> list[tuple[Rows, str]]:
     return [(every[: turns[0] + 1], APPROACH), (every[turns[0] + 1 :], RETRACT)]
 
 
-def _way(table: Table, height: Floats, places: Rows, word: str, name: str) -> float:
+def _way(table: MeasuredTable, height: Floats, places: Rows, word: str, name: str) -> float:
     """Return 1 for rows whose heights rise, -1 where they fall."""
     own = height[places]
     turns = _turns(own)

@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.core.errors import ParameterError
-from dforce.inverse.free_part import FLAT, WIDE, Stretch, fewest, free_count, stretch
+from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, stretch
 from dforce.inverse.heights import WAYS, Rows
 from dforce.inverse.table import APPROACH, Floats
 from dforce.inverse.values import show as shown
@@ -54,7 +54,7 @@ class Work:
     given: Given
     free: dict[str, Rows] = field(default_factory=dict)
     tilted: dict[str, bool] = field(default_factory=dict)
-    found: dict[str, dict[str, Stretch]] = field(default_factory=dict)
+    found: dict[str, dict[str, FreeChannel]] = field(default_factory=dict)
 
     def values(self, name: str) -> Floats:
         """Return the numbers of a variable."""

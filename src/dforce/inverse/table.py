@@ -64,7 +64,7 @@ class Reader:
     kind: str
     endings: tuple[str, ...]
     is_one: Callable[[bytes], bool]
-    read: Callable[[bytes, str], list[Table]]
+    read: Callable[[bytes, str], list[MeasuredTable]]
     maker: str = ""
     height_grows: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class Reader:
     def __str__(self) -> str:
         return f"{self.kind} of {self.maker}" if self.maker and self.maker not in self.kind else self.kind
 
-    def tables(self, content: bytes, name: str) -> list[Table]:
+    def tables(self, content: bytes, name: str) -> list[MeasuredTable]:
         """Return the curves in a file of this kind, each with its reader.
 
         Raises
@@ -93,7 +93,7 @@ OF_NOBODY = Reader("table", (), lambda content: False, lambda content, name: [])
 
 
 @dataclass(frozen=True)
-class Table:
+class MeasuredTable:
     """A curve as a file holds it.
 
     Attributes
@@ -126,7 +126,7 @@ class Table:
         """Return where a row (from 0) stands, for a sentence."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
-    def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> Table:
+    def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> MeasuredTable:
         """Return some of the rows."""
         return replace(
             self,

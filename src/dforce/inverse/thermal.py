@@ -24,7 +24,7 @@ from dforce.core.errors import ParameterError, ResultError, UnitError, checked, 
 from dforce.instrument import beam
 from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
 from dforce.inverse.readers import content_of, tables_in
-from dforce.inverse.table import OF_NOBODY, Column, Floats, Table
+from dforce.inverse.table import OF_NOBODY, Column, Floats, MeasuredTable
 from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import DENSITY, bare, known_unit, scale_to
 from dforce.results.dataset import describe
@@ -203,7 +203,7 @@ def thermal_tune(
     )
 
 
-def _arrays(frequency: object, density: object, unit: str | None) -> Table:
+def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:
     """Return a table of frequencies and densities that were given as arrays."""
     if density is None or isinstance(frequency, str | os.PathLike):
         raise ParameterError("give a file, or two arrays: frequencies (Hz) and densities, with their unit")
@@ -222,11 +222,11 @@ def _arrays(frequency: object, density: object, unit: str | None) -> Table:
         raise ParameterError(
             f"unit = '{shorten(unit)}' is no unit that dForce knows, such as 'm^2/Hz' or 'pm/sqrt(Hz)'"
         )
-    return Table((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
+    return MeasuredTable((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
 
 
 def _spectrum(
-    table: Table, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
+    table: MeasuredTable, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
 ) -> tuple[Floats, Floats, str]:
     """Return frequencies (Hz), power densities (m²/Hz), and a sentence on the unit."""
     unknown = [key for key in columns if key not in ("frequency", "density")]
@@ -251,7 +251,7 @@ def _spectrum(
     return f[keep][order], s[keep][order], f"density: column '{density.name}' in {said}"
 
 
-def _column(table: Table, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
+def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
     numbers = [column for column in table.columns if column.values.dtype.kind == "f"]
     if wanted is not None:
         found = [column for column in numbers if column.name == wanted]

@@ -14,7 +14,7 @@ from dforce.kernel.codegen import OTHERS, native_types
 from dforce.problem import Problem
 
 
-class Tip:
+class TipFunctions:
     """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call.
 
     Where answers may be early (:mod:`dforce.core.first_answer`), functions that are not compiled yet are compiled in the

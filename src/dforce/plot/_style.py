@@ -16,9 +16,9 @@ from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.text import Text
 
 from dforce.core import units
+from dforce.core.argument_kinds import told
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
 from dforce.core.files import check_target, write_whole
-from dforce.core.kinds import told
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.status import check_computed
 

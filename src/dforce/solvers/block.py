@@ -13,7 +13,7 @@ from dforce import kernel
 from dforce.integrators.lanes import padded
 from dforce.kernel import Array
 from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
 from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
@@ -91,7 +91,7 @@ class Block:
             self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
-        self._tip, self._parameters = Tip(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
+        self._tip, self._parameters = TipFunctions(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
         self._finer: dict[int, Block] = {}

@@ -15,7 +15,7 @@ from dforce import kernel
 from dforce.core.errors import ParameterError
 from dforce.integrators import adaptive, lanes, loops, lsoda, rk4
 from dforce.kernel import Array
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
 from dforce.solvers import newton, period_map, quasi_static, relaxation
@@ -146,7 +146,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = Tip(self.kernel, problem, CALLED)
+        self._tip = TipFunctions(self.kernel, problem, CALLED)
         self._turns: dict[int, lockin.Turns] = {}
 
     def turns(self, points: int) -> lockin.Turns:

@@ -68,7 +68,7 @@ def follow(
         raise ParameterError(f"{force.name} depends on the deflection z, which takes an average distance: give zc")
     wrap = compile_function if compiled else (lambda function: function)
     evolve = wrap(force.evolve) if force.evolve is not None else None
-    run = _Run(
+    run = _PathState(
         motion,
         wrap(force.law_function()),
         evolve,
@@ -86,7 +86,7 @@ def follow(
 
 
 @dataclass
-class _Run:
+class _PathState:
     motion: Motion
     law: Callable[..., float]
     evolve: Callable[..., None] | None

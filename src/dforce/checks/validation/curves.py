@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.results.status import Status
 from dforce.runs import approach
 
@@ -115,7 +115,7 @@ def _checks(seed: int) -> Iterator[Check]:
     yield Check("difference of the hysteresis area, of a step times A0", words, found.area, None, "1", found.area, 2.0)
 
 
-def part(quick: bool, tell: Callable[[str], None] = lambda text: None) -> Part:
+def part(quick: bool, tell: Callable[[str], None] = lambda text: None) -> ValidationPart:
     """Return this part of the validation."""
     total = 3 if quick else 30
     checks: list[Check] = []
@@ -124,6 +124,6 @@ def part(quick: bool, tell: Callable[[str], None] = lambda text: None) -> Part:
             tell(f"curves {seed + 1} to {min(seed + 10, total)} of {total}")
         checks += _checks(seed)
     checks.sort(key=lambda check: check.group)
-    return Part(
+    return ValidationPart(
         "curves", f"Approach and retract: periodic orbits against transients ({total} cases)", TEXT, tuple(checks), {}
     )

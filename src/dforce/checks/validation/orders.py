@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.forces import Force
 from dforce.forces.dmt import DMT
 from dforce.forces.hertz import Hertz
@@ -166,6 +166,6 @@ def checks(quick: bool) -> Iterator[Check]:
         )
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    return Part("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})
+    return ValidationPart("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})

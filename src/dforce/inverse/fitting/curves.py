@@ -41,7 +41,7 @@ BESIDE_END = 2e-5  # of the free amplitude: the chord between the end of a branc
 
 
 @dataclass(frozen=True)
-class Stretch:
+class BranchPoints:
     """Points on one branch: their places in the data, and their heights (m) in the order in which they are followed."""
 
     kind: int
@@ -77,7 +77,7 @@ class Solved:
     at: Array
 
 
-class Curves:
+class ModelBranches:
     """The branches of problems that differ in numbers only, at the same measured heights.
 
     Parameters
@@ -95,7 +95,7 @@ class Curves:
     def __init__(
         self,
         problem: Problem,
-        stretches: Sequence[Stretch],
+        stretches: Sequence[BranchPoints],
         settings: SolverSettings,
         tones: int,
         finer: int = 1,
@@ -164,7 +164,9 @@ class Curves:
             np.full((cases, points), np.nan),
         )
 
-    def _follow(self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved, short: Array) -> None:
+    def _follow(
+        self, block: Block, stretch: BranchPoints, offsets: Array, turns: Array, out: Solved, short: Array
+    ) -> None:
         every = np.arange(len(offsets))
         values = stretch.heights + offsets[:, None]
         first = values[:, 0]
@@ -200,7 +202,15 @@ class Curves:
                 short[case] = abs(values[case, -1] - branch.last_value[i])
 
     def _keep(
-        self, block: Block, stretch: Stretch, case: int, branch: Any, i: int, values: Array, end: Array, out: Solved
+        self,
+        block: Block,
+        stretch: BranchPoints,
+        case: int,
+        branch: Any,
+        i: int,
+        values: Array,
+        end: Array,
+        out: Solved,
     ) -> bool:
         """Keep what was found of one problem's branch, and of its end where it ends before the last point.
 

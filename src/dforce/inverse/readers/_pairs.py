@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, Table
+from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, MeasuredTable
 from dforce.inverse.words import split_heading
 
 TOKENS = {"ex": APPROACH, "rt": RETRACT}
@@ -19,7 +19,7 @@ def _part(name: str) -> tuple[str, str | None]:
     return name, None
 
 
-def has_pairs(table: Table) -> bool:
+def has_pairs(table: MeasuredTable) -> bool:
     """Say whether a table holds both directions side by side."""
     found = [_part(_whole(column)) for column in table.columns]
     names = [{name for name, part in found if part == direction} for direction in (APPROACH, RETRACT)]
@@ -30,7 +30,7 @@ def _whole(column: Column) -> str:
     return column.name if column.unit is None else f"{column.name}_{column.unit}"
 
 
-def paired(table: Table) -> Table:
+def paired(table: MeasuredTable) -> MeasuredTable:
     """Return a table in which the retract stands below the approach; columns without a direction are left out."""
     halves: dict[str, dict[str, Floats]] = {APPROACH: {}, RETRACT: {}}
     for column in table.columns:
@@ -48,7 +48,7 @@ def paired(table: Table) -> Table:
     lines = table.lines
     if lines is not None:
         lines = np.concatenate([lines[: rows[part]] for part in (APPROACH, RETRACT)])
-    return Table(tuple(columns), table.notes, segments, lines)
+    return MeasuredTable(tuple(columns), table.notes, segments, lines)
 
 
 def _filled(columns: list[Floats]) -> int:

@@ -14,7 +14,7 @@ import struct
 import numpy as np
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, Reader, Table, Words
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, MeasuredTable, Reader, Words
 
 UNITS = {
     "raw": "m",
@@ -54,7 +54,7 @@ def _fits(content: bytes) -> bool:
     return bool(HEADERS + points + sum(parts) <= len(content) + SPARE)
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curve in a binary wave.
 
     Raises
@@ -85,7 +85,7 @@ def read(content: bytes, name: str) -> list[Table]:
         key = label.lower()
         columns.append(Column(NAMES.get(key, label), UNITS.get(key), np.array(values[:, number], dtype=float)))
     segments = _segments(notes, len(values))
-    return [Table(tuple(columns), notes, segments)]
+    return [MeasuredTable(tuple(columns), notes, segments)]
 
 
 def _text(content: object) -> str:

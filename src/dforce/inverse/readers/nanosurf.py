@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, Reader, Table
+from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, MeasuredTable, Reader
 from dforce.inverse.words import known_unit
 
 START, END = b"[DataSet]", b"#!"
@@ -64,7 +64,7 @@ def is_nanosurf(content: bytes) -> bool:
     return content.startswith(START)
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in a .nid file; a spectrum of the thermal noise counts as one.
 
     Raises
@@ -113,7 +113,7 @@ def _parts(content: bytes) -> tuple[configparser.ConfigParser, list[Channel], by
     return settings, channels, blocks
 
 
-def _curves(channels: list[Channel], blocks: bytes, notes: dict[str, str]) -> list[Table]:
+def _curves(channels: list[Channel], blocks: bytes, notes: dict[str, str]) -> list[MeasuredTable]:
     """Return a table for each curve: the channels of both directions, one below the other."""
     groups: dict[str, list[Channel]] = {}
     for channel in channels:
@@ -127,7 +127,7 @@ def _curves(channels: list[Channel], blocks: bytes, notes: dict[str, str]) -> li
     return [_curve(groups, blocks, line, notes) for line in range(min(lines, last + 1))]
 
 
-def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: dict[str, str]) -> Table:
+def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: dict[str, str]) -> MeasuredTable:
     parts = [_part(group, blocks, line) for group in groups.values()]
     common = [key for key in parts[0] if all(key in part for part in parts)]
     columns = []
@@ -137,7 +137,7 @@ def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: di
     frames = [FRAMES.get(frame, "") for frame in groups]
     rows = [len(part[common[0]]) for part in parts]
     segments = np.repeat(frames, rows) if all(frames) else None
-    return Table(tuple(columns), notes, segments)
+    return MeasuredTable(tuple(columns), notes, segments)
 
 
 def _part(group: list[Channel], blocks: bytes, line: int) -> dict[tuple[str, str], Floats]:
