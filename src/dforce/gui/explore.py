@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.units import parse
 from dforce.gui.chart import packed
 from dforce.gui.figures import Figure, title, unit_of
@@ -151,7 +152,7 @@ def _cut(result: xr.Dataset, name: str, choice: Choice) -> xr.DataArray:
     return variable.isel(at | {dim: step for dim, step in steps.items() if dim in variable.dims})
 
 
-def _axis(result: xr.Dataset, dim: str) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Figure]:
+def _axis(result: xr.Dataset, dim: str) -> tuple[Array, Figure]:
     """Return the values along a dimension as they are shown, and the axis."""
     step = -(-result.sizes[dim] // MOST)
     scale, unit = unit_of(result[dim])

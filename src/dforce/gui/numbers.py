@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from nicegui import ui
 
+from dforce.core.arrays import AnyArray
 from dforce.core.quantities import NONE
 from dforce.gui.figures import Drawn, Layer, unit_of
 from dforce.results.curves import Line, Picture
@@ -31,7 +32,7 @@ class NumbersTable(ui.element, component="numbers.js"):
 class RowGroup:
     """Rows that share their values across: those of one result in one direction, stable or not; cells are texts."""
 
-    x: np.ndarray[Any, Any]
+    x: AnyArray
     columns: dict[str, list[str]] = field(default_factory=dict)
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import value_at, with_number
+from dforce.core.arrays import Array, Bools, Texts
 from dforce.experiments.motion import base_of, rows_of, scales_of, states_of
 from dforce.inverse.wishes import Goal
 from dforce.maps.operating import OperatingPoints, Wanted, solve
@@ -20,13 +21,9 @@ from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import Lot
 from dforce.solvers.states import States
 
-if TYPE_CHECKING:
-    from dforce.kernel import Array
-
 SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
 SLOPE_STEP = 5e-3  # of the logarithm of a parameter: the phase bends little over it
 Watch = Callable[[], None]
-Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass
@@ -107,7 +104,7 @@ class Solver:
             return States(np.empty((0, 2)), np.empty((0, 0)), np.empty((0, 0)))
         return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
 
-    def has_others(self, points: PlannedPoints) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def has_others(self, points: PlannedPoints) -> Bools:
         """Say whether another stable state is found at the same distance as each point, from the curves beside it."""
         out = np.zeros(len(points), dtype=bool)
         pairs = [
@@ -209,6 +206,6 @@ class Judged:
     points: PlannedPoints
     found: OperatingPoints
     others: Bools
-    hit: np.ndarray[Any, np.dtype[np.str_]]
+    hit: Texts
     bounds: Mapping[str, Array]
     excess: Array

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Texts
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
 from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.readers import READERS
-from dforce.inverse.table import RETRACT, Column, Floats, MeasuredTable, Reader, Words, segment_of
+from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
 from dforce.inverse.words import ABOVE_THE_SAMPLE, MEANINGS, bare, quantity_of
 from dforce.results.provenance import provenance
 
@@ -139,9 +140,9 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
 
 def _values(
     found: Mapping[str, Column], table: MeasuredTable, asked: Asked, name: str, history: list[str]
-) -> dict[str, Floats]:
+) -> dict[str, Array]:
     """Return the columns that are used, in SI units."""
-    values: dict[str, Floats] = {}
+    values: dict[str, Array] = {}
     wanted = [quantity for quantity in ("height", "amplitude", "phase", *OPTIONAL) if quantity in found]
     for quantity in wanted:
         taken = found["taken"].name if quantity == "height" else quantity
@@ -177,7 +178,7 @@ def _values(
 
 
 def _turn_heights(
-    values: dict[str, Floats], column: Column, reader: Reader, given: str | None, history: list[str]
+    values: dict[str, Array], column: Column, reader: Reader, given: str | None, history: list[str]
 ) -> bool:
     """Make larger heights the farther ones, in place, where their sign is given or known; say whether it is."""
     grows = given or reader.height_grows.get(quantity_of(column.name, reader.names) or "")
@@ -190,7 +191,7 @@ def _turn_heights(
     return grows is not None
 
 
-def _refuse_negative(quantity: str, values: Floats, table: MeasuredTable, name: str) -> None:
+def _refuse_negative(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:
     below = np.flatnonzero(values < 0.0)
     if len(below):
         where = table.place(int(below[0]))
@@ -199,7 +200,7 @@ def _refuse_negative(quantity: str, values: Floats, table: MeasuredTable, name: 
         )
 
 
-def _segments(found: Mapping[str, Column], table: MeasuredTable, name: str) -> Words | None:
+def _segments(found: Mapping[str, Column], table: MeasuredTable, name: str) -> Texts | None:
     """Return the part that each row belongs to, by a column of words or by the file's own."""
     column = found.get("direction")
     if column is None:
@@ -214,7 +215,7 @@ def _segments(found: Mapping[str, Column], table: MeasuredTable, name: str) -> W
     return np.array(words)
 
 
-def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, history: list[str]) -> None:
+def _check_orientation(values: Mapping[str, Array], known: bool, name: str, history: list[str]) -> None:
     """Check by the curve that larger heights are farther from the sample.
 
     Toward the sample the amplitude falls; with a frequency shift, its size grows.
@@ -246,7 +247,7 @@ def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, his
 
 
 def _turn_phases(
-    values: dict[str, Floats], convention: str | None, directions: Words, name: str, history: list[str]
+    values: dict[str, Array], convention: str | None, directions: Texts, name: str, history: list[str]
 ) -> str:
     """Make lags of the phases, in place, where their convention is known; return the convention that they have then."""
     if convention is not None and convention not in CONVENTIONS:
@@ -274,7 +275,7 @@ def _turn_phases(
     return "lag"
 
 
-def _join(phase: Floats, directions: Words) -> None:
+def _join(phase: Array, directions: Texts) -> None:
     """Take whole turns out between the ends of approach and retract, in place."""
     back = directions == RETRACT
     if back.any() and not back.all():

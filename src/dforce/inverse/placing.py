@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dforce.core import units as known_units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
-from dforce.inverse.table import Column, Floats, MeasuredTable, Reader
+from dforce.inverse.table import Column, MeasuredTable, Reader
 from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, quantity_of, scale_to
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
@@ -23,7 +24,7 @@ FEWEST = 8  # points of a curve
 class Placed(NamedTuple):
     """The quantities of a table: numbers in SI units by name, the columns that they came from, and sentences."""
 
-    values: dict[str, Floats]
+    values: dict[str, Array]
     columns: dict[str, Column]
     history: list[str]
 
@@ -111,7 +112,7 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
         )
 
 
-def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | str | None, name: str) -> Floats:
+def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | str | None, name: str) -> Array:
     """Return the numbers of a column in the unit that its quantity is stored in.
 
     Raises
@@ -164,7 +165,7 @@ def _sensitivity(given: float | str) -> float:
     return value
 
 
-def refuse_gaps(quantity: str, values: Floats, table: MeasuredTable, name: str) -> None:
+def refuse_gaps(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:
     """Refuse a column that has a value which is no finite number.
 
     Raises

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.inverse._plan_result import result_of
-from dforce.inverse._states import Bools, Judged, PlannedPoints, Rest, Solver, one_of_each
+from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
@@ -24,7 +25,6 @@ from dforce.runs import watched
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary

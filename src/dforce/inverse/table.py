@@ -6,10 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-import numpy as np
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-Words = np.ndarray[Any, np.dtype[np.str_]]
+from dforce.core.arrays import Array, Indices, Texts
 
 APPROACH, RETRACT, PAUSE = "approach", "retract", "pause"
 SEGMENTS = {
@@ -25,7 +22,7 @@ class Column(NamedTuple):
 
     name: str
     unit: str | None
-    values: Floats | Words
+    values: Array | Texts
 
 
 @dataclass(frozen=True)
@@ -116,8 +113,8 @@ class MeasuredTable:
 
     columns: tuple[Column, ...]
     notes: Mapping[str, str] = field(default_factory=dict)
-    segments: Words | None = None
-    lines: np.ndarray[Any, np.dtype[np.int64]] | None = None
+    segments: Texts | None = None
+    lines: Indices | None = None
     position: tuple[float, float] | None = None
     label: str = ""
     reader: Reader = OF_NOBODY

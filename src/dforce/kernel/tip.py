@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.first_answer import may_be_early
-from dforce.kernel import Array, Kernel, any_force, behind, load_any, load_laws, size_of
+from dforce.kernel import Kernel, any_force, behind, load_any, load_laws, size_of
 from dforce.kernel.codegen import OTHERS, native_types
 from dforce.problem import Problem
 

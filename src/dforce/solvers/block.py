@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Indices
 from dforce.integrators.lanes import padded
-from dforce.kernel import Array
 from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
 from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
@@ -23,7 +23,7 @@ from dforce.solvers.beside import solver
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
-from dforce.solvers.problem_batch import Indices, Levers, Lot
+from dforce.solvers.problem_batch import Levers, Lot
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.retune import retune

@@ -10,11 +10,11 @@ from typing import Any, cast
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 from dforce.forces import Force
 from dforce.kernel.linker import compile_function
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 Motion = Callable[[float], tuple[float, float]]
 
 

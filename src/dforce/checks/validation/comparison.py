@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array
 from dforce.experiments.base import Start, initial_motion
-from dforce.kernel import Array
 from dforce.observables.averaging import weights, window_length
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings

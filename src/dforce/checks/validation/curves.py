@@ -11,10 +11,10 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.checks.validation.checks import Check, ValidationPart
+from dforce.core.arrays import Array, Bools
 from dforce.results.status import Status
 from dforce.runs import approach
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 SAME = 2e-5  # of A0: a transient settles to 1e-6 of it, and what is left is more where multipliers are near one
 STEP = 0.1e-9  # m
 JUMP = 6.0  # steps of the distance: more than any branch turns in one
@@ -52,7 +52,7 @@ def both_ways(case: Case, zc: Array) -> tuple[Any, Any]:
     return orbits, transients
 
 
-def jumps(zc: Array, motion: Any, sound: np.ndarray[Any, np.dtype[np.bool_]]) -> list[int]:
+def jumps(zc: Array, motion: Any, sound: Bools) -> list[int]:
     """Return the steps between sound points in which the complex amplitude jumps."""
     large = np.abs(np.diff(motion)) > JUMP * np.abs(np.diff(zc))
     return [int(i) for i in np.flatnonzero(large & sound[1:] & sound[:-1])]

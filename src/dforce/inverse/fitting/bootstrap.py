@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.inverse.fitting.minimize import Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel
-from dforce.kernel import Array
 
 TIMES = 3.0  # lengths of correlation in a block
 LEAST_BLOCKS = 5  # in a branch

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError
 from dforce.inverse.fitting.edges import over_edges
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
-from dforce.kernel import Array
 from dforce.observables.averaging import weights
 from dforce.observables.complex_numbers import phase_lag
 from dforce.observables.finish import finish_each
@@ -68,7 +68,7 @@ class Solved:
     """
 
     values: Array
-    lost: np.ndarray[Any, np.dtype[np.bool_]]
+    lost: Bools
     short: Array
     x: Array
     memory: Array

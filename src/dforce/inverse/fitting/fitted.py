@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from dforce.case import Case, Fit
+from dforce.core.arrays import Array
 from dforce.inverse.fitting.bootstrap import Bootstrap
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.minimize import Minimum
@@ -14,7 +15,6 @@ from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
 from dforce.inverse.fitting.starts import Start
 from dforce.inverse.fitting.unknowns import Unknown
-from dforce.kernel import Array
 
 
 @dataclass

@@ -11,6 +11,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core import units
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.listing import aligned, in_parts
 from dforce.experiments import Approach
@@ -20,7 +21,6 @@ from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.typed import DEGREE, number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
-from dforce.kernel import Array
 from dforce.results.provenance import provenance
 from dforce.solvers.block import Block
 from dforce.solvers.quasi_static_walk import Walk
@@ -48,8 +48,8 @@ class _Branches:
 
     unknowns: list[Unknown]
     jacobian: Array
-    kind: np.ndarray[Any, np.dtype[np.int64]]
-    nearer: np.ndarray[Any, np.dtype[np.bool_]]
+    kind: Indices
+    nearer: Bools
 
 
 @checked

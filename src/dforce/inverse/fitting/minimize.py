@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import DForceError
 from dforce.inverse.fitting.model import CurveModel, Prediction
 from dforce.inverse.fitting.unknowns import limits
-from dforce.kernel import Array
 
 OUTSIDE = 1e3  # standard deviations at each point, where there is no problem at all
 EXACT, ROUGH = 1e-11, 1e-3  # relative changes of chi2 at which a minimum is found

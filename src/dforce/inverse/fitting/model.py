@@ -10,11 +10,11 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import DForceError
 from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, Solved, wrapped
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
-from dforce.kernel import Array
 from dforce.problem import Problem
 
 ANEW = 100.0  # times the steps
@@ -37,7 +37,7 @@ class Prediction:
     """
 
     values: Array
-    lost: np.ndarray[Any, np.dtype[np.bool_]]
+    lost: Bools
     short: Array
     solved: Solved
 

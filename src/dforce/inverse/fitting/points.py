@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, shorten
 from dforce.inverse.fitting.typed import number_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
@@ -64,8 +64,8 @@ class MeasuredPoints:
     height: Array
     amplitude: Array
     phase: Array
-    branch: np.ndarray[Any, np.dtype[np.int64]]
-    used: np.ndarray[Any, np.dtype[np.bool_]]
+    branch: Indices
+    used: Bools
     amplitude_error: Array
     phase_error: Array
     correlation: float

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.inverse.fitting.folds import slide
 from dforce.inverse.fitting.minimize import EXACT, ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.unknowns import limits
-from dforce.kernel import Array
 
 STEPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)  # of the error, to each side, until both levels are passed
 ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %

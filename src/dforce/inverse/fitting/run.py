@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, Fit
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import heard, late_stop_waits
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
@@ -25,7 +26,6 @@ from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
-from dforce.kernel import Array
 from dforce.runs import watched
 
 if TYPE_CHECKING:

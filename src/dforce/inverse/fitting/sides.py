@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import DForceError
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.folds import fold_beside
@@ -20,7 +21,6 @@ from dforce.inverse.fitting.minimize import Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel, allowed
 from dforce.inverse.fitting.profile import Way, end_of
 from dforce.inverse.fitting.unknowns import NUISANCE, limits
-from dforce.kernel import Array
 
 SURE = 1.96  # standard deviations of an interval of 95 %
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for

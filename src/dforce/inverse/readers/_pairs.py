@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, MeasuredTable
+from dforce.core.arrays import Array
+from dforce.inverse.table import APPROACH, RETRACT, Column, MeasuredTable
 from dforce.inverse.words import split_heading
 
 TOKENS = {"ex": APPROACH, "rt": RETRACT}
@@ -32,7 +33,7 @@ def _whole(column: Column) -> str:
 
 def paired(table: MeasuredTable) -> MeasuredTable:
     """Return a table in which the retract stands below the approach; columns without a direction are left out."""
-    halves: dict[str, dict[str, Floats]] = {APPROACH: {}, RETRACT: {}}
+    halves: dict[str, dict[str, Array]] = {APPROACH: {}, RETRACT: {}}
     for column in table.columns:
         name, part = _part(_whole(column))
         if part is not None and column.values.dtype.kind == "f":
@@ -51,7 +52,7 @@ def paired(table: MeasuredTable) -> MeasuredTable:
     return MeasuredTable(tuple(columns), table.notes, segments, lines)
 
 
-def _filled(columns: list[Floats]) -> int:
+def _filled(columns: list[Array]) -> int:
     """Return how many rows are filled: the shorter direction ends in blanks."""
     filled = np.flatnonzero(np.any([np.isfinite(column) for column in columns], axis=0))
     return int(filled[-1]) + 1 if len(filled) else 0

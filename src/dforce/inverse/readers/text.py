@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Texts
 from dforce.core.errors import ResultError, shorten
 from dforce.inverse.readers._pairs import has_pairs, paired
-from dforce.inverse.table import Column, MeasuredTable, Reader, Words, segment_of
+from dforce.inverse.table import Column, MeasuredTable, Reader, segment_of
 from dforce.inverse.words import known_unit, split_heading
 
 POINT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
@@ -269,7 +270,7 @@ def _notes(comments: Iterable[TextLine]) -> dict[str, str]:
     return notes
 
 
-def _segments(lines: Sequence[TextLine], rows: Sequence[int]) -> Words | None:
+def _segments(lines: Sequence[TextLine], rows: Sequence[int]) -> Texts | None:
     """Return the part of the curve that each row belongs to, as comments between the blocks tell it."""
     said = {
         place: segment_of(line.text.partition(":")[2])

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
+from dforce.core.arrays import Array
 from dforce.inverse.reconstruction._gaps import Gap, gap_covariance, gaps_in
-from dforce.inverse.reconstruction._law import Array, Law, force_of, laid
+from dforce.inverse.reconstruction._law import Law, force_of, laid
 from dforce.inverse.reconstruction._least import LeastSquares, evidence, solve
 from dforce.inverse.reconstruction._path import Paths, Rows, closest, impulse, no_paths, paths_of, rows_of, virials
 from dforce.inverse.reconstruction._points import Balance, CurvePoints

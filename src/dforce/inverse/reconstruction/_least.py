@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 import scipy.optimize
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
 
 LEAST = 1e-12  # smallest singular value that counts, as a share of the largest: below it is rounding
 MORE = 2.0  # times the number of points: a chi2 beyond is no noise

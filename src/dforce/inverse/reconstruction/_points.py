@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, case_of
+from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.instrument import Cantilever, Drive, ModeNumbers
-from dforce.inverse.reconstruction._law import Array
-from dforce.inverse.reconstruction._path import HARMONICS, Complex, Motions
+from dforce.inverse.reconstruction._path import HARMONICS, Motions
 from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
@@ -140,14 +140,14 @@ def _lagging(mode: ModeNumbers, cotangent: Array) -> Array:
     return np.array(found)[where]
 
 
-def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, problem: Problem) -> Balance:
+def _balance(height: Array, tip: Complexes, force: Complexes, frequency: Array, problem: Problem) -> Balance:
     response = np.stack([sum(_mode_responses(problem, order * frequency)) for order in range(HARMONICS + 1)], axis=1)
     mobility = sum(mode.oscillator[0] ** 2 / mode.k for mode in problem.modes) / frequency**2
     work = force * tip.conj()
     return Balance(Motions(height, np.abs(tip), frequency, response, mobility), 0.5 * work.real, -np.pi * work.imag)
 
 
-def _mode_responses(problem: Problem, frequency: Array) -> list[Complex]:
+def _mode_responses(problem: Problem, frequency: Array) -> list[Complexes]:
     """Return the answer of each mode to a force (m/N) at frequencies (Hz)."""
     return [np.asarray(1.0 / mode.stiffness(frequency), dtype=complex) for mode in problem.modes]
 

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._gaps import Gap
 from dforce.inverse.reconstruction._invert import Inverse
-from dforce.inverse.reconstruction._law import Array, Law, force_of
+from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
