@@ -255,7 +255,7 @@ def test_the_last_drawing_is_of_what_is_to_be_shown_last(tmp_path):
             show(page, result())
             page.plots.redraw()
             await asyncio.sleep(0.05)
-            page.view.curve = views.Curve(DOCUMENT, result("5 nm"))
+            page.view.curve = views.DrawnResult(DOCUMENT, result("5 nm"))
             later = asyncio.create_task(page.view.draw())
             page.plots.redraw()
             await asyncio.sleep(0.05)
