@@ -75,7 +75,7 @@ def reconstruct(
         df.plot.save(df.plot.reconstruction(found, df.plot.Sheet(), formulas=formulas), plot)
     files = [str(path) for path in (output, plot) if path is not None]
     notes = [line for line in str(found.attrs["notes"]).splitlines() if line]
-    code = SOME_POINTS_FAILED if (found["force_status"].values != 0).any() else DONE
+    code = DONE if (found["force_status"].values == 0).any() else SOME_POINTS_FAILED  # a gap goes with any jump
     if printed.json:
         print_json({**_found(found), "notes": notes, "files": files, "exit_code": code})
     elif not printed.quiet:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_WORKERS = 100_000
+MOST_LINES = 30  # of states at a set point
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,31 @@ def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
     done = points - counted(result).get(df.Status.NOT_COMPUTED, 0)
     share = f"{points}" if done == points else f"{done} of {points}"
     lines = [source.case.title] if source.case.title else []
-    return [*lines, f"{share} points in {seconds:.3g} s, over {sizes}"]
+    states = [_shown(result, state) for state in _states(result)]
+    more = [f"and {len(states) - MOST_LINES} more states"] if len(states) > MOST_LINES else []
+    return [*lines, f"{share} points in {seconds:.3g} s, over {sizes}", *states[:MOST_LINES], *more]
+
+
+def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Give the states at the set point of a sweep: the values of the case, and what is found there, in SI."""
+    import numpy as np
+
+    if "crossing" not in result.dims:
+        return
+    names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
+    for place in np.argwhere(np.isfinite(result["zc"].values)):
+        one = result.isel(dict(zip(result["zc"].dims, place.tolist(), strict=True)))
+        yield {str(name): one[name].values.flat[0].item() for name in names if name in one.variables}
+
+
+def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
+    """Return a state at the set point in a line."""
+    from dforce.findings.finding import number
+
+    units = {name: str(result[name].attrs.get("units", "1")) for name in state}
+    return ", ".join(
+        value if isinstance(value, str) else f"{name} {number(value, units[name])}" for name, value in state.items()
+    )
 
 
 def _answer(
@@ -158,5 +184,6 @@ def _answer(
         "seconds": round(seconds, 3),
         "exit_code": code,
         "sizes": {str(name): size for name, size in result.sizes.items()},
-        **{key: value for key, value in as_json(result).items() if key != "found"},
+        "at_set_point": list(_states(result)),
+        **{key: value for key, value in as_json(result).items() if key in ("points", "advice")},
     }
