@@ -17,7 +17,7 @@ import synthetic
 import xarray as xr
 
 import dforce as df
-from dforce.core import kinds
+from dforce.core import argument_kinds as kinds
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 
