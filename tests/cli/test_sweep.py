@@ -187,7 +187,7 @@ def test_a_store_that_another_process_writes_is_one_sentence():
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["figure-3-air", "-o", "x.nc"], "does not say what to vary"),
+        (["figure-3-air", "-o", "x.nc"], "has no table [sweep]"),
         (["map.toml", "-o", "x.txt"], "use a name ending in"),
         (["map.toml", "-o", "x.nc", "--workers", "0"], "--workers is '0'"),
         (["map.toml", "-o", "x.nc", "--at-set-point", "high"], "not a number"),

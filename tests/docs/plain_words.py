@@ -74,7 +74,7 @@ def faults(sentence: str) -> list[str]:
 
 
 # ---------------------------------------------------------------------------------------------------- text to sentences
-_END = re.compile(r"(?<=[.!?])[)\"'”*_]*\s+(?=[\"'“(*_`]*[A-Z0-9`{§]|dForce|[a-z]+`)")
+_END = re.compile(r"(?<=[.!?])[)\"'”*_]*\s+(?=[\"'“(*_`]*[A-Z0-9`{§]|dForce|[a-z]+`|[a-z_]+:)")
 _SHORT = re.compile(
     r"\b(?:e\.g|i\.e|cf|vs|Fig|Eq|Eqs|Sec|Ref|Refs|No|al|approx|resp|Phys|Rev|Appl|Lett|Nanotechnol|Beilstein J|J|[A-Z])\.$"
 )
@@ -203,7 +203,9 @@ def _of_source(path: Path, docstrings: bool) -> Iterator[tuple[int, str]]:
                 documented[first.value] = public
 
     document(tree, True)
-    inside: set[ast.AST] = set()
+    inside: set[ast.AST] = {
+        node.value for node in ast.walk(tree) if isinstance(node, ast.Expr) and node.value not in documented
+    }
     for node in ast.walk(tree):
         if node in documented:
             if docstrings and documented[node]:

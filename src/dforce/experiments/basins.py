@@ -95,7 +95,7 @@ class Basins(MotionExperiment):
     kind: Literal["basins"] = "basins"
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     amplitude: Part[AmplitudeGrid | None] = part(
-        None, description="initial amplitudes; default, without other grids: up to 1.2 times the free amplitude"
+        None, description="initial amplitudes; default: up to 1.2 times the free amplitude"
     )
     phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; default: 0 to 360 degrees")
     deflection: Part[DeflectionGrid | None] = part(
