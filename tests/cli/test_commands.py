@@ -176,7 +176,9 @@ def test_ctrl_c_keeps_the_points_and_says_how_to_continue(here, ran):
     ran(interrupted)
     done = invoke("run", "case.toml", "-o", "out.nc")
     assert done.exit_code == 130
-    assert done.stderr == ("dforce: stopped; 40 of 111 points are finished and kept; continue with: dforce run out.nc\n")
+    assert done.stderr == (
+        "dforce: stopped; 40 of 111 points are finished and kept; continue with: dforce run out.nc\n"
+    )
     assert df.read(here / "out.nc").attrs["interrupted"] == 1
 
 

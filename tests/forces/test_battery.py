@@ -136,7 +136,7 @@ def test_a_hidden_dissipation_and_a_source_of_energy_are_found(registry):
     def push(d, rate, t, stiffness, a0):
         return stiffness * rate
 
-    assert "say dissipative" in problems(spring(drag))
+    assert "set dissipative" in problems(spring(drag))
     REGISTRY.pop("tried")
     assert "gives" in problems(spring(push, dissipative=True))
 
