@@ -67,7 +67,7 @@ def test_a_kept_result_is_drawn_beside_other_files(here: Path, name: str, words:
         (
             "sweep",
             "--quantity peak_force --over A0",
-            "is no curve over 'A0': it goes along A0 and youngs_modulus and zc",
+            "is not a curve over 'A0': it goes along A0 and youngs_modulus and zc",
         ),
         ("curve", "--quantity phase,amplitude --over A0,k", "a map draws one --quantity over two parameters"),
         ("nothing", "", "there is no file"),

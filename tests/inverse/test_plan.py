@@ -358,7 +358,7 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(tmp_path: Path, monkey
         r"holds nowhere: the best value is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 0.9",
         none.stdout,
     )
-    assert "Searched were drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
+    assert "The search covered drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
     assert "peak_force is the limit in the way" in none.stderr
     assert "least violation: A0" in none.stdout
 

@@ -184,7 +184,7 @@ def test_tones_without_a_common_period_are_refused_in_one_sentence():
         ({"zc": "9 nm"}, "one distance; write a range, or a parameter"),
         ({"zc": ("9 nm", "9 nm")}, "starts and stops at one distance"),
         ({"zc": ("9 nm", "8 nm"), "start": 1.0}, "start and stop need a parameter"),
-        ({"zc": ("9 nm", "8 nm"), "parameter": "drive.A0"}, "is a range, and so is that of drive.A0"),
+        ({"zc": ("9 nm", "8 nm"), "parameter": "drive.A0"}, "is a range, and so is the range of drive.A0"),
         ({"zc": "9 nm", "parameter": "drive.A0", "start": "1 nm"}, "experiment.start and stop .* are missing"),
         ({"zc": "9 nm", "parameter": "drive.frequncy", "start": 1e4, "stop": 2e4}, "did you mean 'drive.frequency'"),
         (

@@ -350,8 +350,8 @@ def test_a_setting_of_numba_that_changes_the_code_is_another_kernel(monkeypatch)
     ("variable", "value", "words"),
     [
         ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT turns off numba"),
-        ("NUMBA_NUM_THREADS", "0", "look at the environment variable NUMBA_NUM_THREADS"),
-        ("NUMBA_NUM_THREADS", "-3", "look at the environment variable NUMBA_NUM_THREADS"),
+        ("NUMBA_NUM_THREADS", "0", "check the environment variable NUMBA_NUM_THREADS"),
+        ("NUMBA_NUM_THREADS", "-3", "check the environment variable NUMBA_NUM_THREADS"),
         ("NUMBA_NUM_THREADS", "x", "its associated value 'x' could not be parsed; check the environment variable"),
     ],
 )

@@ -140,7 +140,7 @@ def test_states_are_drawn_on_the_axis_of_each_quantity_and_in_its_unit():
     ("other", "sentence"),
     [
         (lambda: loop()[0], "has no curves of states"),
-        (lambda: loop()[1].assign_attrs(along="youngs_modulus"), "go along youngs_modulus"),
+        (lambda: loop()[1].assign_attrs(along="youngs_modulus"), "lie along youngs_modulus"),
         (lambda: loop()[1].assign_attrs(case=df.example("figure-3-air").to_toml()), "different instruments, samples or forces"),
     ],
 )  # fmt: skip

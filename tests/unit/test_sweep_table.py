@@ -203,7 +203,7 @@ def test_set_points_and_jumps_of_relative_distances_are_those_of_the_curves_alon
         ({"rows": {"drive.A0": [1e-9]}, "along": "cases"}, "along needs over"),
         ({"over": {"drive.A0": [1e-9]}, "along": "case"}, "did you mean 'cases'"),
         ({"over": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}, "along": "cases"}, "each case needs one value"),
-        ({"over": {"drive": [{"A0": "6 nm"}]}}, "which each value of drive may change"),
+        ({"over": {"drive": [{"A0": "6 nm"}]}}, "but drive may change A0"),
     ],
 )
 def test_a_mistake_with_cases_or_shares_is_one_sentence(values, sentence):

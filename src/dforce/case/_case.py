@@ -59,8 +59,8 @@ class About(Parameters):
 class Case(Parameters):
     """A whole case: instrument, forces, experiment and solver.
 
-    Every section may be given as an object (:class:`dforce.Tip`) or as a table (a dict with the same keys).
-    A case is frozen and has been checked as a whole: :attr:`problem` holds it in SI, defaults filled in.
+    Every section is an object (:class:`dforce.Tip`) or a table (a dict with the same keys). A case is frozen and checked as a
+    whole. :attr:`problem` is the case in SI with all defaults.
 
     Raises
     ------
@@ -92,7 +92,7 @@ class Case(Parameters):
 
     @classmethod
     def root(cls) -> str:
-        """Return nothing: paths in messages start at the case's sections."""
+        """Return an empty prefix: paths in messages start at the sections of the case."""
         return ""
 
     @pydantic.model_validator(mode="before")
@@ -162,7 +162,7 @@ class Case(Parameters):
 
     @property
     def instrument(self) -> Instrument:
-        """The sections that a problem is made of, beside the forces and the noise."""
+        """The sections of the instrument, without forces and noise."""
         return Instrument(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.readout)
 
     @functools.cached_property
@@ -180,13 +180,12 @@ class Case(Parameters):
     def replace(self, path: str | None = None, value: object = None, **changes: Any) -> Self:
         """Return a new case with one value changed, validated again.
 
-        The description (`about`) is of the case as it was: it goes when anything but the title becomes another, unless it
-        is given anew.
+        The description (`about`) belongs to the old case: any change except the title removes it, unless you pass a new one.
 
         Parameters
         ----------
         path
-            Where, with dots: ``"sample.youngs_modulus"``, ``"forces.dmt.hamaker"`` or ``"forces.1.hamaker"``,
+            Path with dots: ``"sample.youngs_modulus"``, ``"forces.dmt.hamaker"`` or ``"forces.1.hamaker"``,
             ``"cantilever.modes.2.Q"``. Lists count from 1; a single mode or tone may be left out of the path
             (``"cantilever.Q"``).
         value
@@ -197,7 +196,7 @@ class Case(Parameters):
         Raises
         ------
         ParameterError
-            For a path that the case does not have, with the nearest one, or a value that is not allowed.
+            For an unknown path, with the nearest path, or for a value that is not allowed.
         """
         return self._with([] if path is None else [(path, value)], changes)
 
@@ -211,12 +210,12 @@ class Case(Parameters):
 
     @checked
     def quantity(self, path: str) -> ParameterQuantity:
-        """Return what is declared about the number at a path (see :meth:`replace`): unit, symbol, meaning, bounds.
+        """Return unit, symbol, meaning and bounds of the number at a path (see :meth:`replace`).
 
         Raises
         ------
         ParameterError
-            For a path that the case does not have, with the nearest one, or that leads to no number.
+            For an unknown path, with the nearest path, or for a path to something else than a number.
         """
         return quantity_at(self, path)
 
@@ -224,8 +223,8 @@ class Case(Parameters):
     def set(self, *assignments: str) -> Self:
         """Return a new case after assignments like ``"sample.youngs_modulus=2 GPa"``, as on a command line.
 
-        The description (`about`) goes as in :meth:`replace`.
-        A value is read as TOML where it is TOML (``5``, ``true``, ``["9 nm", "1 nm"]``), else as text.
+        The description (`about`) is removed as in :meth:`replace`. A value is read as TOML if it is valid TOML (``5``,
+        ``true``, ``["9 nm", "1 nm"]``), else as text.
 
         Raises
         ------
@@ -261,10 +260,10 @@ class Case(Parameters):
 
     @checked
     def to_toml(self, complete: bool = False) -> str:
-        """Return the case as the text of a case file; :meth:`from_toml` gives back an equal case.
+        """Return the case as the text of a case file; :meth:`from_toml` reads it back as an equal case.
 
-        Without `complete` the text holds what was given; with it also every default, so that it means the
-        same to a version of dForce whose defaults differ.
+        Without `complete` the text contains your values only. With `complete` it also contains every default, so that a version
+        of dForce with other defaults reads the same case.
         """
         return text_of(self, complete)
 
@@ -282,12 +281,12 @@ class Case(Parameters):
     @classmethod
     @checked
     def from_toml(cls, text: str) -> Self:
-        """Return the case that a TOML text describes.
+        """Return the case in a TOML text.
 
         Raises
         ------
         CaseError
-            When the text is not TOML, holds nothing, or is longer than a megabyte.
+            When the text is not TOML, is empty, or is longer than a megabyte.
         ParameterError
             When it is TOML but not a case.
         """

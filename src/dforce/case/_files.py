@@ -29,19 +29,19 @@ def example(name: str) -> Case:
     Raises
     ------
     ParameterError
-        When there is no example of this name; the sentence holds the nearest one.
+        When no example has this name; the sentence contains the nearest name.
     """
     return Case.from_toml(library.example_text(name))
 
 
 @checked
 def load_case(path: str | os.PathLike[str]) -> Case:
-    """Return a case by name: that in a case file (TOML), that of a result, or a shipped example where there is no such file.
+    """Return the case in a case file (TOML) or in a result; without such a file, the shipped example of this name.
 
     Raises
     ------
     CaseError
-        When the file cannot be read as a case; the sentence says why, and where.
+        When the file cannot be read as a case; the sentence contains the reason and the line.
     """
     file = Path(path)
     name = shorten(str(path), 200)

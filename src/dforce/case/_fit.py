@@ -16,7 +16,7 @@ LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
 
 
 class Data(Parameters):
-    """A measured curve: its file, and how that is to be read."""
+    """A measured curve: its file, and the settings to read it."""
 
     title_of: ClassVar[str] = "data"
 
@@ -62,7 +62,7 @@ class Data(Parameters):
 
 
 class Fit(Parameters):
-    """Which parameters of a case are told from a measured curve, and what is known beforehand."""
+    """Parameters to fit from a measured curve, and prior values."""
 
     title_of: ClassVar[str] = "fit"
 

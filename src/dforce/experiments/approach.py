@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Approach(DistanceExperiment):
-    """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
+    """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is solved."""
 
     kind: Literal["approach"] = "approach"
     zc: Part[Distances] = param(
@@ -54,13 +54,13 @@ class Approach(DistanceExperiment):
         return self
 
     def distances(self, A0: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the average distances (m), as given; shares are those of `A0` (m)."""
+        """Return the average distances (m) in your order; shares refer to `A0` (m)."""
         if isinstance(self.zc, RelativeGrid):
             return np.asarray(self.zc.values() * A0)
         return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
 
     def visits(self) -> list[tuple[int, ...]]:
-        """Return the places of the result in the order in which the tip comes to them."""
+        """Return the indices of the result in the order of the tip's path."""
         far_to_near = [int(i) for i in np.argsort(-self.distances(), kind="stable")]
         if self.direction == "approach":
             return [(i,) for i in far_to_near]

@@ -81,10 +81,10 @@ class VelocityGrid(Even):
 
 
 class Basins(MotionExperiment):
-    """At one average distance the motion starts from every point of a grid; where it settles is its state.
+    """At one average distance the motion starts from every point of a grid, and settles to a state.
 
-    The start is that of the first tone's mode: an amplitude and a phase lag, or a deflection and a velocity at the drive's
-    phase zero. Modes driven by other tones start with their free motion, the sample rested.
+    The grid sets the start of the first tone's mode: amplitude and phase lag, or deflection and velocity at phase zero of the
+    drive. Modes of other tones start with their free motion, and the sample starts relaxed.
     """
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
@@ -132,7 +132,7 @@ class Basins(MotionExperiment):
         earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
     ) -> xr.Dataset:
-        """Return which state each start leads to, and the states; see :class:`Experiment`."""
+        """Return the state of each start, and the states; see :class:`Experiment`."""
         import xarray as xr
 
         from dforce.core.parallel import Crew

@@ -34,7 +34,7 @@ FREQUENCY = re.compile(r"drive(?:\.tones\.(\d+))?\.frequency")
 
 
 class Span(Parameters):
-    """A range of average distances, along which states are followed from `start` on."""
+    """A range of average distances; states are followed from `start` on."""
 
     title_of: ClassVar[str] = "zc"
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Dwell(MotionExperiment):
-    """The tip stays at one average distance; its motion is recorded once it has settled."""
+    """The tip stays at one average distance; its motion is recorded after settling."""
 
     kind: Literal["dwell"] = "dwell"
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")

@@ -57,8 +57,8 @@ def _frequencies(given: Any) -> Any:
 class FrequencySweep(MotionExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
-    The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument
-    where the drive is set at resonance and only its frequency is swept: `A0` is the amplitude of the free curve there.
+    The force produces the free amplitude `A0` at the drive frequency of the case, as on an instrument with a constant drive
+    signal: `A0` is the amplitude of the free curve at this frequency.
     """
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
@@ -88,11 +88,11 @@ class FrequencySweep(MotionExperiment):
         return self
 
     def frequencies(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the frequencies (Hz), as given."""
+        """Return the frequencies (Hz) in your order."""
         return self.frequency.values() if isinstance(self.frequency, FrequencyGrid) else np.array(self.frequency)
 
     def visits(self) -> list[tuple[int, ...]]:
-        """Return the places of the result in the order in which the drive comes to them."""
+        """Return the indices of the result in the order of the sweep."""
         upward: list[int] = [int(i) for i in np.argsort(self.frequencies(), kind="stable")]
         if self.direction == "up":
             return [(i,) for i in upward]

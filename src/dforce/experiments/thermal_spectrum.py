@@ -43,7 +43,7 @@ FACTORS = ("static, 0.817", "static, no factor", "each mode", "each mode, 0.817"
 
 
 class ThermalSpectrum(Experiment):
-    """The lever moves by heat alone, far from the sample; its spectrum is fitted, as to calibrate spring constants."""
+    """The free lever has only thermal motion, far from the sample; its spectrum is fitted to calibrate spring constants."""
 
     kind: Literal["thermal_spectrum"] = "thermal_spectrum"
     duration: Number = param("1 s", above="0 s", doc="length of the record")
@@ -74,7 +74,7 @@ class ThermalSpectrum(Experiment):
         earlier: xr.Dataset | None = None,
         case: CaseLike | None = None,
     ) -> xr.Dataset:
-        """Return the spectrum, its fit and the spring constants; see :class:`Experiment`. A part of a record is not kept."""
+        """Return the spectrum, its fit and the spring constants; see :class:`Experiment`. A stopped record is not kept."""
         import xarray as xr
 
         from dforce.results.dataset import describe

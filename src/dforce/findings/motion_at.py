@@ -44,31 +44,31 @@ UNSETTLED = "The motion did not settle here. The picture shows a part of it, whi
 def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | None = None) -> xr.Dataset:
     """Return the motion at one point of a result, as traces over two periods of the first tone.
 
-    The motion is sought from the one that the result keeps, or from the amplitudes, phases and harmonics of the point: the
-    periodic orbit itself where there is one, stable or not, else what a transient from there settles into. It is the state
-    of the point, or there is an error.
+    The search starts from the motion in the result, or from the amplitudes, phases and harmonics of the point. It finds the
+    periodic orbit if one exists, stable or not, else the settled transient. The motion is the state of the point; otherwise an
+    error is raised.
 
     Parameters
     ----------
     point
         A result of any experiment with one point chosen, such as ``result.sel(zc=5e-9, direction="retract")``.
     progress
-        Called now and then as ``progress(0, 1, note)``; it gives up by raising KeyboardInterrupt.
+        Called now and then as ``progress(0, 1, note)``; raise KeyboardInterrupt in it to stop.
 
     Returns
     -------
     xarray.Dataset
-        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as of a dwell, and its
-        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence where the
-        motion is no steady state that an experiment shows, else empty; ``attrs["periods"]`` are the periods of the first
-        tone, and ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) what a drawing of the tip needs.
+        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as in a dwell, and its
+        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence if no
+        experiment shows this motion, else empty. ``attrs["periods"]`` is the number of periods of the first tone;
+        ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
 
     Raises
     ------
     ParameterError
-        When it is no result with one point, or carries no case.
+        When the argument is not one point of a result, or contains no case.
     ResultError
-        When the point has no motion, or it was not found anew.
+        When the point has no motion, or the motion was not found again.
     """
     case, problem = _origin(point)
     if case.solver.integrator == "langevin":

@@ -15,7 +15,7 @@ from dforce.core.parameters import Numbers, Parameters, param
 
 
 class Drift(Parameters):
-    """What was seen of a lever on its way to the sample, before contact: Q, the free amplitude, or both."""
+    """Measured changes of a lever near the sample, before contact: Q, the free amplitude, or both."""
 
     title_of: ClassVar[str] = "cantilever.drift"
     example: ClassVar[Mapping[str, Any]] = {"zc": ["0 um", "5 um"], "Q": [180, 200]}

@@ -69,7 +69,7 @@ def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
 
 
 class Tone(Parameters):
-    """One tone of the drive, by the free amplitude that it gives its mode, or by the amplitude of the base."""
+    """One tone of the drive, by the free amplitude of its mode, or by the amplitude of the base."""
 
     A0: MaybeNumber = param(
         None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude of its mode, at its frequency"
@@ -109,7 +109,7 @@ class Tone(Parameters):
 
 
 class Drive(Parameters):
-    """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or a shaken base."""
+    """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or base excitation."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag"),
@@ -191,7 +191,7 @@ class Drive(Parameters):
             raise ParameterError('drive.base_amplitude needs base excitation; write excitation = "base"')
 
     def base(self) -> BaseMotion | None:
-        """Return how the base is shaken; None under a force."""
+        """Return the motion of the base; None under a force."""
         if self.excitation == "force":
             return None
         return BaseMotion(self.fluid_follows, *((self.piezo.f0, self.piezo.Q) if self.piezo else ()))
@@ -202,7 +202,7 @@ class Drive(Parameters):
         Raises
         ------
         ParameterError
-            When a tone is meant for a mode that the cantilever does not have, or the base cannot drive its mode.
+            When the cantilever lacks the mode of a tone, or the base cannot drive it.
         """
         base = self.base()
         if self.tones:

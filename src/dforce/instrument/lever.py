@@ -177,12 +177,12 @@ class Beam(Parameters):
         return self
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
-        """Return the modes in a medium; in a fluid f0 is by Sader's theory, and so is Q unless it is given.
+        """Return the modes in a medium; in a fluid f0 follows from Sader's theory, and so does a missing Q.
 
         Raises
         ------
         ParameterError
-            When Q is not given and the medium does not tell it.
+            When Q is missing and does not follow from the medium.
         """
         if self.fluid == "history" and not (medium.density and medium.viscosity):
             raise ParameterError(
@@ -217,7 +217,7 @@ class Beam(Parameters):
         return beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
 
     def nearest(self) -> float:
-        """Return the least height (m) at which the flow below the lever is known."""
+        """Return the least height (m) with a known flow below the lever."""
         return fluid.LEAST_GAP * self.width * (1.0 + 1e-12)
 
     @property
@@ -377,12 +377,12 @@ class Cantilever(Parameters):
         return self.name is not None and self.library is None and cantilevers()[self.name].length is not None
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
-        """Return the modes as they are in the medium; given modes are taken as measured there.
+        """Return the modes in the medium; values of `modes` count as measured in the medium.
 
         Raises
         ------
         ParameterError
-            When the Q of a cantilever known by name is not given, and the medium is no gas that tells it.
+            When a cantilever by name has no Q, and the medium is not a gas with a known Q.
         """
         if self.beam is not None:
             return self.beam.resolve(medium)

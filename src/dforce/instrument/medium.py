@@ -16,7 +16,7 @@ COLDEST = 150.0  # K; a number below it, for a fluid known by name, was meant in
 
 
 class Medium(Parameters):
-    """What the cantilever moves in: a name (`medium = "water"`), numbers, or a name and some numbers."""
+    """The medium of the cantilever: a name (`medium = "water"`), numbers, or a name and some numbers."""
 
     name: str | None = words(
         None,

@@ -32,7 +32,7 @@ class ReadoutNumbers:
 
 
 class Readout(Parameters):
-    """What the detector reads: amplitude and phase of a result, A0 and the set point are in its terms."""
+    """The detector: amplitude and phase of a result, A0 and the set point refer to its signal."""
 
     kind: Literal["deflection", "optical_lever", "interferometer"] = pydantic.Field(
         default="deflection",
@@ -81,12 +81,12 @@ class Readout(Parameters):
         return self
 
     def sensitivities(self, modes: int) -> tuple[float, ...]:
-        """Return by how much each mode's deflection counts, before each is calibrated by itself.
+        """Return the weight of each mode's deflection, before calibration of single modes.
 
         Raises
         ------
         ParameterError
-            When there is not one sensitivity for each mode.
+            When the number of sensitivities differs from the number of modes.
         """
         if self.kind != "optical_lever":
             return (1.0,) * modes
@@ -98,11 +98,11 @@ class Readout(Parameters):
         return given
 
     def weights(self, modes: int, mode: int) -> tuple[float, ...]:
-        """Return by how much each of the modes counts at a tone that is meant for one of them (from 0)."""
+        """Return the weight of each mode at a tone of one mode (counted from 0)."""
         given = self.sensitivities(modes)
         return tuple(one / given[mode] for one in given) if self.calibrated == "each_mode" else given
 
     @property
     def sees_base(self) -> float:
-        """By how much the base's motion counts."""
+        """Weight of the base's motion."""
         return 1.0 if self.kind == "interferometer" else 0.0

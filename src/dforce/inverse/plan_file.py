@@ -35,12 +35,12 @@ class PlanFile:
 
 @checked
 def load_plan(path: str | os.PathLike[str]) -> PlanFile:
-    """Return what a plan file says: a case file with a table ``[plan]``.
+    """Return the plan in a file: a case file with a table ``[plan]``.
 
     Raises
     ------
     CaseError
-        When the file cannot be read, is no case, or has no table ``[plan]`` with `vary`.
+        When the file cannot be read, is not a case, or has no table ``[plan]`` with `vary`.
     """
     file, name = Path(path), f"'{shorten(str(path), 200)}'"
     content = read_input(path, "plan", LONGEST, CaseError)

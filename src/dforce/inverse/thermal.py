@@ -50,28 +50,28 @@ MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 @dataclass(frozen=True)
 class ThermalTune:
-    """What a spectrum of the thermal motion tells, with standard errors.
+    """f0, k and Q from a thermal spectrum, with standard errors.
 
     Attributes
     ----------
     f0, k, Q
         Resonance frequency (Hz), spring constant of mode 1 (N/m), quality factor.
     f0_error, k_error, Q_error
-        Their standard errors: of the fit, and for k of temperature and sensitivity as far as they were given.
+        Their standard errors: from the fit, and for k also from the errors of temperature and sensitivity.
     k_static
-        Spring constant for a steady force (N/m), of a uniform beam.
+        Static spring constant (N/m), for a uniform beam.
     mean_square
-        Thermal mean square of the deflection, as the detector reads it (m²).
+        Thermal mean square of the deflection at the detector (m²).
     background
         White background (m²/Hz).
     averages
-        Spectra that were averaged, by the scatter about the fit.
+        Number of averaged spectra, from the scatter around the fit.
     band
         Lowest and highest frequency of the fit (Hz).
     history
         A sentence for each step.
     spectrum
-        Frequencies (Hz) and power densities (m²/Hz) as they were measured.
+        Frequencies (Hz) and power densities (m²/Hz) of the measurement.
     """
 
     f0: float
@@ -102,7 +102,7 @@ class ThermalTune:
         return Resonance(self.f0, self.Q, self.mean_square, self.background).density(frequency)
 
     def dataset(self) -> xr.Dataset:
-        """Return measured and fitted power density (m²/Hz) along `frequency`, as ``df.plot.thermal_spectrum`` draws them."""
+        """Return measured and fitted power density (m²/Hz) along `frequency`, for ``df.plot.thermal_spectrum``."""
         import xarray as xr
 
         frequency, density = self.spectrum
@@ -132,30 +132,30 @@ def thermal_tune(
     Parameters
     ----------
     spectrum
-        A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
-        or in volts), or the result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
+        A file for :func:`dforce.read_measured`, with columns of frequency and density (m²/Hz or m/√Hz, or in volts), or the
+        result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
     density
         Densities at these frequencies, an array of the same length, in `unit`.
     columns
-        Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
+        Names of the columns: ``{"frequency": ..., "density": ...}``, if their headings are not known.
     unit
-        Unit of the density, where its column names none, and of an array: ``"pm/sqrt(Hz)"``.
+        Unit of a density without a unit in its column, and of an array: ``"pm/sqrt(Hz)"``.
     sensitivity
-        By which volts are multiplied (m/V, or text such as ``"52(1) nm/V"``, whose error goes into that of k).
+        Sensitivity that converts volts (m/V, or text such as ``"52(1) nm/V"``, with its error for the error of k).
     calibrated
-        How the sensitivity was found: ``"static"``, by a force curve on a hard sample (an optical lever then reads mode 1
-        differently), or ``"mode"``, for this mode itself.
+        Calibration of the sensitivity: ``"static"``, by a force curve on a hard sample (an optical lever then has another
+        sensitivity to mode 1), or ``"mode"``, for this mode.
     temperature
-        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); left out: 298.15 K.
+        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); default: 298.15 K.
     band
-        Lowest and highest frequency of the fit; left out: 5 widths of the peak on both sides.
+        Lowest and highest frequency of the fit; default: 5 widths of the peak on both sides.
 
     Raises
     ------
     ResultError
         For a file that cannot be read, or a spectrum without a peak.
     ParameterError
-        Where something must be given that the file does not tell, and for arrays of other shapes or without a unit.
+        If a necessary setting is missing in the file, and for arrays of other shapes or without a unit.
     """
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")

@@ -70,7 +70,7 @@ class Probes(Shown, dict[str, Probe]):
 
 @functools.cache
 def cantilevers() -> Probes:
-    """Return the known cantilevers by name, in SI, with their makers' nominal values; the dict shows itself as a table."""
+    """Return the known cantilevers by name, in SI, with nominal values; a notebook draws the dict as a table."""
     text = (resources.files(__package__) / "cantilevers.csv").read_text(encoding="utf-8")
     return _read(text.splitlines(), "the shipped list")
 

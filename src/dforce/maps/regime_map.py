@@ -54,11 +54,11 @@ RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a log
 def regimes(
     case: Case, over: Mapping[str, Any], set_points: Any = None, progress: Progress | bool | None = None
 ) -> xr.Dataset:
-    r"""Return the regime map: which states there are at set points, over a parameter, with boundaries solved by continuation.
+    r"""Return the regime map: the states at set points over a parameter, with boundaries solved by continuation.
 
     At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy
-    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states that approach and retract meet at the values given are
-    the starts of lines along the parameter, which also find states that no approach leads to.
+    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states on approach and retract at the listed values are the
+    starts of lines along the parameter. These lines also find states that no approach leads to.
 
     Parameters
     ----------
@@ -66,27 +66,26 @@ def regimes(
         The case; its experiment is not used. Its forces have no memory and no branches.
     over
         One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``, or two, for a map
-        over both at one set point: lines go along the first.
+        over both at one set point; lines follow the first path.
     set_points
-        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that. One of them with two
-        paths.
+        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``, the default. With two paths: one
+        share.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the rows of the map that are done.
+        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the finished rows of the map.
 
     Returns
     -------
     xarray.Dataset
-        Over the parameter and `set_point`, or over both parameters: `regime`, a number whose meaning is in its attributes
-        (``"none"``, ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``,
-        ``"repulsive"``), and `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``,
-        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and
-        forces. Along `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
+        Over the parameter and `set_point`, or over both parameters: `regime`, a number explained in its attributes (``"none"``,
+        ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``, ``"repulsive"``), and
+        `states`, the number of stable states. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
+        ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and forces. Along `point`
+        the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, more than two, values or set points that are not allowed, and forces with
-        memory or branches.
+        For an unknown path, more than two paths, values or set points that are not allowed, and forces with memory or branches.
     """
     axes = make_axes(case, over)
     shares = shares_of(set_points)

@@ -38,29 +38,28 @@ def map(
 ) -> Axes:
     """Draw a quantity over two parameters: colors, with lines of equal value on top.
 
-    An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
-    signs at 0. Of tones, modes and harmonics, and of the states at a set point, the first is drawn; gray is where there is
-    no result. The lines lie on straight lines between the values, and know of no jump between them. The quantity `regime`
-    of a regime map (:func:`dforce.regimes`) has a color for each regime; its boundaries are drawn over whatever it holds
-    along the set point.
+    An axis with equal factors between its values is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
+    signs at 0. The first of several tones, modes, harmonics or states is drawn; points without a result are gray. The lines
+    interpolate linearly between the values, also across jumps. The quantity `regime` of a regime map (:func:`dforce.regimes`)
+    has a color for each regime, with its boundaries.
 
     Parameters
     ----------
     dataset
-        A sweep with the two parameters, and nothing else along which the quantity goes: choose with ``.isel`` or ``.sel``.
+        A sweep with exactly these two parameters: choose the others with ``.isel`` or ``.sel``.
     x, y
         Names of the parameters, such as ``"A0"``; the distance `zc` of curves may be one of them.
     quantity
-        Name of what is drawn.
+        Name of the quantity.
     levels
-        Values (SI) of the lines; left out: some that are round.
+        Values (SI) of the lines; default: some round values.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result has no such names, the parameters are no numbers of a grid, or the quantity goes along others, too.
+        When the result lacks these names, the parameters are not numbers of a grid, or the quantity has other dimensions.
     """
     sides = [_side(dataset, name) for name in (x, y)]
     if quantity == "regime" and is_regime_map(dataset):

@@ -19,21 +19,21 @@ MARKER = {"approach": "o", "retract": "s"}
 def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axes, Axes]:
     """Draw amplitude and phase of a measured curve against height, one above the other.
 
-    Approach and retract have their own colors and marks; points of the free part, which :func:`dforce.calibrate` finds, are
-    filled gray. A bar shows one standard error on both sides, where it is larger than a mark. Above the line at 90° the net
-    force is attractive, below it repulsive.
+    Approach and retract have their own colors and marks; points of the free part (from :func:`dforce.calibrate`) are filled
+    gray. A bar shows one standard error on both sides, if it is larger than a mark. Above the line at 90° the net force is
+    attractive, below it repulsive.
 
     Parameters
     ----------
     dataset
-        What :func:`dforce.read_measured` or :func:`dforce.calibrate` returned.
+        The result of :func:`dforce.read_measured` or :func:`dforce.calibrate`.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result is no measured curve of amplitude and phase.
+        When the result is not a measured curve of amplitude and phase.
     """
     missing = [name for name in ("height", "amplitude", "phase", "direction") if name not in dataset.variables]
     if missing or dataset["height"].dims != ("point",) or dataset["amplitude"].dims != ("point",):

@@ -39,7 +39,7 @@ def traces(
     periods: float | None = 3,
     figure: FigureBase | None = None,
 ) -> list[Axes]:
-    """Draw quantities over time in one picture, each with a scale of its own color; contact is shaded.
+    """Draw quantities over time in one picture, each with a scale in its color; contact is shaded.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def traces(
     names
         One name or several; quantities for each mode are drawn mode by mode on one scale.
     periods
-        How many of the last periods to show; None for the whole record.
+        Number of the last periods to show; None for the whole record.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def spectrum(
     decibel
         Show dB relative to the largest line rather than amplitudes.
     up_to
-        Highest frequency shown (Hz); left out, at least ten harmonics and every strong line.
+        Highest frequency (Hz); default: at least ten harmonics and every strong line.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def spectrum(
 
 @checked
 def phase_portrait(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
-    """Draw velocity against deflection: a closed orbit once the motion has settled.
+    """Draw velocity against deflection: a closed orbit for a settled motion.
 
     Raises
     ------

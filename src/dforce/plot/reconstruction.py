@@ -26,16 +26,16 @@ LOOKS = {
 def reconstruction(
     dataset: xr.Dataset, figure: FigureBase | None = None, formulas: bool = False, width: float | None = None
 ) -> Axes:
-    """Draw a reconstructed force against distance with a band of two errors; gaps are shaded, the law, if known, is behind.
+    """Draw a reconstructed force against distance with a band of two errors; gaps are shaded, and a known law is drawn behind.
 
     Parameters
     ----------
     dataset
-        What :func:`dforce.reconstruct` gave.
+        The result of :func:`dforce.reconstruct`.
     formulas
-        Whether to draw what the formulas in use give.
+        Whether to draw the forces by the formulas in use.
     width
-        Distance (m) from the closest one that is shown; left out: as far as the force is felt.
+        Range of distances (m) from the closest point; default: the range of the force.
 
     Raises
     ------

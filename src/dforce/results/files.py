@@ -44,15 +44,14 @@ BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names 
 def write(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
     """Write a result to netCDF (``.nc``) or a table (``.csv``), whole or not at all, and return the path.
 
-    netCDF keeps everything; :func:`read` gives it back. The table has SI columns with names such as
-    ``amplitude_tone1 (m)``, a row for each distance (and direction) or instant, and the case and versions in
-    comment lines:
-    ``pandas.read_csv(path, comment="#")`` reads it.
+    netCDF keeps everything for :func:`read`. The table has SI columns with names such as ``amplitude_tone1 (m)``, a row for
+    each distance (and direction) or instant, and the case and versions in comment lines: ``pandas.read_csv(path, comment="#")``
+    reads it.
 
     Raises
     ------
     ResultError
-        For another ending, a missing folder, a full disk, or a place that may not be written.
+        For another ending, a missing folder, a full disk, or a folder without write permission.
     FileExistsError
         When `overwrite` is off and the file exists.
     """
@@ -122,14 +121,14 @@ def _python_attributes(attributes: Mapping[object, object]) -> dict[str, Any]:
 
 @checked
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return the result in a netCDF file, or in a store (``.zarr``), that dForce wrote.
+    """Return the result in a netCDF file or in a store (``.zarr``) of dForce.
 
-    The numbers of a store are read when they are asked for, so it may be larger than the memory.
+    The numbers of a store are read on use, so it may be larger than the memory.
 
     Raises
     ------
     ResultError
-        When there is no such file, or it is not netCDF, damaged, cut short, or not written by dForce.
+        When the file does not exist, is not netCDF, is damaged or incomplete, or is not from dForce.
     """
     if is_store(path):
         return open_store(path)

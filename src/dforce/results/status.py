@@ -1,4 +1,4 @@
-"""What became of each point of a result."""
+"""The outcome of each point of a result."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Status(enum.IntEnum):
-    """What became of a point of a result; `sentence` says it in words."""
+    """The outcome of a point of a result; `sentence` explains it."""
 
     sentence: str
 
@@ -37,7 +37,7 @@ class Status(enum.IntEnum):
 
     @property
     def meaning(self) -> str:
-        """Return the word for it in a Dataset's `flag_meanings`."""
+        """Return its word in `flag_meanings` of a Dataset."""
         return self.name.lower()
 
 

@@ -11,7 +11,7 @@ from dforce.core.parameters import Parameters
 
 
 class SolverSettings(Parameters):
-    """How the steady motion is found: the integrator, its sampling, and when the motion counts as settled."""
+    """Settings of the solver: the integrator, its sampling, and the criterion of a settled motion."""
 
     title_of: ClassVar[str] = "solver"
 

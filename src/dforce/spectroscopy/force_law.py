@@ -34,10 +34,10 @@ LEAST_DEPTH, MOST_DEPTH = 0.3e-9, 50e-9  # m; limits of the indentation shown
 
 @checked
 def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Dataset:
-    r"""Return the forces of a case over a motion given by samples.
+    r"""Return the forces of a case over a prescribed motion.
 
-    Between the samples the motion is a cubic spline, which also gives the velocity. The sample is rested at
-    the start, and the tip's neck or contact open.
+    Between the samples the motion is a cubic spline, also for the velocity. At the start the sample is relaxed, without neck or
+    contact.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
     -------
     xarray.Dataset
         Over `time`: `distance` (m), `velocity` (m/s), `indentation` (m), `force` (N), `partial_force` (N) of
-        each `model`, and `energy` (J), what the sample has taken so far, :math:`-\int F \dot d\, dt`.
+        each `model`, and `energy` (J), dissipated by the sample so far, :math:`-\int F \dot d\, dt`.
 
     Raises
     ------
@@ -92,10 +92,10 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     case
         Instrument, sample and forces; the cantilever does not bend here.
     distance
-        Distances (m) in any order; the tip goes from the largest to the smallest and back. Left out: from
-        where the force is felt to the indentation that tapping reaches.
+        Distances (m) in any order; the tip goes from the largest to the smallest and back. Default: from the range of the force
+        to the indentation in tapping.
     speed
-        Speed of the tip (m/s, or text with a unit); 10 nm/s if left out.
+        Speed of the tip (m/s, or text with a unit); default 10 nm/s.
     zc
         Average distance (m), for a force that depends on the deflection.
 
@@ -103,7 +103,7 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     -------
     xarray.Dataset
         `force` (N) over `direction` ("approach", "retract") and `distance`, `partial_force` (N) of each
-        `model`, and `energy` (J), what the sample takes over the loop.
+        `model`, and `energy` (J), dissipated by the sample over the loop.
 
     Raises
     ------

@@ -49,31 +49,31 @@ def noisy_motion(
 ) -> xr.Dataset:
     """Return amplitude and phase of each period under thermal noise, of many runs at once.
 
-    Each run has a seed of its own and is the same alone as among others. All start from the motion without noise.
+    Each run has its own seed and does not depend on the other runs. All start from the motion without noise.
 
     Parameters
     ----------
     case
-        A case, or one point of a result: the motion there is the start.
+        A case, or one point of a result: its motion is the start.
     zc
-        Average distance (m, or text with a unit); left out: that of the point.
+        Average distance (m, or text with a unit); default: the distance of the point.
     seeds
-        Number of runs, counted on from the case's `noise.seed`, or the seed of each.
+        Number of runs, with seeds from `noise.seed` of the case on, or a list of seeds.
     periods
-        Periods of the first tone that are kept.
+        Number of recorded periods of the first tone.
     settling
-        Periods before; left out: ten decay times of the slowest mode and of the lock-in.
+        Number of periods before; default: ten decay times of the slowest mode and of the lock-in.
     bandwidth, poles
-        Equivalent noise bandwidth (Hz) of a lock-in that reads the periods, far below the drive frequency, and its poles;
-        left out: each period alone.
+        Equivalent noise bandwidth (Hz) of a lock-in, far below the drive frequency, and its poles; default: each period by
+        itself.
     progress
         See :func:`run`.
 
     Returns
     -------
     xarray.Dataset
-        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, detector noise included;
-        `min_distance` (m) of each run.
+        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, with detector noise; `min_distance` (m) of
+        each run.
     """
     import xarray as xr
 

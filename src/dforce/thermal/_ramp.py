@@ -28,27 +28,27 @@ RARE = 1e-6  # chance to have snapped in farther out, that is left out
 
 @checked
 def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
-    r"""Return at which distance a still, undriven lever snaps into contact that approaches the surface at a speed.
+    r"""Return the distance at which a still, undriven lever snaps into contact, for a speed of approach.
 
     .. math:: \frac{\mathrm{d} p}{\mathrm{d} z_c} = \frac{\Gamma(z_c)}{v}\, p, \qquad
               \langle z_c \rangle = z_0 + \int_{z_0}^\infty (1 - p)\, \mathrm{d} z_c
 
-    with the probability p to be free still, the rate :math:`\Gamma` of :func:`snap_in_rate`, and the distance :math:`z_0`
-    where the barrier ends: there the lever snaps in by itself. What holds for the rate holds here: near :math:`z_0`, where a
-    fast approach ends, it is only a scale, and the lever takes its time to fall.
+    with the probability p of a free lever, the rate :math:`\Gamma` of :func:`snap_in_rate`, and the distance :math:`z_0` at
+    which the barrier ends: there the lever snaps in without noise. The limits of the rate apply. Near :math:`z_0`, the end of a
+    fast approach, the result is a rough value, and the time of the fall is neglected.
 
     Parameters
     ----------
     case
-        Lever, medium and forces; the drive does not count.
+        Lever, medium and forces; the drive has no effect.
     speed
         Speeds of the approach (m/s, or text with a unit): one, or a list.
 
     Returns
     -------
     xarray.Dataset
-        Over `speed`: the mean `snap_in_zc` and its standard deviation `snap_in_spread` (m); `static_snap_in_zc`, where the
-        barrier ends (m). ``attrs["note"]`` says where the rate is no more than a bound.
+        Over `speed`: the mean `snap_in_zc` and its standard deviation `snap_in_spread` (m); `static_snap_in_zc`, the end of the
+        barrier (m). ``attrs["note"]`` is a sentence if the rate is only a bound.
 
     Raises
     ------

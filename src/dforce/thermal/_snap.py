@@ -29,31 +29,31 @@ HIGHEST_Q = 3.0  # above, energy comes and goes too slowly for it
 
 @checked
 def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
-    r"""Return how often thermal motion takes a still, undriven lever across the barrier to the surface.
+    r"""Return the rate at which thermal motion takes a still, undriven lever across the barrier to the surface.
 
     .. math:: \Gamma = \frac{\lambda}{2 \pi} \sqrt{\frac{k_a}{k_b}}\, e^{-\Delta U / k_B T}, \qquad
               U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \qquad
               \lambda = \sqrt{\frac{\gamma^2}{4} + \omega_b^2} - \frac{\gamma}{2}, \quad \gamma = \frac{\omega_0}{Q}
 
     with the curvatures of U at its minimum, :math:`k_a`, and on its barrier, :math:`-k_b = -m \omega_b^2`. At the rate
-    :math:`\lambda` the lever falls off the barrier; with the fluid's memory it is that at which lever and fluid do. The lever
-    moves in its first mode, the force is that at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for
-    higher Q the true rate is lower.
+    :math:`\lambda` the lever leaves the barrier; with the memory of the fluid, lever and fluid leave it together. The lever
+    moves in its first mode under the static force. The formula is valid for barriers above 3 :math:`k_B T` and Q up to about 3;
+    for higher Q the true rate is lower.
 
     Sources: H. A. Kramers, Physica 7, 284 (1940); with memory R. F. Grote, J. T. Hynes, J. Chem. Phys. 73, 2715 (1980).
 
     Parameters
     ----------
     case
-        Lever, medium and forces; the drive does not count.
+        Lever, medium and forces; the drive has no effect.
     zc
         Distance of the rest position (m, or text with a unit).
 
     Returns
     -------
     xarray.Dataset
-        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m); ``attrs["note"]`` says where the
-        rate is no more than a bound.
+        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m); ``attrs["note"]`` is a sentence if
+        the rate is only a bound.
 
     Raises
     ------

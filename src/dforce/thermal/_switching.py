@@ -61,11 +61,11 @@ def switching_rate(
     temperature: Any = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    r"""Return how often thermal motion takes a steady state to another one, counted over many simulated lanes.
+    r"""Return the rate at which thermal motion switches a steady state to another, counted in simulations.
 
-    Each lane starts in the state and runs until its amplitude and phase have come within a quarter of the way to the other
-    state, or time is over. What happens while the noise settles is not counted. The rate of N switches in a time t at risk
-    is N / t; its interval is that of a Poisson count.
+    Each lane starts in the state. It runs until its amplitude and phase are within a quarter of the way to the other state, or
+    until the time is over. Switches during the settling of the noise are not counted. The rate of N switches in a time t at
+    risk is N / t, with the interval of a Poisson count.
 
     Parameters
     ----------
@@ -73,12 +73,12 @@ def switching_rate(
         One point each of results at the same distance, such as ``curve.sel(zc=..., direction="approach")`` and
         ``direction="retract"``.
     lanes
-        Number of lanes; seeds are counted on from the case's `noise.seed`.
+        Number of lanes, with seeds from `noise.seed` of the case on.
     periods
-        Periods of the first tone for which each lane is watched, at most.
+        Largest number of periods of the first tone for each lane.
     temperature
-        Temperatures (K) at which it is done; left out: the medium's. Those above the true one switch more often, so that a
-        rate that is too low to be counted can be extended from them.
+        Temperatures (K); default: the temperature of the medium. At higher temperatures the state switches more often; from
+        such rates a rate too low to be counted can be extrapolated.
     progress
         See :func:`run`.
 
@@ -86,7 +86,7 @@ def switching_rate(
     -------
     xarray.Dataset
         Over `temperature`: `switching_rate` (1/s), NaN from fewer than 10 switches, `switching_rate_low` and
-        `switching_rate_high` (95 % confidence), `switches` and `watched_time` (s). From two rates on `barrier` (J), by
+        `switching_rate_high` (95 % confidence), `switches` and `watched_time` (s). With two or more rates: `barrier` (J), by
         :math:`\ln \Gamma = \mathrm{const} - \Delta U / k_B T`.
 
     Raises

@@ -27,12 +27,12 @@ LITTLE = 0.01  # of an error: what is passed on from given values is not told wh
 
 @checked
 def fit_report(result: xr.Dataset) -> str:
-    """Return what a fit found as text: data, statistics, parameters, correlations, and what to know; of many fits a table.
+    """Return a fit as text: data, statistics, parameters, correlations and advice; for many fits a table.
 
     Raises
     ------
     ParameterError
-        When the result is no fit.
+        When the result is not a fit.
     """
     if result.attrs.get("kind") == "fits":
         return _table(result)
@@ -223,10 +223,10 @@ def _noise(fit: xr.Dataset, name: str) -> Any:
 
 @checked
 def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
-    r"""Return how well several models describe the same data.
+    r"""Compare several models on the same data.
 
-    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`. Models whose AIC is
-    above the least by less than 6 are not excluded.
+    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`. Models with an AIC within
+    6 of the lowest are not excluded.
 
     Parameters
     ----------
