@@ -181,7 +181,7 @@ def test_a_case_with_higher_modes_is_kept_by_its_text():
 @pytest.mark.parametrize(
     ("lever", "sentence"),
     [
-        ({}, "the cantilever has only 1 mode; write cantilever.higher_modes = 1, or a table of each in cantilever.modes"),
+        ({}, "the cantilever has only 1 mode; add modes by cantilever.higher_modes"),
         ({"higher_modes": 10}, "cantilever.higher_modes = 10 is not from 0 to 9"),
         ({"higher_modes": True}, "cantilever.higher_modes = true is not allowed here"),
         ({"higher_modes": [{"q": 3}]}, "cantilever.higher_modes.1 has no parameter 'q'"),

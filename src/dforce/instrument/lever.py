@@ -437,15 +437,14 @@ class Cantilever(Parameters):
             raise ParameterError(f"{path}.f0 is missing: the ratio of an ideal beam holds in air; give f0 as measured")
         f0 = ratio * first.f0 if given.f0 is None else given.f0
         k = ratio**2 * first.k if given.k is None else given.k * normal_factor(self.tilt)
-        width = cantilevers()[self.name].width if self.name in cantilevers() and self.library is None else None
+        shipped = self.name is not None and self.library is None
+        width = cantilevers()[str(self.name)].width if shipped else None
         Q = given.Q
         if Q is None:
             if not (width and medium.density and medium.viscosity) or medium.density > DENSEST:
                 why = "" if width else ": the width of the lever is not known"
-                known = "" if not width else ', or write medium = "air"'
-                raise ParameterError(
-                    f"{path}.Q (quality factor of mode {n}) is missing{why}; give Q as measured{known}"
-                )
+                air = ', or write medium = "air"' if width else ""
+                raise ParameterError(f"{path}.Q (quality factor of mode {n}) is missing{why}; give Q as measured{air}")
             damping = [
                 beam.hydrodynamic_function(beam.reynolds_number(f, width, medium.density, medium.viscosity)).imag
                 for f in (first.f0, f0)

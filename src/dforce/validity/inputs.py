@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dforce.experiments import FrequencySweep
 from dforce.library.cantilevers import NOMINAL
+from dforce.library.materials import materials
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
 
@@ -128,4 +129,23 @@ def ideal_higher_mode(seen: Evidence) -> Advice | None:
     )
 
 
-PIECES = (unusual_value, nominal_lever, ideal_higher_mode)
+def nominal_sample(seen: Evidence) -> Advice | None:
+    """Look for a sample whose Young's modulus is known by its name alone."""
+    name = seen.case.sample.name
+    if name is None or "youngs_modulus" in seen.case.sample.model_fields_set:
+        return None
+    material = materials()[name]
+    spread = f", from {material.range}" if material.range else ""
+    return Advice(
+        "nominal_sample",
+        material.youngs_modulus,
+        0.0,
+        f"Young's modulus of {name} is nominal: {shown(material.youngs_modulus, 'Pa')}{spread}. Compute at both ends, or write "
+        "a measured sample.youngs_modulus beside the name.",
+        material.source,
+        ("sample.youngs_modulus",),
+        "Pa",
+    )
+
+
+PIECES = (unusual_value, nominal_lever, nominal_sample, ideal_higher_mode)
