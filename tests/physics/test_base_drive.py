@@ -335,7 +335,7 @@ def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
         (WATER, {"tones": [{"mode": 1}]}, "drive.tones.1 has neither A0 (free amplitude) nor base_amplitude"),
         (WATER | {"base_coupling": 0.0}, BASE, "drive: the base cannot drive mode 1 at 25000 Hz"),
         (WATER, BASE | {"fluid_follows": 0.5}, "of mode 1: write cantilever.added_mass, or"),
-        ({"modes": [WATER | {"added_mass": 0.8}, SECOND]}, BASE | {"fluid_follows": 0.5}, "write cantilever.modes.2.added_mass"),
+        ({"modes": [WATER | {"added_mass": 0.8}, SECOND]}, BASE | {"fluid_follows": 0.5}, "cantilever.modes.2.added_mass"),
         (WATER, BASE | {"frequency": 10.0}, "the base cannot drive mode 1 at 10 Hz"),
         (WATER | {"base_coupling": 0.0}, BASE, "the base cannot drive mode 1"),
         (WATER | {"added_mass": 1.0}, BASE, "cantilever.added_mass = 1 is not below 1"),

@@ -186,7 +186,7 @@ def test_a_case_with_higher_modes_is_kept_by_its_text():
         ({"higher_modes": True}, "cantilever.higher_modes = true is not allowed here"),
         ({"higher_modes": [{"q": 3}]}, "cantilever.higher_modes.1 has no parameter 'q'"),
         ({"name": "ScanAsyst-Air", "higher_modes": 1}, "higher_modes.1.Q (quality factor of mode 2) is missing: the width"),
-        ({"modes": [{"f0": 1e5, "k": 1, "Q": 9}]}, "goes into cantilever.higher_modes"),
+        ({"modes": [{"f0": 1e5, "k": 1, "Q": 9}]}, "under cantilever.higher_modes"),
     ],
 )  # fmt: skip
 def test_a_second_mode_that_is_not_known_is_asked_for(lever, sentence):

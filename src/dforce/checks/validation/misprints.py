@@ -123,7 +123,7 @@ def _sphere() -> Misprint:
         r"-\frac{H R}{6 d^2}",
         r"-\frac{2 H R^3}{3 d^2 (d + 2R)^2} \text{ where } d \ll R \text{ fails}",
         f"Right for d ≪ R. For the paper's tip of 2 nm it is {100 * over[0]:.0f} % too large at contact and "
-        f"{100 * over[1]:.0f} % at 0.5 nm. (ε in equation 7 is the relative permittivity.)",
+        f"{100 * over[1]:.0f} % at 0.5 nm. In equation 7 ε is the relative permittivity.",
     )
 
 
