@@ -150,7 +150,8 @@ class OneByOne:
         out = np.full((len(arrays), *behind), fill(name, like.dtype), np.result_type(*(one.dtype for one in there)))
         for i, one in enumerate(arrays):
             if one is not None:
-                out[(i, *(slice(n) for n in one.shape))] = one.values
+                own: tuple[Any, ...] = tuple(map(slice, one.shape))
+                out[(i, *own)] = one.values
         return (*self.layout.dims, *map(str, like.dims)), out
 
 
