@@ -12,6 +12,7 @@ from dforce.experiments.base import (
     PROTOCOL,
     CurveExperiment,
     CurvePlan,
+    DistanceExperiment,
     Distances,
     Grid,
     Place,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 WAYS = ("approach", "retract")
 
 
-class Approach(CurveExperiment):
+class Approach(DistanceExperiment, CurveExperiment):
     """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
 
     kind: Literal["approach"] = "approach"

@@ -11,11 +11,11 @@ import numpy as np
 import pydantic
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Parameters, param
+from dforce.core.parameters import Number, Numbers, Parameters, param
 
 if TYPE_CHECKING:
-    from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.block import Block
@@ -25,6 +25,7 @@ Progress = Callable[[int, int, str], None]  # points done, points in all, what i
 Place = tuple[int, ...]  # in the arrays of a result
 
 DISTANCE = "experiment.zc"
+SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
 MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
 MOST_SHARE = 50.0  # of the free amplitude; more are per cent
 
@@ -38,7 +39,7 @@ class Grid(Parameters):
     stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the distances (m)."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -57,7 +58,7 @@ class RelativeGrid(Parameters):
     stop: float = pydantic.Field(ge=-MOST_SHARE, le=MOST_SHARE, description="last average distance as a share of A0")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the shares."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -230,6 +231,24 @@ class MotionExperiment(Experiment):
     )
 
 
+class DistanceExperiment(MotionExperiment):
+    """One that gives the amplitude along the distance, and so the states at a set point."""
+
+    set_point: Numbers = param(
+        SET_POINT,
+        unit="1",
+        symbol="A/A_0",
+        above=0.0,
+        high=1.0,
+        doc="set points whose states the table of results shows, as shares of the free amplitude (one, or a list)",
+    )
+
+    @pydantic.field_validator("set_point", mode="before")
+    @classmethod
+    def _one_or_many(cls, given: Any) -> Any:
+        return given if isinstance(given, list | tuple) else (given,)
+
+
 class CurveExperiment(MotionExperiment):
     """One whose motions lie on a curve along a parameter."""
 
@@ -246,9 +265,6 @@ class CurveExperiment(MotionExperiment):
     def coordinates(self, problem: Problem) -> dict[str, Any]:
         """Return the dimensions of the curve; see :class:`Experiment`."""
         return self.plan(problem).coords
-
-
-SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
 
 
 def tapping_distance(problem: Problem) -> str:

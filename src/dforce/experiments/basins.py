@@ -13,7 +13,7 @@ from dforce.core.parameters import Number, Parameters, Part, param, part
 from dforce.experiments.base import MotionExperiment, tapping_distance
 
 if TYPE_CHECKING:
-    from dforce.kernel import Array
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 MOST_POINTS = 4096  # along one axis

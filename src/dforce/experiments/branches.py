@@ -9,7 +9,7 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.marks import words
 from dforce.core.parameters import Number, Parameters, Part, param
-from dforce.experiments.base import DISTANCE, MotionExperiment, whole_range
+from dforce.experiments.base import DISTANCE, DistanceExperiment, whole_range
 
 if TYPE_CHECKING:
     from dforce.problem import Problem
@@ -31,7 +31,7 @@ def _span_of_pair(given: Any) -> Any:
     return {"start": given[0], "stop": given[1]} if isinstance(given, tuple) and len(given) == 2 else given
 
 
-class Branches(MotionExperiment):
+class Branches(DistanceExperiment):
     """All steady states along a parameter, stable or not: the curves of periodic orbits, through folds."""
 
     procedure = "procedures.branches:branches"

@@ -34,7 +34,7 @@ from dforce.solvers.transient import unwatched
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker

@@ -20,7 +20,7 @@ from dforce.results.status import Status
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies

@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 
 from dforce.case import Case
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 from dforce.core.parallel import Crew
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Basins
 from dforce.experiments.base import Progress
 from dforce.experiments.basins import MOST_STARTS
-from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.procedures.table import statuses
 from dforce.results.status import REPEATING, Status

@@ -11,14 +11,14 @@ import xarray as xr
 
 from dforce.case import Case
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError
-from dforce.core.parameters import Quantity
+from dforce.core.parameters import ParameterQuantity
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Branches
 from dforce.experiments.base import Progress
 from dforce.experiments.branches import Span
-from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, with_motions
 from dforce.procedures.table import Table, with_levers
@@ -114,12 +114,12 @@ def _restored(earlier: xr.Dataset, among: ParameterRange, name: str) -> list[Cur
     ]
 
 
-def _quantity(plan: Branches, case: Case) -> Quantity:
+def _quantity(plan: Branches, case: Case) -> ParameterQuantity:
     """Return what is declared about the parameter."""
     return Span.quantities()["start"] if plan.parameter is None else case.quantity(plan.parameter)
 
 
-def _range(plan: Branches, case: Case, quantity: Quantity) -> tuple[float, float]:
+def _range(plan: Branches, case: Case, quantity: ParameterQuantity) -> tuple[float, float]:
     """Return start and stop (SI)."""
     if isinstance(plan.zc, Span):
         return plan.zc.start, plan.zc.stop
@@ -132,7 +132,12 @@ def _range(plan: Branches, case: Case, quantity: Quantity) -> tuple[float, float
 
 
 def _dataset(
-    plan: Branches, among: ParameterRange, curves: list[Curve], path: Varied, quantity: Quantity, searched: Array
+    plan: Branches,
+    among: ParameterRange,
+    curves: list[Curve],
+    path: Varied,
+    quantity: ParameterQuantity,
+    searched: Array,
 ) -> xr.Dataset:
     orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
     table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, among.problem, plan.harmonics)

@@ -12,10 +12,10 @@ import xarray as xr
 
 from dforce.case import Case
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import until_stopped
 from dforce.experiments.base import CurveExperiment, CurvePlan, Progress, initial_motions
-from dforce.kernel import Array
 from dforce.procedures.motion import COMPONENT, components, motions, states_of
 from dforce.procedures.table import Table, statuses, with_levers
 from dforce.results.status import REPEATING, Status

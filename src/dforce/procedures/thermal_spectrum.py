@@ -12,6 +12,7 @@ import xarray as xr
 from scipy.signal import lfilter, welch
 
 from dforce.case import Case
+from dforce.core.arrays import Array
 from dforce.core.stopping import until_stopped
 from dforce.experiments import ThermalSpectrum
 from dforce.experiments.base import Progress
@@ -19,7 +20,6 @@ from dforce.experiments.thermal_spectrum import rate_of, segment_of
 from dforce.instrument import ModeNumbers, beam
 from dforce.instrument.lever import normal_factor
 from dforce.instrument.resonances import Resonance, most_likely
-from dforce.kernel import Array
 from dforce.library.cantilevers import cantilevers
 from dforce.problem import Problem
 from dforce.results.status import Status

@@ -8,6 +8,7 @@ import numpy as np
 
 from dforce.case import Case, case_of
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
@@ -25,7 +26,6 @@ from dforce.validity import advice, attributes
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
     from dforce.problem import Problem
 
 Progress = Told | bool | None
@@ -96,7 +96,7 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     return _finished(curve, case, found, band, count, interrupted)
 
 
-def lock_in_of(problem: Problem, bandwidth: Any, poles: int | None) -> tuple[float, int]:
+def lock_in_of(problem: Problem, bandwidth: object, poles: int | None) -> tuple[float, int]:
     """Return bandwidth (Hz) and poles of the lock-in, as given or as the case says."""
     try:
         band = problem.noise.bandwidth if bandwidth is None else units.parse(bandwidth, "Hz")
