@@ -166,7 +166,7 @@ def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
             for tone in each["tone"].values if name in each else ():
                 tag = f", tone {tone}" if each.sizes["tone"] > 1 else ""
                 yield _range(each[name].sel(tone=tone), f"{name}_tone{tone}", _label(each[name]) + tag, way)
-        if along and "crossing" not in each.dims and ("amplitude" in each or "amplitude_ratio" in each):
+        if along in each.dims and "crossing" not in each.dims and ("amplitude" in each or "amplitude_ratio" in each):
             count = sum(bool(found) for _, _, found in jumps_of_all(each, along, way))
             yield Finding("jumps", "curves with jumps", f"{count} of {cases}", float(count), "1", way)
         for name, label in EXTREMES:
