@@ -91,6 +91,7 @@ def plain(text: str) -> str:
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"\*\*?([^*]+)\*\*?", r"\1", text)
     text = re.sub(r"\((?:[^()]|\([^()]*\))*\b(?:18|19|20)\d\d\b(?:[^()]|\([^()]*\))*\)", "", text)  # a citation
+    text = re.sub(r"CODE(?:(?:, | and | or |, and |, or )CODE)+", "CODE", text)  # a list of names counts as one word
     return re.sub(r"\s+", " ", text).strip()
 
 
@@ -106,60 +107,51 @@ def sentences(paragraph: str) -> Iterator[str]:
         yield whole
 
 
+_SHOWN = re.compile(r"\{(figure|note|tip|warning|important|grid.*|dropdown|seealso)\}")  # fences whose body is text
+_ITEM = re.compile(r"([-*+]|\d+\.)\s+")
+_RULE = re.compile(r":::|={3,}|-{3,}|\^{3,}|~{3,}|<|\|[-: |]+\|$")
+_OPTION = re.compile(r":([\w-]+):\s+(.*)")
+
+
 def blocks(text: str) -> Iterator[tuple[int, str]]:
     """Give paragraphs, list items, table cells and captions of Markdown or reStructuredText, with their first line."""
     fence, paragraph, start = "", [], 0
-    indented_code = -1
+    further = -1  # indent of the further lines of a paragraph; -1 behind the first line of a list item
+    code = -1  # indent of the line before a block of code
     for number, line in enumerate([*text.splitlines(), ""], 1):
-        stripped = line.strip()
-        opened = re.match(r"(`{3,}|~{3,})(.*)", stripped)
+        stripped, indent = line.strip(), len(line) - len(line.lstrip())
+        opened, option = re.match(r"(`{3,}|~{3,})(.*)", stripped), _OPTION.match(stripped)
+        if option is not None and option[1] in ("caption", "alt"):
+            yield number, option[2]
         if fence:
-            caption = re.match(r":(?:caption|alt):\s*(.*)", stripped)
-            if caption:
-                yield number, caption[1]
-            if opened and stripped == fence:
-                fence = ""
+            fence = "" if stripped == fence else fence
             continue
-        indent = len(line) - len(line.lstrip())
-        if indented_code >= 0:
-            if not stripped or indent > indented_code:
-                continue
-            indented_code = -1
-        ends = (
-            not stripped or opened or re.match(r"([-*+]|\d+\.)\s|[|:#]|\.\. |={3,}|-{3,}|\^{3,}|~{3,}|</?\w", stripped)
-        )
-        if ends and paragraph:
+        if code >= 0 and (not stripped or indent > code):
+            continue
+        code = -1
+        directive = re.match(r"\.\. [\w-]+::", stripped)
+        starts = _ITEM.match(stripped)
+        aside = not stripped or opened or option or directive or _RULE.match(stripped) or stripped[0] in "|#"
+        if paragraph and (aside or starts or (further >= 0 and indent != further)):
             yield start, " ".join(paragraph)
             paragraph = []
-        if opened:
-            if not re.match(r"\{(figure|note|tip|warning|important|grid.*|dropdown|seealso)\}", opened[2]):
-                fence = opened[1]
-            continue
-        directive = re.match(r"\.\. ([\w-]+)::", stripped)
-        if directive:
-            if directive[1] not in ("note", "tip", "warning", "important"):
-                indented_code = indent
-            continue
-        if not stripped or re.match(r":::|={3,}|-{3,}|\^{3,}|~{3,}|<|\|[-: |]+\|$", stripped):
-            continue
-        option = re.match(r":([\w-]+):\s*(.*)", stripped)
-        if option and not stripped.startswith(":math:"):
-            if option[1] in ("caption", "alt"):
-                yield number, option[2]
-            continue
-        if stripped.startswith("|"):
-            for cell in re.split(r"(?<!\\)\|", stripped.strip("|")):
-                yield number, cell
-            continue
-        if stripped.startswith("#"):
+        further = indent if further < 0 else further
+        if opened and not _SHOWN.match(opened[2]):
+            fence = opened[1]
+        elif directive:
+            code = indent
+        elif stripped.startswith("|") and not _RULE.match(stripped):
+            yield from ((number, cell) for cell in re.split(r"(?<!\\)\|", stripped.strip("|")))
+        elif stripped.startswith("#"):
             yield number, stripped.lstrip("# ")
+        if aside:
             continue
         if not paragraph:
-            start = number
-        paragraph.append(re.sub(r"^([-*+]|\d+\.)\s+", "", stripped))
+            start, further = number, -1 if starts else indent
+        paragraph.append(_ITEM.sub("", stripped, count=1) if starts else stripped)
         if stripped.endswith("::"):
             yield start, " ".join(paragraph)
-            paragraph, indented_code = [], indent
+            paragraph, code = [], indent
 
 
 def of_page(path: Path, root: Path) -> Iterator[Sentence]:
