@@ -1,18 +1,18 @@
 r"""
-What does my curve say about the sample?
-========================================
+Sample parameters from a measured curve
+=======================================
 
-*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, which Hamaker constant,
-which viscosity are behind it, and how sure is that?* This tutorial fits a synthetic curve with noise. The values that it
-was made with are told at the end.
+*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, Hamaker constant and
+viscosity fit the curve, and how large are their errors?* This tutorial fits a synthetic curve with noise. The true values are
+at the end.
 """
 
 # %%
 # The curve
 # ---------
 #
-# dForce ships the curve as a text file with columns for height, amplitude and phase. The sign of the phases is asked for,
-# because no check of a curve can tell it: here they are lags, which rise when the tip is attracted.
+# dForce ships the curve as a text file with columns for height, amplitude and phase. The sign of the phase is an input, because
+# no check of a curve shows it. Here the phases are lags, which rise when the tip is attracted.
 
 from importlib.resources import files
 
@@ -25,7 +25,7 @@ file = files("dforce.library") / "measured" / "stiff.csv"
 measured = df.read_measured(str(file), phase_convention="lag")
 
 # %%
-# The case says how it was measured: spring constant, resonance and Q of the thermal spectrum, free amplitude, tip radius.
+# The case describes the measurement: spring constant, resonance and Q from the thermal spectrum, free amplitude, tip radius.
 # Modulus, Hamaker constant and viscosity are guesses, and poor ones.
 
 case = df.Case(
@@ -52,17 +52,17 @@ for name in ("amplitude_error", "phase_error", "free_amplitude"):
 # The fit
 # -------
 #
-# Three parameters of the sample are free. Beside them the fit varies what the measurement does not know of itself: the offset
-# of the heights, the free amplitude, the offset of the phase. Q is known to 2 %, so it has a prior.
+# Three parameters of the sample are free. The fit also varies three unknown offsets: of the heights, of the free amplitude
+# and of the phase. Q has an error of 2 %, so it has a prior.
 
 free = ["sample.youngs_modulus", "forces.dmt.hamaker", "forces.kelvin_voigt.viscosity"]
 fit = df.fit(case, curve, free=free, priors={"cantilever.Q": "180.0(36)"}, given={"cantilever.k": "2.7(2) N/m"})
 print(df.fit_report(fit))
 
 # %%
-# Read the report from the top. Chi2 is about the number of degrees of freedom: the model describes the curve within its
-# noise. No point is lost. Then the values: the second error of each is what the uncertain spring constant adds. Hamaker
-# constant and modulus are strongly correlated: a little more of both gives nearly the same curve.
+# Read the report from the top. Chi2 is near the number of degrees of freedom: the model describes the curve within its noise.
+# No point is lost. Next are the values. The second error of each comes from the uncertain spring constant. Hamaker constant
+# and modulus are strongly correlated: an increase of both leaves the curve nearly unchanged.
 
 df.plot.fit(fit)
 plt.show()
@@ -73,7 +73,7 @@ plt.show()
 # Is viscosity needed?
 # --------------------
 #
-# The same fit without it, and both compared:
+# The next lines repeat the fit without viscosity and compare both:
 
 elastic = df.fit(
     case.replace(forces=[df.forces.DMT(hamaker="2e-19 J")]), curve, free=free[:2], priors={"cantilever.Q": "180.0(36)"}
@@ -82,10 +82,10 @@ table = df.compare_fits({"viscous": fit, "elastic": elastic})
 print(table[["chi2", "parameters", "delta_aic"]].to_dataframe())
 
 # %%
-# What if only the curve behind the jump had been measured?
-# ----------------------------------------------------------
+# A curve behind the jump only
+# ----------------------------
 #
-# Ask before the next session:
+# Predict the errors before the next session:
 
 best = case.replace("sample.youngs_modulus", float(fit["value"].sel(parameter=free[0])))
 best = best.replace("forces.dmt.hamaker", float(fit["value"].sel(parameter=free[1])))
@@ -94,14 +94,14 @@ told = df.identify(best, free=free, helps=False)
 print(df.identify_report(told))
 
 # %%
-# Both sides of the jump together tell the modulus far better than the points behind it: there a shift of the heights passes
-# for stiffness.
+# Both sides of the jump together constrain the modulus far better than the points behind it: there a shift of the heights looks
+# like stiffness.
 #
 # The truth
 # ---------
 #
-# The curve was made with E = 2 GPa, H = 6e-20 J, a viscosity of 20 Pa s, an offset of the heights of 0.35 nm, and 1.2° of
-# phase, which calibration has taken away.
+# The true values are E = 2 GPa, H = 6e-20 J and a viscosity of 20 Pa s. The curve has an offset of the heights of 0.35 nm. Its
+# phase had an offset of 1.2°, removed by the calibration.
 
 truth = {free[0]: 2e9, free[1]: 6e-20, free[2]: 20.0, "zc_offset": 0.35e-9}
 for name, value in truth.items():

@@ -19,7 +19,7 @@ PROBES = (-1e-9, 0.1e-9, 0.5e-9, 1e-9, 1e-8, 1e-7)  # m; a law that is finite at
 
 
 class _Of:
-    """What the class may be and each force is or is not: whether the law depends on a variable."""
+    """Whether the law of a force depends on a variable; for the class: whether any law may."""
 
     def __init__(self, variable: str) -> None:
         self.variable = variable

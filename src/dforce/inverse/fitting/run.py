@@ -62,9 +62,9 @@ def fit(
         Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
         A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
-        result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90
-        when free at resonance), optional `amplitude_2` and `phase_2`, `direction` and `branch` (1 before, -1 behind a jump).
-        Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
+        result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag,
+        90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1 before, -1 behind a
+        jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.

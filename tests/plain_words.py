@@ -80,6 +80,9 @@ _SHORT = re.compile(
 )
 
 
+_CITATION = re.compile(r"\((?:[^()]|\([^()]*\))*?\(?\b(?:18|19|20)\d\d\b\)?(?:[^()]|\([^()]*\))*\)")
+
+
 def plain(text: str) -> str:
     """Return text without its markup: code, mathematics and links count as one word."""
     text = re.sub(r"\{[a-z:]+\}`([^`<]*?)\s*(?:<[^`]*>)?`", r"\1", text)
@@ -90,7 +93,7 @@ def plain(text: str) -> str:
     text = re.sub(r"\$[^$\n]+\$", "EQUATION", text)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"\*\*?([^*]+)\*\*?", r"\1", text)
-    text = re.sub(r"\((?:[^()]|\([^()]*\))*\b(?:18|19|20)\d\d\b(?:[^()]|\([^()]*\))*\)", "", text)  # a citation
+    text = _CITATION.sub("", text)
     text = re.sub(r"CODE(?:(?:, | and | or |, and |, or )CODE)+", "CODE", text)  # a list of names counts as one word
     return re.sub(r"\s+", " ", text).strip()
 
@@ -163,59 +166,49 @@ def of_page(path: Path, root: Path) -> Iterator[Sentence]:
 
 
 # -------------------------------------------------------------------------------------------------- source to sentences
+_CODE = re.compile(
+    r"\s*(?:def |from \S+ import |import |class |@)|.*\n    return ", re.DOTALL
+)  # texts that are programs
+
+
 def _joined(node: ast.expr) -> str | None:
     """Return the text of a literal, a value in it as one word; None for anything else."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
     if isinstance(node, ast.JoinedStr):
-        return "".join(str(v.value) if isinstance(v, ast.Constant) else "VALUE" for v in node.values)
+        return "".join(str(part.value) if isinstance(part, ast.Constant) else "VALUE" for part in node.values)
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
         left, right = _joined(node.left), _joined(node.right)
         return None if left is None and right is None else (left or "VALUE") + (right or "VALUE")
     return None
 
 
-def _of_source(path: Path, docstrings: bool) -> Iterator[tuple[int, str]]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    documented = {}
-
-    def document(node: ast.Module | ast.ClassDef | ast.FunctionDef, public: bool) -> None:
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-                document(child, public and not child.name.startswith("_") and not isinstance(node, ast.FunctionDef))
-            elif not isinstance(child, ast.expr):
-                document(child, public)
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and node.body:
-            first = node.body[0]
-            if (
-                isinstance(first, ast.Expr)
-                and isinstance(first.value, ast.Constant)
-                and isinstance(first.value.value, str)
-            ):
-                documented[first.value] = public
-
-    document(tree, True)
-    inside: set[ast.AST] = {
-        node.value for node in ast.walk(tree) if isinstance(node, ast.Expr) and node.value not in documented
-    }
-    for node in ast.walk(tree):
-        if node in documented:
-            if docstrings and documented[node]:
-                yield node.lineno, ast.get_docstring(ast.Module([ast.Expr(node)], [])) or ""
-            continue
+def of_source(path: Path, root: Path) -> Iterator[Sentence]:
+    """Give the sentences in the texts of a source file, without its docstrings: all with four words or more."""
+    place = path.relative_to(root).as_posix()
+    inside: set[ast.AST] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Expr):
+            inside.add(node.value)  # a docstring, of an attribute too
         if node in inside or not isinstance(node, ast.expr):
             continue
         text = _joined(node)
-        if text is not None:
-            inside.update(ast.walk(node))
-            if len(text.split()) >= 4 and re.search(r"[a-z]{2} [a-z]{2}", text):
-                yield node.lineno, text
+        if text is None:
+            continue
+        inside.update(ast.walk(node))
+        if len(text.split()) >= 4 and re.search(r"[a-z]{2} [a-z]{2}", text) and not _CODE.match(text):
+            for offset, block in blocks(text):
+                yield from (Sentence(place, node.lineno + offset - 1, sentence) for sentence in sentences(block))
 
 
-def of_source(path: Path, root: Path, *, docstrings: bool = True) -> Iterator[Sentence]:
-    """Give the sentences in the public docstrings and in the texts of a source file."""
-    place = path.relative_to(root).as_posix()
-    for line, text in _of_source(path, docstrings):
-        for offset, block in blocks(text):
-            for sentence in sentences(block):
-                yield Sentence(place, line + offset - 1, sentence)
+def of_script(path: Path, root: Path) -> Iterator[Sentence]:
+    """Give the sentences of a script of the gallery: its docstring, its blocks of comments behind ``# %%``, its texts."""
+    source, place = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
+    shown = [(1, ast.get_docstring(ast.parse(source)) or "")]
+    for block in re.finditer(r"^# %%.*\n((?:#.*\n)+)", source, re.MULTILINE):
+        line = source.count("\n", 0, block.start(1)) + 1
+        shown.append((line, re.sub(r"^# ?", "", block[1], flags=re.MULTILINE)))
+    for line, text in shown:
+        for offset, paragraph in blocks(text):
+            yield from (Sentence(place, line + offset - 1, sentence) for sentence in sentences(paragraph))
+    yield from of_source(path, root)
