@@ -42,7 +42,7 @@ class SweepWorkers:
 
 
 @dataclass(frozen=True)
-class KeptQuantities:
+class QuantityOptions:
     """Which quantities stay."""
 
     keep: Annotated[
@@ -70,7 +70,7 @@ def sweep(
             "Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
         ),
     ],
-    kept: KeptQuantities,
+    kept: QuantityOptions,
     by: SweepWorkers,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with what is in OUT.")] = False,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw some of the cases.")] = None,

@@ -136,8 +136,8 @@ def sweep(
             announce("this sweep is complete; nothing was computed")
             return resume
     kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
-    with watched(progress, case.title) as tell:
-        crew = Crew(points, paced(tell), workers)
+    with watched(progress, case.title) as report_progress:
+        crew = Crew(points, paced(report_progress), workers)
         crew.add(0 if resume is None else cases.take(resume))
         done = cases.compute(crew, kept if set_point is None else kept | NEEDED)
     data = cases.result(asked)
