@@ -108,7 +108,7 @@ def test_a_motion_that_has_not_settled_says_so():
     assert (curve.status == STATUS.NOT_SETTLED).all()
     assert np.isfinite(curve.amplitude).all()
     sentences = str(curve.status.attrs["flag_sentences"]).splitlines()
-    assert "not settled" in sentences[STATUS.NOT_SETTLED]
+    assert "did not settle" in sentences[STATUS.NOT_SETTLED]
 
 
 def test_results_do_not_depend_on_how_often_the_watch_is_looked_at(monkeypatch):
