@@ -146,7 +146,30 @@ assert difference < 1e-21
 # sphinx_gallery_end_ignore
 
 # %%
-# Forces with memory (a relaxing sample) or with two branches (a neck that is there or not) are classes of the
-# same kind; :class:`dforce.Force` describes their extra members, and ``sls.py`` and ``capillary.py`` among
-# the shipped models are examples to copy. To give your model to others, publish it as a package that names it
-# under the entry point ``dforce.forces``: whoever installs it has the model.
+# As a package
+# ------------
+#
+# To give the model to others, put ``brush.py`` into a folder ``brush-force`` beside this file:
+#
+# .. code-block:: toml
+#    :caption: brush-force/pyproject.toml
+#
+#    [project]
+#    name = "brush-force"
+#    version = "1.0"
+#    dependencies = ["dforce"]
+#
+#    [project.entry-points."dforce.forces"]
+#    brush = "brush"
+#
+#    [build-system]
+#    requires = ["hatchling"]
+#    build-backend = "hatchling.build"
+#
+#    [tool.hatch.build.targets.wheel]
+#    include = ["brush.py"]
+#
+# After ``python -m pip install ./brush-force``, ``dforce models brush`` shows its page, and a case needs no ``plugins``.
+#
+# Forces with memory (a relaxing sample) or with two branches (a neck that forms and breaks) are classes of the same kind.
+# :class:`dforce.Force` describes their extra members; copy ``sls.py`` or ``capillary.py`` of the shipped models.
