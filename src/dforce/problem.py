@@ -8,7 +8,7 @@ import functools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -36,6 +36,18 @@ from dforce.instrument import (
 )
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
+
+
+class Instrument(NamedTuple):
+    """The parts of an instrument as a user gives them."""
+
+    cantilever: Cantilever
+    drive: Drive
+    tip: Tip = Tip()
+    sample: Sample = Sample()
+    contact: Contact = Contact()
+    medium: Medium = Medium()
+    readout: Readout = Readout()
 
 
 @dataclass(frozen=True)
@@ -83,18 +95,7 @@ class Problem:
     heights: Heights | None = None
 
     @classmethod
-    def build(
-        cls,
-        cantilever: Cantilever,
-        drive: Drive,
-        tip: Tip | None = None,
-        sample: Sample | None = None,
-        contact: Contact | None = None,
-        medium: Medium | None = None,
-        forces: Iterable[Force] = (),
-        readout: Readout | None = None,
-        noise: Noise | None = None,
-    ) -> Self:
+    def build(cls, instrument: Instrument, forces: Iterable[Force] = (), noise: Noise | None = None) -> Self:
         """Return the problem of an instrument, with every default filled in.
 
         Raises
@@ -103,8 +104,7 @@ class Problem:
             When a force needs a value that is not given, two forces count one interaction, a tone drives a
             mode that is not there, or a number is too small or large to compute with.
         """
-        tip, sample, readout = tip or Tip(), sample or Sample(), readout or Readout()
-        contact, medium = contact or Contact(), medium or Medium()
+        cantilever, drive, tip, sample, contact, medium, readout = instrument
         if tip.radius is None and cantilever.tip_radius is not None:
             tip = tip.model_copy(update={"radius": cantilever.tip_radius})
         modes = cantilever.resolve(medium)

@@ -301,7 +301,7 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
     ("words", "sentence"),
     [
         (["run", "missing.toml"], "there is no file 'missing.toml'"),
-        (["run", "figure-3-ari"], "there is no example 'figure-3-ari'; did you mean 'figure-3-air'?"),
+        (["run", "figure-3-ari"], "there is no file 'figure-3-ari'; did you mean the example 'figure-3-air'?"),
         (["run", "."], "is a folder"),
         (["run", "case.toml", "-o", "out.xlsx"], "ends in '.xlsx'"),
         (["run", "case.toml", "-o", "no/out.nc"], "there is no folder"),

@@ -94,3 +94,63 @@ def test_states_that_cannot_be_drawn_are_refused_before_the_run(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["run", *words, "--states"])
     assert done.exit_code == 2 and sentence in done.stderr and list(tmp_path.iterdir()) == []
+
+
+LEVER = """
+cantilever = { f0 = "50 kHz", k = 1.0, Q = 100 }
+drive = { A0 = "8 nm" }
+tip = { radius = "5 nm" }
+sample = { youngs_modulus = "1 GPa" }
+forces = [{ model = "dmt", hamaker = "3e-20 J" }]
+"""
+
+
+def at_set_point(folder, monkeypatch, shares, *more, text=LEVER):
+    """Run a case at set points, in a folder of its own."""
+    monkeypatch.chdir(folder)
+    Path("case.toml").write_text(text, encoding="utf-8")
+    asked = [] if shares is None else ["--at-set-point", shares]
+    return CliRunner().invoke(app, ["run", "case.toml", "-o", "x.nc", *asked, *more])
+
+
+def test_a_case_without_an_experiment_gives_the_peak_force_at_a_set_point(tmp_path, monkeypatch):
+    done = at_set_point(tmp_path, monkeypatch, "80 %,0.6", "--json")
+    assert done.exit_code == 0, done.stderr
+    states = json.loads(done.stdout)["at_set_point"]
+    assert sorted({state["set_point"] for state in states}) == [0.6, 0.8]
+    assert {state["direction"] for state in states} == {"approach", "retract"}
+    one = df.at_set_point(df.read("x.nc"), 0.8).isel(crossing=0)
+    first = next(state for state in states if state["set_point"] == 0.8)
+    assert first["peak_force"] == float(one["peak_force"])
+    assert first["zc"] == float(one["zc"])
+
+
+def test_a_table_has_a_row_for_each_state_at_the_set_points_of_a_case(tmp_path, monkeypatch):
+    text = LEVER + 'experiment = { kind = "branches", zc = ["9.6 nm", "6 nm"], search = 3, set_point = ["80 %", 0.9] }'
+    done = at_set_point(tmp_path, monkeypatch, None, text=text)
+    assert done.exit_code == 0, done.stderr
+    states = df.at_set_point(df.read("x.nc"), 0.8)
+    rows = [line for line in done.stdout.splitlines() if line.startswith("peak force at 80 %")]
+    assert len(rows) == states.sizes["crossing"] > 1
+    assert sum("unstable" in row for row in rows) == (~states["stable"].values).sum() == 1
+    assert any(line.startswith("peak force at 90 %") for line in done.stdout.splitlines())
+    assert f"{states.sizes['crossing']} states at 80 %" in done.stderr
+
+
+FAR = 'experiment={ kind = "approach", zc = { start = "9 nm", stop = "8 nm", points = 5 } }'
+
+
+@pytest.mark.parametrize(
+    ("shares", "more", "code", "sentence"),
+    [
+        ("0.8", ["--set", FAR], 2, "Let experiment.zc stop nearer to the sample"),
+        ("0.8,0.97", ["--set", FAR], 0, "No state at 80 %: A/A0 on this curve is"),
+        ("0.8", ["--set", FAR.replace("9 nm", "5 nm").replace("8 nm", "3 nm")], 2, "start farther from the sample"),
+        ("80", [], 2, "did you mean 0.8 or '80 %'?"),
+        ("0.8", ["--set", 'experiment={ kind = "dwell", zc = "4 nm" }'], 2, "this experiment is dwell"),
+    ],
+)
+def test_a_set_point_without_a_state_is_answered_in_a_sentence(tmp_path, monkeypatch, shares, more, code, sentence):
+    done = at_set_point(tmp_path, monkeypatch, shares, *more)
+    assert done.exit_code == code, done.output
+    assert sentence in done.stderr

@@ -115,7 +115,7 @@ def test_the_width_is_that_of_the_terminal():
     ("words", "sentence"),
     [
         (["rnu", "figure-3-air"], "there is no command 'rnu'; did you mean 'run'?"),
-        (["run", "figure-3-ari"], "there is no example 'figure-3-ari'; did you mean 'figure-3-air'?"),
+        (["run", "figure-3-ari"], "there is no file 'figure-3-ari'; did you mean the example 'figure-3-air'?"),
         (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
         (["run", "figure-3-air", "--plto", "x.png"], "there is no option '--plto'; did you mean '--plot'?"),
         (["--versoin"], "there is no option '--versoin'; did you mean '--version'?"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers import transient
 from dforce.solvers.integrator import INTEGRATORS
 
@@ -130,9 +130,15 @@ def test_results_do_not_depend_on_how_often_the_watch_is_looked_at(monkeypatch):
 def with_hole(**solver):
     """Return a problem without a force, but with nothing that is a number below 6.5 nm; no case can hold it."""
     problem = Problem.build(
-        df.Cantilever(f0="50 kHz", k="1 N/m", Q=5), df.Drive(A0="1 nm"), df.Tip(radius="2 nm"),
-        df.Sample(youngs_modulus="1 GPa"), contact=df.Contact(a0="6.5 nm"), forces=[df.forces.Hertz()],
-    )  # fmt: skip
+        Instrument(
+            df.Cantilever(f0="50 kHz", k="1 N/m", Q=5),
+            df.Drive(A0="1 nm"),
+            df.Tip(radius="2 nm"),
+            df.Sample(youngs_modulus="1 GPa"),
+            contact=df.Contact(a0="6.5 nm"),
+        ),
+        forces=[df.forces.Hertz()],
+    )
     hole = problem.forces[0].model_copy(update={"E_eff": math.nan})
     return dataclasses.replace(problem, forces=(hole,)), df.SolverSettings(**solver)
 

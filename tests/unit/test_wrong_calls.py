@@ -220,7 +220,7 @@ def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: df.run("figure-3-air"), "case = 'figure-3-air' is not a case; df.example and df.load_case give one"),
+        (lambda: df.dwell("figure-3-air", "5 nm"), "case = 'figure-3-air' is not a case; df.example and df.load_case give one"),
         (lambda: df.advice(1), "case = 1 is neither a case nor a result; df.example and df.load_case give one; "
                                "df.run and df.read give one"),
         (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; df.run and df.read give one"),

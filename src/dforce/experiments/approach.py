@@ -11,9 +11,9 @@ from dforce.core.parameters import Part, param, part
 from dforce.experiments.base import (
     PROTOCOL,
     CaseLike,
+    DistanceExperiment,
     Distances,
     Grid,
-    MotionExperiment,
     Progress,
     ProtocolName,
     RelativeGrid,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from dforce.solvers import SolverSettings
 
 
-class Approach(MotionExperiment):
+class Approach(DistanceExperiment):
     """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
 
     kind: Literal["approach"] = "approach"

@@ -12,7 +12,7 @@ import pydantic
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Parameters, Quantity, param
+from dforce.core.parameters import Number, Numbers, Parameters, Quantity, param
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, str], None]  # points done, points in all, what is being done
 
+SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
 MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
 MOST_SHARE = 50.0  # of the free amplitude; more are per cent
 
@@ -211,7 +212,22 @@ class MotionExperiment(Experiment):
     )
 
 
-SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
+class DistanceExperiment(MotionExperiment):
+    """One that gives the amplitude along the distance, and so the states at a set point."""
+
+    set_point: Numbers = param(
+        SET_POINT,
+        unit="1",
+        symbol="A/A_0",
+        above=0.0,
+        high=1.0,
+        doc="set points whose states the table of results shows, as shares of the free amplitude (one, or a list)",
+    )
+
+    @pydantic.field_validator("set_point", mode="before")
+    @classmethod
+    def _one_or_many(cls, given: Any) -> Any:
+        return given if isinstance(given, list | tuple) else (given,)
 
 
 def tapping_distance(problem: Problem) -> str:

@@ -15,7 +15,7 @@ from dforce.core.marks import words
 from dforce.core.parameters import Number, Parameters, Part, Quantity, param
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
-from dforce.experiments.base import CaseLike, MotionExperiment, Progress, whole_range
+from dforce.experiments.base import CaseLike, DistanceExperiment, Progress, whole_range
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ def _span_of_pair(given: Any) -> Any:
     return {"start": given[0], "stop": given[1]} if isinstance(given, tuple) and len(given) == 2 else given
 
 
-class Branches(MotionExperiment):
+class Branches(DistanceExperiment):
     """All steady states along a parameter, stable or not: the curves of periodic orbits, through folds."""
 
     kind: Literal["branches"] = "branches"

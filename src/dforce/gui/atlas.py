@@ -48,7 +48,7 @@ class Over:
         return {"row": self.row.name, "document": self.document.to_plain()}
 
     @classmethod
-    def of(cls, result: xr.Dataset, origin: Any) -> Self:
+    def of(cls, result: xr.Dataset, origin: object) -> Self:
         """Return a result with what :meth:`origin` gave.
 
         Raises

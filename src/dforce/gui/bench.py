@@ -77,7 +77,7 @@ class Bench:
             fit = self.shelf.take(measured.fit) if measured.fit else None
         return curve, fit, ""
 
-    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, Any]) -> Document:
+    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> Document:
         """Keep a curve that was read, and return the document with it in place of an earlier one.
 
         Raises

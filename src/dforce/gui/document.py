@@ -178,11 +178,11 @@ class Document:
                 return None
         return found
 
-    def put(self, path: Path, value: Any) -> Self:
+    def put(self, path: Path, value: object) -> Self:
         """Return the document with a value at a path; None takes away what stands there."""
         return dataclasses.replace(self, table=_put(self.table, path, value))
 
-    def add(self, path: Path, item: Any) -> Self:
+    def add(self, path: Path, item: object) -> Self:
         """Return the document with one more item at the end of a list."""
         return self.put(path, [*(self.value(path) or []), item])
 
@@ -206,7 +206,7 @@ class Document:
         off = set(self.off) - {place} if on else set(self.off) | {place}
         return dataclasses.replace(self, off=tuple(sorted(off)))
 
-    def choose(self, path: Path, old: str, new: str, value: Any) -> Self:
+    def choose(self, path: Path, old: str, new: str, value: object) -> Self:
         """Return the document with another choice at a path; what the old one held is put aside and comes back with it.
 
         `value` is what the new choice starts with when it was never typed in.
@@ -251,7 +251,7 @@ def _slider(given: Any) -> Slider:
     return Slider(bounds.path(given["path"]), low, high)
 
 
-def _unnamed(table: Mapping[str, Any]) -> dict[str, Any]:
+def _unnamed(table: Mapping[str, object]) -> dict[str, Any]:
     return {name: part for name, part in table.items() if name not in NAMING}
 
 

@@ -213,7 +213,7 @@ def _map(result: xr.Dataset, choice: Choice) -> Figure:
     return {"data": [trace, *legend, *marks], "layout": layout, "bar": False}
 
 
-def _entry(name: str, symbol: str, size: int, color: Any) -> Figure:
+def _entry(name: str, symbol: str, size: int, color: object) -> Figure:
     marker = {"symbol": symbol, "size": size, "color": color}
     return {"type": "scatter", "x": [None], "y": [None], "mode": "markers", "name": name, "marker": marker}
 

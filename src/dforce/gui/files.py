@@ -10,7 +10,7 @@ import threading
 import weakref
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
@@ -149,7 +149,7 @@ class Files:
             await session.take_result(Document.of(case), result)
             self.view.show_result(result)
 
-    async def open_measured(self, data: bytes, name: str, settings: Mapping[str, Any]) -> None:
+    async def open_measured(self, data: bytes, name: str, settings: Mapping[str, object]) -> None:
         """Show a measured curve under that of the model; what its file does not tell is asked for.
 
         Raises
@@ -170,7 +170,12 @@ class Files:
         self.plots.show_measured()
 
     def _ask(
-        self, asked: Mapping[measured.Place, Field], sentence: str, data: bytes, name: str, settings: Mapping[str, Any]
+        self,
+        asked: Mapping[measured.Place, Field],
+        sentence: str,
+        data: bytes,
+        name: str,
+        settings: Mapping[str, object],
     ) -> None:
         """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
 

@@ -53,7 +53,9 @@ class Question(df.ParameterError):
         self.asked = dict(asked)
 
 
-def curve_from(data: bytes, name: str, settings: Mapping[str, Any], case: df.Case | None, folder: Path) -> xr.Dataset:
+def curve_from(
+    data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None, folder: Path
+) -> xr.Dataset:
     """Return the measured curve in the bytes of a file, before its calibration. Blocking.
 
     Parameters
@@ -134,7 +136,7 @@ def script_of(curve: Measured, picture: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def with_answers(settings: Mapping[str, Any], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
+def with_answers(settings: Mapping[str, object], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
     """Return settings with answers; one that is empty says nothing."""
     found: dict[str, Any] = copy.deepcopy(dict(settings))
     for place, answer in zip(places, answers, strict=True):
@@ -155,7 +157,7 @@ def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _questions(
-    sentence: str, data: bytes, name: str, settings: Mapping[str, Any], case: df.Case | None
+    sentence: str, data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None
 ) -> Iterator[tuple[Place, Field]]:
     """Give the questions that a sentence of the reader comes to, and the sign of the phases with the first of them."""
     found = dict(_of_reading(sentence, data, name)) or dict(_of_calibration(sentence, case))

@@ -121,7 +121,7 @@ def unpacked(data: bytes, folder: Path) -> Project:
     return Project(document, results, _over(opened_from(over, folder), origin))
 
 
-def _over(result: xr.Dataset, origin: Any) -> Over:
+def _over(result: xr.Dataset, origin: object) -> Over:
     """Return the result over parameters of a project.
 
     Raises
@@ -144,7 +144,7 @@ def beside(document: Document) -> list[str]:
     return [] if measured is None else [measured.id, *([measured.fit] if measured.fit else [])]
 
 
-def _document(plain: Any) -> Document:
+def _document(plain: object) -> Document:
     """Return the document of a project.
 
     Raises

@@ -11,7 +11,7 @@ import time
 import weakref
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import dforce as df
 from dforce.gui import compare
@@ -69,7 +69,7 @@ class Session:
         What may be asked for.
     """
 
-    def __init__(self, store: MutableMapping[str, Any], folder: Path, limits: Limits = ALONE) -> None:
+    def __init__(self, store: MutableMapping[str, object], folder: Path, limits: Limits = ALONE) -> None:
         self.store, self.shelf, self.limits = store, Shelf(folder), limits
         self.bench = Bench(folder / "measured")
         self.atlas = Atlas()
@@ -272,7 +272,7 @@ class Session:
                 self.results_of[identifier] = result
                 self._known[identifier] = weakref.ref(result)
 
-    async def take_measured(self, raw: xr.Dataset, name: str, settings: Mapping[str, Any]) -> None:
+    async def take_measured(self, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> None:
         """Take a measured curve in place of an earlier one.
 
         Raises

@@ -155,7 +155,7 @@ class Beam(Parameters):
 
     @pydantic.field_validator("Q", mode="before")
     @classmethod
-    def _one_or_many(cls, given: Any) -> Any:
+    def _one_or_many(cls, given: object) -> Any:
         return given if isinstance(given, list | tuple) else (given,)
 
     @pydantic.model_validator(mode="after")
@@ -326,7 +326,7 @@ class Cantilever(Parameters):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _name_alone(cls, data: Any) -> Any:
+    def _name_alone(cls, data: object) -> Any:
         return {"name": data} if isinstance(data, str) else data
 
     @pydantic.model_validator(mode="after")

@@ -51,7 +51,7 @@ class Points:
     zc: Array
     motions: Array
 
-    def take(self, which: Any) -> Points:
+    def take(self, which: object) -> Points:
         """Return some of them."""
         return Points(*(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions")))
 
@@ -78,9 +78,7 @@ class Solver:
         key = (*map(float, values), *(value for _, value in extra))
         if key not in self._problems:
             case = self.case_at(values, extra)
-            self._problems[key] = Problem.build(
-                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-            )
+            self._problems[key] = Problem.build(case.instrument, case.forces)
         return self._problems[key]
 
     def solve(self, points: Points, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -32,12 +32,11 @@ CLEAR = 5.0  # errors
 GIVE_THE_SIGN = "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What a user says about a file; see :func:`dforce.read_measured`."""
+class Told(TypedDict, total=False):
+    """The same as a user types it; see :func:`dforce.read_measured`."""
 
-    columns: Mapping[str, str]
-    units: Mapping[str, str]
+    columns: Mapping[str, str] | None
+    units: Mapping[str, str] | None
     sensitivity: float | str | None
     amplitude_is: str | None
     phase_convention: str | None
@@ -45,8 +44,22 @@ class Asked:
     height_grows: str | None
     direction: str | None
 
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user says about a file, checked; see :func:`dforce.read_measured`."""
+
+    columns: Mapping[str, str]
+    units: Mapping[str, str]
+    sensitivity: float | str | None = None
+    amplitude_is: str | None = None
+    phase_convention: str | None = None
+    height: str | None = None
+    height_grows: str | None = None
+    direction: str | None = None
+
     @classmethod
-    def of(cls, columns: Mapping[str, str] | None, units: Mapping[str, str] | None, *rest: Any) -> Asked:
+    def of(cls, told: Told | Mapping[str, Any]) -> Asked:
         """Return what was asked, after checking that the words are known.
 
         Raises
@@ -54,7 +67,7 @@ class Asked:
         ParameterError
             For an unknown one, with the nearest.
         """
-        asked = cls(columns or {}, units or {}, *rest)
+        asked = cls(**{**told, "columns": told.get("columns") or {}, "units": told.get("units") or {}})
         for name, table in (("columns", asked.columns), ("units", asked.units)):
             for key, value in table.items():
                 if key not in MEANINGS:

@@ -104,7 +104,7 @@ def plan(
     return data
 
 
-def _pair(path: str, given: Any) -> Any:
+def _pair(path: str, given: object) -> Any:
     """Return a pair of values as a range."""
     if isinstance(given, list | tuple) and len(given) == 2 and isinstance(given[0], str):
         return {"start": given[0], "stop": given[1], "points": 19}

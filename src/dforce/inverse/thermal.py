@@ -203,7 +203,7 @@ def thermal_tune(
     )
 
 
-def _arrays(frequency: Any, density: Any, unit: str | None) -> Table:
+def _arrays(frequency: object, density: object, unit: str | None) -> Table:
     """Return a table of frequencies and densities that were given as arrays."""
     if density is None or isinstance(frequency, str | os.PathLike):
         raise ParameterError("give a file, or two arrays: frequencies (Hz) and densities, with their unit")

@@ -74,9 +74,7 @@ def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any
     """Return the problem at values of the parameters."""
     for axis, value in zip(axes, values, strict=True):
         case = with_number(case, axis.path, value)
-    return Problem.build(
-        case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-    )
+    return Problem.build(case.instrument, case.forces)
 
 
 def scaled_motion(problem: Any, motion: Array) -> Array:

@@ -167,7 +167,7 @@ def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> Non
         target.suptitle(lines, fontsize="medium", parse_math=False)
 
 
-def figure_of(axes: Any) -> Figure:
+def figure_of(axes: object) -> Figure:
     """Return the whole figure that holds axes, one or a list of them, or a part of a figure.
 
     Raises
@@ -190,7 +190,7 @@ def wrapped(text: str, length: int) -> str:
 
 
 @checked
-def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
+def save(axes: object, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
     """Write the picture that holds `axes` (one, or a list of them) to PNG, PDF or SVG, whole or not at all.
 
     Parameters

@@ -117,7 +117,7 @@ def _is_column(member: h5py.Dataset) -> bool:
     return bool(plain and member.ndim == 1 and len(member) > 1)
 
 
-def _is_text(dtype: Any) -> bool:
+def _is_text(dtype: object) -> bool:
     import h5py
 
     return h5py.check_string_dtype(dtype) is not None

@@ -135,12 +135,12 @@ class Writer:
         self.seal = replace(self.seal, files={**self.seal.files, **sums})
         self._take(whole_files(self.files, self.seal))
 
-    def mark(self, attrs: Mapping[str, Any]) -> None:
+    def mark(self, attrs: Mapping[str, object]) -> None:
         """Write attributes beside those that the store has, such as that it is unfinished, and mend those that are damaged."""
         with self._told():
             self._put_attributes(self.attributes | plain(attrs))
 
-    def _put_attributes(self, attributes: Mapping[str, Any]) -> None:
+    def _put_attributes(self, attributes: Mapping[str, object]) -> None:
         """Write attributes of the store; the copy first, so that one of the two is whole at any moment."""
         self.attributes = dict(attributes)
         content = sealed(self.attributes, self.seal)
@@ -175,7 +175,11 @@ class Writer:
         return not wrong
 
     def put(
-        self, blocks: Blocks, place: Mapping[str, slice], arrays: Mapping[str, tuple[tuple[str, ...], Any]], broken: int
+        self,
+        blocks: Blocks,
+        place: Mapping[str, slice],
+        arrays: Mapping[str, tuple[tuple[str, ...], object]],
+        broken: int,
     ) -> None:
         """Write a block, its record last.
 
@@ -237,7 +241,7 @@ class Writer:
             with self._told():
                 self._put_attributes(self.attributes | {NOTES: "\n".join([*before, sentence])})
 
-    def finish(self, attrs: Mapping[str, Any], empty: Sequence[str], without: Sequence[str]) -> None:
+    def finish(self, attrs: Mapping[str, object], empty: Sequence[str], without: Sequence[str]) -> None:
         """Write attributes of a result that is complete, without some that it had, and without arrays that stayed empty."""
         kept = {key: value for key, value in self.attributes.items() if key not in {*without, UNFINISHED}}
         gone = [f"{name}/{ROOT}" for name in empty if name in self._arrays and name not in self._filled]

@@ -129,7 +129,7 @@ def _lag(c: Complex) -> Any:
     return phase_lag(c)
 
 
-def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Motion]:
+def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float, Motion]:
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")

@@ -95,7 +95,7 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     return _finished(curve, case, found, band, count, interrupted)
 
 
-def lock_in_of(problem: Problem, bandwidth: Any, poles: int | None) -> tuple[float, int]:
+def lock_in_of(problem: Problem, bandwidth: object, poles: int | None) -> tuple[float, int]:
     """Return bandwidth (Hz) and poles of the lock-in, as given or as the case says."""
     try:
         band = problem.noise.bandwidth if bandwidth is None else units.parse(bandwidth, "Hz")

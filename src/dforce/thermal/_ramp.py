@@ -73,7 +73,7 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
     return describe(data)
 
 
-def _speeds(given: Any) -> Array:
+def _speeds(given: object) -> Array:
     try:
         found = np.array(units.parse_all(given, "m/s"))
     except UnitError as error:

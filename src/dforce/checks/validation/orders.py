@@ -20,7 +20,7 @@ from dforce.forces.kelvin_voigt import KelvinVoigt
 from dforce.forces.sneddon import Sneddon
 from dforce.forces.van_der_waals import VanDerWaals
 from dforce.instrument import Cantilever, Drive, Sample, Tip
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 
@@ -100,10 +100,12 @@ def _problem(name: str) -> Problem:
     }
     # Q = 2, so that RK4 takes as few points as asked for
     return Problem.build(
-        Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
-        Drive(A0="10 nm"),
-        Tip(radius="2 nm"),
-        Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        Instrument(
+            Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
+            Drive(A0="10 nm"),
+            Tip(radius="2 nm"),
+            Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        ),
         forces=choices[name],
     )
 

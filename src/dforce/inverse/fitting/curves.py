@@ -10,7 +10,7 @@ on both sides instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,7 +99,7 @@ class Curves:
         settings: SolverSettings,
         tones: int,
         finer: int = 1,
-        watch: Any = None,
+        watch: Callable[[], None] | None = None,
     ) -> None:
         if settings.method != "periodic":
             settings = SolverSettings(points_per_period=settings.points_per_period)

@@ -123,7 +123,7 @@ def with_second_tone(case: Case) -> Case | None:
     )
 
 
-def _with_amplitude(case: Case, zc: Any, factor: float) -> tuple[Case, Any]:
+def _with_amplitude(case: Case, zc: object, factor: float) -> tuple[Case, Any]:
     """Return a case with another free amplitude, and distances in proportion."""
     grid = factor * _distances(case, zc)
     tones = case.drive.tones
@@ -134,7 +134,7 @@ def _with_amplitude(case: Case, zc: Any, factor: float) -> tuple[Case, Any]:
     return case.replace(f"{path}.{name}", factor * value), grid
 
 
-def _distances(case: Case, zc: Any) -> Array:
+def _distances(case: Case, zc: object) -> Array:
     """Return the distances from far to near."""
     A0 = case.problem.tones[0].A0
     if zc is None:
@@ -146,7 +146,7 @@ def _distances(case: Case, zc: Any) -> Array:
     return found
 
 
-def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any]) -> _Branches:
+def _branches(case: Case, zc: object, free: Sequence[str], errors: Mapping[str, object]) -> _Branches:
     along, tones = _distances(case, zc), len(case.problem.tones)
     unknowns = _all_unknowns(case, free)
     behind = _behind(case, along)

@@ -81,9 +81,7 @@ class Model:
         for one, value in zip(self.unknowns, values, strict=True):
             if one.kind == CASE:
                 case = with_number(case, one.path, float(value))
-        return Problem.build(
-            case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-        )
+        return Problem.build(case.instrument, case.forces)
 
     def values(self, varied: Array) -> Array:
         """Return values (SI) of the unknowns from what is varied."""

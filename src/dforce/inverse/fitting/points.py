@@ -291,7 +291,7 @@ def _branches(data: xr.Dataset, found: Measured, margin: int | None) -> tuple[An
     return branch, beside
 
 
-def _beside_known_jump(height: Array, branch: Any, margin: int) -> Any:
+def _beside_known_jump(height: Array, branch: object, margin: int) -> Any:
     """Return which points are beside a jump where the branch of each is known.
 
     The branch from free motion ends where the other goes on nearer; the other one where the first reaches farther.
@@ -360,5 +360,5 @@ def _ranges(given: Any) -> list[tuple[float, float]]:
     return out
 
 
-def _is_list(given: Any) -> bool:
+def _is_list(given: object) -> bool:
     return isinstance(given, Sequence) and not isinstance(given, str)

@@ -99,7 +99,7 @@ def fit(
     return to_dataset(found, data)
 
 
-def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, Any]) -> Fit:
+def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, object]) -> Fit:
     """Return the settings of a fit: what is given, else what the case says."""
     given = {key: value for key, value in settings.items() if value is not None}
     if free is not None:

@@ -102,9 +102,9 @@ def make_unknowns(
     tones: int,
     free: Sequence[str],
     nuisance: Sequence[str],
-    priors: Mapping[str, Any],
-    bounds: Mapping[str, Any],
-    starts: Mapping[str, Any],
+    priors: Mapping[str, object],
+    bounds: Mapping[str, object],
+    starts: Mapping[str, object],
     products: bool = False,
 ) -> list[Unknown]:
     """Return the unknowns of a fit; `products` says whether parameters may be among them that are known as products only.
@@ -139,7 +139,7 @@ def make_unknowns(
     return unknowns
 
 
-def given_values(case: Case, tones: int, given: Mapping[str, Any], fitted: Sequence[str]) -> list[Unknown]:
+def given_values(case: Case, tones: int, given: Mapping[str, object], fitted: Sequence[str]) -> list[Unknown]:
     """Return the parameters that stay fixed, with their known values and errors as priors.
 
     Raises

@@ -10,7 +10,6 @@ import io
 import logging
 import math
 import struct
-from typing import Any
 
 import numpy as np
 
@@ -89,7 +88,7 @@ def read(content: bytes, name: str) -> list[Table]:
     return [Table(tuple(columns), notes, segments)]
 
 
-def _text(content: Any) -> str:
+def _text(content: object) -> str:
     return content.decode("cp1252", "replace") if isinstance(content, bytes) else str(content)
 
 
