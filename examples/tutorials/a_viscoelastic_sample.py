@@ -10,8 +10,8 @@ which relaxation time dissipates most?* This tutorial changes the relaxation tim
 # The sample
 # ----------
 #
-# The :doc:`standard linear solid </forces/sls>` has a modulus of 1 GPa at once and of 0.1 GPa after a long time. Its surface recovers
-# between taps with the relaxation time.
+# The :doc:`standard linear solid </forces/sls>` has a modulus of 1 GPa at once and of 0.1 GPa after a long time. Its
+# surface recovers between taps with the relaxation time.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -31,8 +31,8 @@ case = df.Case(
 # Taps at full speed
 # ------------------
 #
-# The tip moves on a sinusoid of 16 nm with an indentation of 1 nm. ``df.force_along`` computes the force on this path, memory
-# included. Ten taps bring the surface into its steady state.
+# The tip moves on a sinusoid of 16 nm with an indentation of 1 nm. ``df.force_along`` computes the force on this
+# path, memory included. Ten taps bring the surface into its steady state.
 
 period = 1 / 300e3
 time = np.linspace(0, 10 * period, 10_001)
@@ -48,9 +48,9 @@ axis.legend(title="relaxation time")
 plt.show()
 
 # %%
-# *Force against indentation in the last tap. With a short relaxation time the tip meets the soft modulus. At 100 ns the sample
-# relaxes during the contact, and the loop is wide. At 3 µs, about one period, the tip meets the stiff modulus, and the surface has
-# not recovered from the tap before: the force begins at a larger indentation.*
+# *Force against indentation in the last tap. With a short relaxation time the tip meets the soft modulus. At 100 ns
+# the sample relaxes during the contact, and the loop is wide. At 3 µs, about one period, the tip meets the stiff
+# modulus, and the surface has not recovered from the tap before: the force begins at a larger indentation.*
 #
 # Peak force and energy
 # ---------------------
@@ -72,8 +72,8 @@ right.set(xlabel="relaxation time (µs)", ylabel="dissipated energy (eV a tap)")
 plt.show()
 
 # %%
-# *Peak force and dissipated energy for the same indentation. The sample dissipates most where it relaxes within the time of contact
-# (dashed), in about a quarter of it.*
+# *Peak force and dissipated energy for the same indentation. The sample dissipates most where it relaxes within the
+# time of contact (dashed), in about a quarter of it.*
 
 print(f"time of contact {df.show(contact, 's', 2)}, most dissipation at {df.show(times[np.argmax(energy)], 's', 2)}")
 
@@ -83,9 +83,10 @@ assert peak[0] < 0.25 * max(peak) and energy[0] < 0.3 * max(energy) and energy[-
 # sphinx_gallery_end_ignore
 
 # %%
-# On a lever the depth is not given: it follows from the amplitude and the set point. The case of this tutorial is complete, so
-# ``df.approach(case, zc=...)`` computes the curve. Forces with memory are followed tap by tap until the surface repeats, which takes
-# far longer than for other forces. For first estimates choose :doc:`kelvin_voigt </forces/kelvin_voigt>`, which recovers between taps.
+# On a lever the depth is not given: it follows from the amplitude and the set point. The case of this tutorial is
+# complete, so ``df.approach(case, zc=...)`` computes the curve. Forces with memory are followed tap by tap until the
+# surface repeats, which takes far longer than for other forces. For first estimates choose :doc:`kelvin_voigt
+# </forces/kelvin_voigt>`, which recovers between taps.
 #
 # Several relaxation times: :doc:`generalized_maxwell </forces/generalized_maxwell>`. Cells and gels:
 # :doc:`power_law </forces/power_law>`.

@@ -10,8 +10,9 @@ energy along an approach can: each process leaves another shape.
 # Two samples
 # -----------
 #
-# Both samples have the same lever and modulus. The first dissipates by :doc:`adhesion hysteresis </forces/adhesion_hysteresis>`: more
-# surface energy on retract than on approach. The second dissipates by :doc:`viscosity </forces/kelvin_voigt>` of the contact.
+# Both samples have the same lever and modulus. The first dissipates by :doc:`adhesion hysteresis
+# </forces/adhesion_hysteresis>`: more surface energy on retract than on approach. The second dissipates by
+# :doc:`viscosity </forces/kelvin_voigt>` of the contact.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -30,7 +31,9 @@ samples = {
         "forces",
         [df.forces.Hertz(), df.forces.AdhesionHysteresis(approach_energy="20 mJ/m^2", retract_energy="40 mJ/m^2")],
     ),
-    "viscosity": case.replace("forces", [df.forces.DMT(hamaker="4e-20 J"), df.forces.KelvinVoigt(viscosity="100 Pa s")]),
+    "viscosity": case.replace(
+        "forces", [df.forces.DMT(hamaker="4e-20 J"), df.forces.KelvinVoigt(viscosity="100 Pa s")]
+    ),
 }
 
 # %%
@@ -47,8 +50,8 @@ axes[0].set_ylabel("force (nN)")
 plt.show()
 
 # %%
-# *Force against distance in a tap. The area of the loop is the dissipated energy. Hysteresis shifts the whole retract down. Viscosity
-# opens the loop in contact only, and more the faster and deeper the tip moves.*
+# *Force against distance in a tap. The area of the loop is the dissipated energy. Hysteresis shifts the whole retract
+# down. Viscosity opens the loop in contact only, and more the faster and deeper the tip moves.*
 #
 # The energy along the approach
 # -----------------------------
@@ -75,22 +78,28 @@ plt.show()
 # Amplitude and phase alone give the same energy (Cleveland 1998), so this curve can be measured:
 
 for name, curve in curves.items():
-    here = df.at_set_point(curve, 0.7, ["total_dissipated_energy", "apparent_dissipated_energy", "phase"]).isel(crossing=-1)
+    here = df.at_set_point(curve, 0.7, ["total_dissipated_energy", "apparent_dissipated_energy", "phase"]).isel(
+        crossing=-1
+    )
     true, seen = float(here.total_dissipated_energy) / eV, float(here.apparent_dissipated_energy.squeeze()) / eV
-    print(f"{name}: {true:.1f} eV dissipated, {seen:.1f} eV from amplitude and phase, phase {float(here.phase.squeeze()):.1f}°")
+    print(
+        f"{name}: {true:.1f} eV dissipated, {seen:.1f} eV from amplitude and phase, phase {float(here.phase.squeeze()):.1f}°"
+    )
 
 # sphinx_gallery_start_ignore
-low = {
-    name: float(df.at_set_point(curve, 0.3, ["total_dissipated_energy"]).total_dissipated_energy[-1] / curve.total_dissipated_energy.max())
-    for name, curve in curves.items()
-}
+low = {}
+for name, curve in curves.items():
+    energy = curve.total_dissipated_energy
+    low[name] = float(
+        df.at_set_point(curve, 0.3, ["total_dissipated_energy"]).total_dissipated_energy[-1] / energy.max()
+    )
 assert low["adhesion hysteresis"] > 0.9 and low["viscosity"] < 0.65
 assert abs(true / seen - 1.0) < 0.02
 # sphinx_gallery_end_ignore
 
 # %%
-# The two agree because the lever is driven by a force at resonance, in air. Over a driven base in liquid this formula fails:
-# :doc:`phase in liquid <phase_in_liquid>`.
+# The two agree because the lever is driven by a force at resonance, in air. Over a driven base in liquid this formula
+# fails: :doc:`phase in liquid <phase_in_liquid>`.
 #
-# The method is from R. García and others, *Phys. Rev. Lett.* **97**, 016103 (2006). To find the size of the loss in your own curve,
-# :doc:`fit both models and compare <what_a_curve_tells>`.
+# The method is from R. García and others, *Phys. Rev. Lett.* **97**, 016103 (2006). To find the size of the loss in
+# your own curve, :doc:`fit both models and compare <what_a_curve_tells>`.

@@ -2,16 +2,16 @@ r"""
 From my lever to a peak force
 =============================
 
-*I tap on polystyrene in air with a PPP-NCHR, a free amplitude of 20 nm and a set point of 80 %. How large is the peak force?* The
-instrument never shows this force. This tutorial computes it from the lever, the tip and the sample.
+*I tap on polystyrene in air with a PPP-NCHR, a free amplitude of 20 nm and a set point of 80 %. How large is the peak
+force?* The instrument never shows this force. This tutorial computes it from the lever, the tip and the sample.
 """
 
 # %%
 # The lever and the sample
 # ------------------------
 #
-# dForce knows the nominal f0 and k of common levers (``dforce cantilevers``). Q comes from your tune. Measured values replace the
-# nominal ones: ``df.Cantilever(name="PPP-NCHR", f0="312 kHz", k="38 N/m", Q=420)``.
+# dForce knows the nominal f0 and k of common levers (``dforce cantilevers``). Q comes from your tune. Measured values
+# replace the nominal ones: ``df.Cantilever(name="PPP-NCHR", f0="312 kHz", k="38 N/m", Q=420)``.
 
 import matplotlib.pyplot as plt
 
@@ -49,8 +49,8 @@ print("indentation", df.show(float(state.max_indentation), "m", 3))
 print(f"phase       {float(state.phase):.1f}°")
 
 # %%
-# A phase below 90° means net repulsion: the tip taps on the sample. With two states at one set point the dataset has both, along
-# ``crossing``; then ask :doc:`why the phase jumps <why_the_phase_jumps>`.
+# A phase below 90° means net repulsion: the tip taps on the sample. With two states at one set point the dataset has
+# both, along ``crossing``; then ask :doc:`why the phase jumps <why_the_phase_jumps>`.
 #
 # Read the advice
 # ---------------
@@ -104,4 +104,4 @@ assert max(ratio, key=lambda path: ratio[path]) == "drive.A0"
 #
 # .. code-block:: sh
 #
-#    dforce run tap.toml -o tap.nc --plot tap.png
+#    dforce run tap.toml --at-set-point 0.8 --plot tap.png
