@@ -10,7 +10,7 @@ force?* The instrument never shows this force. This tutorial computes it from th
 # The lever and the sample
 # ------------------------
 #
-# dForce knows the nominal f0 and k of common levers (``dforce cantilevers``). Q comes from your tune. Measured values
+# dForce has the nominal f0 and k of common levers (``dforce cantilevers``). Q comes from your tune. Measured values
 # replace the nominal ones: ``df.Cantilever(name="PPP-NCHR", f0="312 kHz", k="38 N/m", Q=420)``.
 
 import matplotlib.pyplot as plt
