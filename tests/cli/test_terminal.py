@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import subprocess
@@ -9,6 +10,7 @@ import sys
 
 import pytest
 import synthetic
+from every import every
 from typer.testing import CliRunner
 
 import dforce as df
@@ -59,9 +61,8 @@ PRINTED = {
 }
 
 
-@pytest.mark.parametrize("columns", [60, 100])
-@pytest.mark.parametrize("name", PRINTED)
-def test_no_word_is_split_at_the_edge_of_a_terminal(ran, name, columns):
+@every(itertools.product([60, 100], PRINTED))
+def test_no_word_is_split_at_the_edge_of_a_terminal(columns, name, ran):
     shown, wide = (invoke(*PRINTED[name], columns=room).output for room in (columns, 1000))
     # the terminal itself splits what is too long for it
     assert [line for line in shown.split("\n") if len(line) > columns] == []
@@ -136,7 +137,7 @@ def test_the_program_alone_shows_what_there_is():
     assert invoke().exit_code == 0 and invoke().stdout == invoke("--help").stdout
 
 
-@pytest.mark.parametrize("command", ["", *(command.name or "" for command in app.registered_commands)])
+@every(["", *(command.name or "" for command in app.registered_commands)])
 def test_help_shows_no_types_of_a_programming_language(command):
     shown = invoke(*filter(None, [command]), "--help").stdout
     assert shown and not re.search(r"<\w+>|\bbool\b|\bTEXT\b|\bINTEGER\b|\{\w+\}", shown)

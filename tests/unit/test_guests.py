@@ -12,7 +12,7 @@ import pytest
 import dforce as df
 from dforce.core import files
 from dforce.core.marks import FileName, Words, file_name, holds_text, words
-from dforce.core.parameters import Parameters, Quantity, Shared, param
+from dforce.core.parameters import ParameterQuantity, Parameters, Shared, param
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
 
@@ -45,7 +45,7 @@ def test_every_key_that_may_hold_text_says_whether_it_names_a_file():
         key
         for key, field in keys().items()
         if holds_text(field.annotation)
-        and not isinstance(field.json_schema_extra, FileName | Words | Quantity | Shared)
+        and not isinstance(field.json_schema_extra, FileName | Words | ParameterQuantity | Shared)
         and key != "experiment.kind"  # of the class that all experiments are made from: each has a choice of one
     ]
     assert unsaid == []

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from every import every
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -50,8 +51,7 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         assert math.isfinite(high), name
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@every(
     [
         (lambda: Tip(radius="-2 nm"), "tip.radius = -2 nm is not above 0 nm"),
         (lambda: Tip(half_angle="90 deg"), "tip.half_angle = 90 deg is not below 90 deg"),
@@ -74,8 +74,7 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         (lambda: Medium(name="watr"), "medium = 'watr' is not known; did you mean 'water'?"),
         (lambda: Medium(temperature="0 K"), "medium.temperature = 0 K is not above 0 K"),
         (lambda: Beam(**SILICON, modes=2, Q=[1]), "cantilever.beam.Q has 1 values for 2 modes"),
-    ],
-    ids=range(21),
+    ]
 )
 def test_a_wrong_part_is_refused_in_a_sentence(make, message):
     assert message in refusal(make)

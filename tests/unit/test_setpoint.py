@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 import xarray as xr
+from every import every
 from synthetic import approach
 
 import dforce as df
@@ -156,7 +157,7 @@ def by_hand(curve, way, set_point):
             yield x[i] + share * (x[i + 1] - x[i]), lag[i][0] + share * np.degrees(np.angle(turn))
 
 
-@pytest.mark.parametrize("seed", range(60))
+@every(range(60))
 def test_states_are_those_found_point_by_point(seed):
     curve = random_curve(np.random.default_rng(seed))
     states = df.at_set_point(curve, 0.6, ["harmonic_phase"])

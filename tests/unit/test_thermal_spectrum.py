@@ -205,12 +205,12 @@ def test_a_sweep_of_it_is_refused():
 
 
 def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
-    rehearsal = pytest.importorskip("dforce.gui.rehearsal")
+    checks = pytest.importorskip("dforce.gui.upload_checks")
     from simulated import show, window
 
     from dforce.gui.figures import Layer
 
-    rehearsal.rehearse(result(), tmp_path)
+    checks.validate_upload(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
     assert row_of(result(), "spring_constant") == ""  # a table, no curve
 

@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from every import every
 
 import dforce as df
-from dforce.core import kinds
+from dforce.core import argument_kinds as kinds
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 
@@ -191,7 +192,7 @@ def answer(function, arguments):
     return ""
 
 
-@pytest.mark.parametrize("name", CALLS)
+@every(CALLS)
 def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     df.save_case(CASE, "case.toml")

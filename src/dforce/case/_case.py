@@ -21,7 +21,7 @@ from dforce.core import units
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.core.files import beside, folder
 from dforce.core.marks import file_name, words
-from dforce.core.parameters import Parameters, Part, Quantity, part
+from dforce.core.parameters import ParameterQuantity, Parameters, Part, part
 from dforce.core.refusals import refusal
 from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment
@@ -209,7 +209,7 @@ class Case(Parameters):
         return new if given_anew or same else new.model_copy(update={"about": None})
 
     @checked
-    def quantity(self, path: str) -> Quantity:
+    def quantity(self, path: str) -> ParameterQuantity:
         """Return what is declared about the number at a path (see :meth:`replace`): unit, symbol, meaning, bounds.
 
         Raises

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dforce import forces
 from dforce.case._text import tables
 from dforce.core import units
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.experiments import Experiment
 from dforce.forces import Force
 
@@ -52,7 +52,7 @@ def _class(given: Parameters) -> str:
     return f"df.experiments.{name}" if module.startswith("dforce.experiments.") else f"df.{name}"
 
 
-def _call(start: str, parts: Iterable[tuple[str, object, Quantity | None]], end: str, indent: str) -> str:
+def _call(start: str, parts: Iterable[tuple[str, object, ParameterQuantity | None]], end: str, indent: str) -> str:
     """Return a call or a list on one line where it fits, else with a line for each part."""
     inner = indent + "    "
     texts = [key + _value(value, quantity, inner) for key, value, quantity in parts]
@@ -62,7 +62,7 @@ def _call(start: str, parts: Iterable[tuple[str, object, Quantity | None]], end:
     return start + "".join(f"\n{inner}{text}," for text in texts) + f"\n{indent}{end}"
 
 
-def _value(value: object, quantity: Quantity | None, indent: str) -> str:
+def _value(value: object, quantity: ParameterQuantity | None, indent: str) -> str:
     if isinstance(value, Force) and getattr(forces, type(value).__name__, None) is not type(value):
         return repr(tables(value, shown=True))  # of a file of one's own, which the case loads
     if isinstance(value, Parameters) and type(value).__module__.startswith("dforce.case."):

@@ -8,7 +8,7 @@ from typing import Any
 import tomli_w
 
 from dforce.core import units
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.toml import read_toml
 from dforce.experiments import Experiment
 from dforce.forces import Force
@@ -39,7 +39,7 @@ def tables(given: Parameters, shown: bool = False, complete: bool = False) -> di
     return table
 
 
-def _plain(value: object, quantity: Quantity | None, shown: bool, complete: bool) -> Any:
+def _plain(value: object, quantity: ParameterQuantity | None, shown: bool, complete: bool) -> Any:
     if isinstance(value, Parameters):
         return tables(value, shown, complete)
     if isinstance(value, dict):

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from dforce.case._text import tables
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.forces import Force
 
 LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
@@ -32,7 +32,7 @@ def changed(case: Parameters, assignments: Iterable[tuple[str, object]]) -> dict
     return table
 
 
-def quantity_at(case: Parameters, path: str) -> Quantity:
+def quantity_at(case: Parameters, path: str) -> ParameterQuantity:
     """Return what is declared about the number at a path.
 
     Raises

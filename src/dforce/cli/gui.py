@@ -48,8 +48,8 @@ def gui(
             f"the window needs {' and '.join(missing)}, which {'are' if len(missing) > 1 else 'is'} not installed; "
             'run: pip install "dforce[gui]"'
         )
-    from dforce.gui.atlas import with_approach
     from dforce.gui.explore import is_explorable
+    from dforce.gui.parameter_study import with_approach
     from dforce.gui.server import Options, serve
 
     source = None if case is None else open_source(case, [])

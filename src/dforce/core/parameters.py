@@ -65,7 +65,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ParameterQuantity:
     """What is declared about one number: its SI unit, bounds (SI text), symbol and meaning."""
 
     unit: str
@@ -200,7 +200,7 @@ def param(
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:
         unit = _unit_of(texts[0]) if texts else "1"
-    quantity = Quantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+    quantity = ParameterQuantity(_stored_unit(unit), symbol, doc, low, above, high, below)
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 
@@ -314,12 +314,12 @@ class Parameters(pydantic.BaseModel):
         return cls.section()
 
     @classmethod
-    def quantities(cls) -> dict[str, Quantity]:
+    def quantities(cls) -> dict[str, ParameterQuantity]:
         """Return the declared quantities by field name, in order, shared ones excluded."""
         return {
             name: field.json_schema_extra
             for name, field in cls.model_fields.items()
-            if isinstance(field.json_schema_extra, Quantity)
+            if isinstance(field.json_schema_extra, ParameterQuantity)
         }
 
     @classmethod

@@ -11,14 +11,14 @@ import numpy as np
 import pydantic
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Numbers, Parameters, Quantity, param
+from dforce.core.parameters import Number, Numbers, ParameterQuantity, Parameters, param
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.instrument import Cantilever, Medium, Readout
-    from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.block import Block
@@ -40,7 +40,7 @@ class Grid(Parameters):
     stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the distances (m)."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -59,7 +59,7 @@ class RelativeGrid(Parameters):
     stop: float = pydantic.Field(ge=-MOST_SHARE, le=MOST_SHARE, description="last average distance as a share of A0")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the shares."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -141,7 +141,7 @@ class CaseLike(Protocol):
     def problem(self) -> Problem:
         """The problem in SI units."""
 
-    def quantity(self, path: str) -> Quantity:
+    def quantity(self, path: str) -> ParameterQuantity:
         """Return what is declared about the number at a path."""
 
     def replace(self, path: str | None = None, value: Any = None) -> Self:

@@ -12,7 +12,7 @@ import pydantic
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError
 from dforce.core.marks import words
-from dforce.core.parameters import Number, Parameters, Part, Quantity, param
+from dforce.core.parameters import Number, ParameterQuantity, Parameters, Part, param
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
 from dforce.experiments.base import CaseLike, DistanceExperiment, Progress, whole_range
@@ -207,7 +207,7 @@ class Branches(DistanceExperiment):
 
     def _range(
         self, problem: Problem, case: CaseLike | None
-    ) -> tuple[float, float, Quantity, Callable[[float], Problem]]:
+    ) -> tuple[float, float, ParameterQuantity, Callable[[float], Problem]]:
         """Return start and stop (SI), what is declared about the parameter, and the problem at each value of it."""
         if isinstance(self.zc, Span):
             return self.zc.start, self.zc.stop, Span.quantities()["start"], lambda value: problem
@@ -227,7 +227,9 @@ class Branches(DistanceExperiment):
             return start, stop, quantity, lambda value: there.at_frequency(value, tone)
         return start, stop, quantity, lambda value: whole.replace(path, value).problem
 
-    def _dataset(self, among: ParameterRange, curves: list[Curve], quantity: Quantity, searched: Array) -> xr.Dataset:
+    def _dataset(
+        self, among: ParameterRange, curves: list[Curve], quantity: ParameterQuantity, searched: Array
+    ) -> xr.Dataset:
         from dforce.experiments.motion import base_of, rows_of, scales_of, with_motions
         from dforce.experiments.table import Table, with_levers
         from dforce.results.dataset import describe

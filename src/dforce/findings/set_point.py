@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.core.units import parse_share
 from dforce.findings.jumps import jumps_of_all
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 RATIO = "amplitude_ratio"
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @checked
@@ -195,11 +195,11 @@ class _Crossings:
     row: str
     over: Sequence[str]
     shape: tuple[int, ...]
-    case: Array
-    way: Array
-    before: Array
-    after: Array
-    share: Array
+    case: AnyArray
+    way: AnyArray
+    before: AnyArray
+    after: AnyArray
+    share: AnyArray
 
     @classmethod
     def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], set_point: float) -> _Crossings:
@@ -231,7 +231,7 @@ class _Crossings:
         shape = tuple(result.sizes[name] for name in over)
         return cls(row, over, shape, case, way, order[first], order[first + between], share)
 
-    def table(self, values: Array, fill: object) -> tuple[tuple[str, ...], Array]:
+    def table(self, values: AnyArray, fill: object) -> tuple[tuple[str, ...], AnyArray]:
         """Return values of the states over the parameters and `crossing`, with their dimensions."""
         counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
         number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -239,7 +239,7 @@ class _Crossings:
         out[self.case, number] = values
         return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
 
-    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], Array, dict[Any, Any]]:
+    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
         """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""
         values = by_case(result, name, self.row, self.over)
         before, after = (values[self.case, self.way, place] for place in (self.before, self.after))

@@ -10,7 +10,7 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import plain_math
 from dforce.core.toml import read_toml
-from dforce.gui.document import COLORS, EDITED, LONGEST_NAME, Kept
+from dforce.gui.document import COLORS, EDITED, LONGEST_NAME, KeptResult
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,7 +63,7 @@ def _original(result: xr.Dataset) -> str:
     return str(result.attrs.get("title", "")).removesuffix(EDITED)
 
 
-def color_of(others: Sequence[Kept]) -> int:
+def color_of(others: Sequence[KeptResult]) -> int:
     """Return the color that the fewest of the results have."""
     used = [kept.color for kept in others]
     return min(range(1, COLORS), key=lambda color: (used.count(color), color))

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.units import parse, show
 from dforce.gui.typed import with_point
 
@@ -57,7 +57,7 @@ class Field:
     required: bool = False
     default: Any = None
     symbol: str = ""
-    quantity: Quantity | None = None
+    quantity: ParameterQuantity | None = None
     placeholder: str = ""
     examples: tuple[str, ...] = ()
 
@@ -136,7 +136,7 @@ def spaced(word: str) -> str:
     return word.replace("_", " ")
 
 
-def _bounds(quantity: Quantity) -> str:
+def _bounds(quantity: ParameterQuantity) -> str:
     words = []
     for name, sign in BOUNDS.items():
         bound = getattr(quantity, name)
@@ -150,7 +150,7 @@ def _plain(bound: float, unit: str) -> str:
     return f"{bound:,.12g}" if unit == "1" else show(bound, unit)
 
 
-def _shapes(annotation: object, quantity: Quantity | None) -> list[Shape]:
+def _shapes(annotation: object, quantity: ParameterQuantity | None) -> list[Shape]:
     parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
     parts = tuple(get_args(part)[0] if get_origin(part) is Annotated else part for part in parts)
     parts = tuple(part for part in parts if part is not type(None))
@@ -164,7 +164,7 @@ def _shapes(annotation: object, quantity: Quantity | None) -> list[Shape]:
     return shapes
 
 
-def _part(part: Any, quantity: Quantity | None, alone: bool) -> list[Shape]:
+def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Shape]:
     if get_origin(part) is Literal:
         words = tuple(map(str, get_args(part)))
         if alone:

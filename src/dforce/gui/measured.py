@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.files import in_quotes
-from dforce.gui.document import Measured
+from dforce.gui.document import MeasuredData
 from dforce.gui.saving import Field, choice, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.readers import tables_in
@@ -111,7 +111,7 @@ def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | Non
     return df.calibrate(raw, case, **known_settings(df.calibrate, {}, settings.get("calibrate", {}), "calibrate"))
 
 
-def script_of(curve: Measured, picture: str) -> str:
+def script_of(curve: MeasuredData, picture: str) -> str:
     """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files.
 
     Raises

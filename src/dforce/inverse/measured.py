@@ -15,7 +15,7 @@ from dforce.core.errors import DForceError, ParameterError, ResultError, checked
 from dforce.inverse.curve import Asked, Told, curve_of
 from dforce.inverse.placing import split_curves
 from dforce.inverse.readers import content_of, own, tables_in
-from dforce.inverse.table import Table
+from dforce.inverse.table import MeasuredTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -171,7 +171,7 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
     several = len(tables) > 1
 
-    def made(place: int, table: Table) -> xr.Dataset:
+    def made(place: int, table: MeasuredTable) -> xr.Dataset:
         counted = place if several else number
         label = table.label if table.label not in ("", str(counted)) else ""
         called = f"curve {place}{f' ({label} in the file)' if label else ''} of {name}"

@@ -6,18 +6,16 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import place_of, value_at
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.quantities import OBSERVABLES
-
-if TYPE_CHECKING:
-    from dforce.kernel import Array
 
 LIMIT = re.compile(r"\s*(<=?|>=?)\s*(.+?)\s*", re.DOTALL)
 SHARE = re.compile(r"(.+?)\s+of\s+([\w.]+)", re.DOTALL)

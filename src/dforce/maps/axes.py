@@ -16,7 +16,7 @@ from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import named
-from dforce.core.parameters import Quantity
+from dforce.core.parameters import ParameterQuantity
 from dforce.experiments import Dwell
 from dforce.maps._rows import read_rows
 
@@ -50,7 +50,7 @@ class Axis:
     name: str
     dim: str
     values: tuple[Any, ...]
-    quantity: Quantity | None
+    quantity: ParameterQuantity | None
 
     def coordinate(self) -> tuple[str, Any, dict[str, str]]:
         """Return the coordinate of the result."""
@@ -155,7 +155,7 @@ def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
     return axes
 
 
-def _number_at(case: Case, path: str) -> Quantity | None:
+def _number_at(case: Case, path: str) -> ParameterQuantity | None:
     """Return the declaration of a plain number that can be changed without building the case anew, else None."""
     value = value_at(case, path)
     if path == DISTANCE and isinstance(case.experiment, Dwell):
@@ -170,7 +170,7 @@ def _number_at(case: Case, path: str) -> Quantity | None:
         return None
 
 
-def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]:
+def _values(path: str, given: Any, quantity: ParameterQuantity | None) -> tuple[Any, ...]:
     if isinstance(given, Mapping):
         given = Sweep(over={path: given}).over[path]
     if isinstance(given, Range):
@@ -195,7 +195,7 @@ def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]
     return numbers
 
 
-def _spread(path: str, given: Range, quantity: Quantity | None) -> Any:
+def _spread(path: str, given: Range, quantity: ParameterQuantity | None) -> Any:
     """Return the values of a range (SI)."""
     if quantity is None:
         raise ParameterError(f"{path} takes no plain number, so it has no range; list its values")

@@ -13,11 +13,12 @@ import pickle
 import sys
 from typing import TYPE_CHECKING, Any
 
+from dforce.core.arrays import AnyArray
+
 if TYPE_CHECKING:
     import h5py
-    import numpy as np
 
-    Column = tuple[str, dict[str, str], np.ndarray[Any, Any]]
+    Column = tuple[str, dict[str, str], AnyArray]
     Curve = tuple[list[Column], dict[str, str]]
 
 MOST_MEMORY = 4_000_000_000  # bytes of the process

@@ -19,7 +19,7 @@ from dforce.core.errors import ResultError, shorten
 from dforce.core.files import TEMPORARY, reason
 from dforce.results.seal import ABSENT, COPY, ROOT, Seal, checksum, record_key, sealed, unsealed
 from dforce.results.store import UNFINISHED, read_root, whole_files, zarr_package
-from dforce.results.store_files import Files, said
+from dforce.results.store_files import StoreFiles, said
 from dforce.results.store_plan import Blocks, Plan, encoded, plain
 
 STATUS = "status"
@@ -48,7 +48,7 @@ class Writer:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         import filelock
 
-        self.files = Files(path)
+        self.files = StoreFiles(path)
         self._lock = None if self.files.folder is None else filelock.FileLock(f"{self.files.folder}.lock", timeout=0)
         self.attributes: dict[str, Any] = {}
         self.seal = Seal("", {}, (), "", {})

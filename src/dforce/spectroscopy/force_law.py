@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.forces import Force
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
-from dforce.spectroscopy.evaluate import Answer, Array, Motion, follow
+from dforce.spectroscopy.evaluate import Answer, Motion, follow
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:

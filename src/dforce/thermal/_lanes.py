@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, case_of
+from dforce.core.arrays import Complexes
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 CHUNK = 64  # periods between looks at the watch
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
 MOST_SEED = 2**62
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @checked
@@ -124,7 +124,7 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
     return [*counts]
 
 
-def _lag(c: Complex) -> Any:
+def _lag(c: Complexes) -> Any:
 
     return phase_lag(c)
 
@@ -168,7 +168,7 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complex, Lanes]:
+def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complexes, Lanes]:
     """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.
@@ -186,7 +186,7 @@ def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[
     return np.concatenate(parts, axis=1), lanes
 
 
-def read_out(integrator: Langevin, c: Complex, seeds: Sequence[int], band: tuple[float, int] | None) -> Complex:
+def read_out(integrator: Langevin, c: Complexes, seeds: Sequence[int], band: tuple[float, int] | None) -> Complexes:
     """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
@@ -207,7 +207,7 @@ def _detector(
     return added if band is None else _low_pass(added, frequency, *band)
 
 
-def _low_pass(read: Complex, frequency: float, bandwidth: float, poles: int) -> Complex:
+def _low_pass(read: Complexes, frequency: float, bandwidth: float, poles: int) -> Complexes:
     """Return noise of periods behind equal poles."""
     from scipy.signal import lfilter
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from dforce.case import Case, case_of
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
@@ -24,7 +25,6 @@ from dforce.validity import advice, attributes
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
     from dforce.problem import Problem
 
 Progress = Told | bool | None

@@ -51,7 +51,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Part:
+class ValidationPart:
     """A part of the validation.
 
     Attributes
@@ -99,7 +99,7 @@ def deviation(found: float, expected: str, within: float | None = None, of: floa
     return abs(found - value) / size, limit
 
 
-def as_table(parts: tuple[Part, ...]) -> list[dict[str, Any]]:
+def as_table(parts: tuple[ValidationPart, ...]) -> list[dict[str, Any]]:
     """Return the parts as plain data, for JSON."""
     return [
         {

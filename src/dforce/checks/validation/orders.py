@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
+from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.forces.dmt import DMT
 from dforce.forces.hertz import Hertz
@@ -24,7 +25,6 @@ from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 DISTANCES = np.linspace(4.1e-9, 7.7e-9, 12)
 POINTS = (32, 64, 128, 256, 512, 1024)
 SMOOTH = np.array([10.6e-9, 10.8e-9, 11e-9])  # the tip stays outside contact
@@ -166,6 +166,6 @@ def checks(quick: bool) -> Iterator[Check]:
         )
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    return Part("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})
+    return ValidationPart("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})

@@ -8,7 +8,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from dforce.checks.validation.checks import Check, Part, deviation
+from dforce.checks.validation.checks import Check, ValidationPart, deviation
 from dforce.checks.validation.motions import MOTION_RECIPES
 from dforce.checks.validation.recipes import FORCE_RECIPES
 
@@ -63,6 +63,6 @@ def checks(quick: bool) -> Iterator[Check]:
                 yield check(entry)
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    return Part("values", "Values of published equations", TEXT, tuple(checks(quick)), {})
+    return ValidationPart("values", "Values of published equations", TEXT, tuple(checks(quick)), {})

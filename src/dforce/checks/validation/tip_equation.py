@@ -12,12 +12,12 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
+
 STEPS = 60  # a period of the first mode, at least: a contact must not be stepped over
 MEASURED = 6  # integrals: z cos, z sin, F, F v, F z, and z
 LOOKS = 40  # a step of the integrator, to find where a force is largest

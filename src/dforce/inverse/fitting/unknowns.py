@@ -14,10 +14,10 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import place_of, value_at
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
-from dforce.core.parameters import Quantity
+from dforce.core.parameters import ParameterQuantity
 from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error, with_unit
-from dforce.kernel import Array
 from dforce.problem import values_used
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
@@ -206,7 +206,7 @@ def _amplitude_path(case: Case, tone: int) -> str:
     return f"{prefix}.{'A0' if owner.A0 is not None else 'base_amplitude'}"
 
 
-def _scale(path: str, quantity: Quantity, start: float, low: float) -> float:
+def _scale(path: str, quantity: ParameterQuantity, start: float, low: float) -> float:
     """Return the size of what is varied: 0 where it is the logarithm."""
     if start > 0.0 and (low >= 0.0 or quantity.unit in OFTEN):
         return 0.0

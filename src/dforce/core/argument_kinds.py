@@ -47,7 +47,7 @@ LONGEST = 60  # characters that a message repeats
 
 
 @dataclass(frozen=True)
-class Kind:
+class ArgumentKind:
     """One thing that an argument may be.
 
     Attributes
@@ -65,7 +65,7 @@ class Kind:
     source: str = ""
 
 
-def kind_of(annotation: str) -> Kind | None:
+def kind_of(annotation: str) -> ArgumentKind | None:
     """Return the kind that an annotation names, without unions; None where anything goes.
 
     Raises
@@ -77,15 +77,15 @@ def kind_of(annotation: str) -> Kind | None:
         return None
     if annotation in CLASSES:
         module, name, words, source = CLASSES[annotation]
-        return Kind(functools.partial(_is_one, module, name, annotation.startswith("type[")), words, source)
+        return ArgumentKind(functools.partial(_is_one, module, name, annotation.startswith("type[")), words, source)
     outer, _, inner = annotation.partition("[")
     if outer in SEVERAL:
         item = kind_of(inner.removesuffix("]"))
-        return Kind(functools.partial(_are_all, item), f"a list of {item.words}" if item else "a list")
+        return ArgumentKind(functools.partial(_are_all, item), f"a list of {item.words}" if item else "a list")
     plain = PLAIN.get(annotation) or PLAIN.get(outer)
     if plain is None:
         raise LookupError(f"'{annotation}' is no kind of argument known to {__name__}")
-    return Kind(*plain)
+    return ArgumentKind(*plain)
 
 
 def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
@@ -96,7 +96,7 @@ def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
     return isinstance(given, type) and issubclass(given, wanted) if as_class else isinstance(given, wanted)
 
 
-def _are_all(item: Kind | None, given: object) -> bool:
+def _are_all(item: ArgumentKind | None, given: object) -> bool:
     if isinstance(given, str | bytes | type) or not isinstance(given, Iterable):
         return False
     # what can be read only once is not looked into
@@ -122,7 +122,7 @@ def members(annotation: str) -> list[str]:
 
 
 @functools.cache
-def taken(function: Callable[..., Any]) -> dict[str, tuple[Kind, ...]]:
+def taken(function: Callable[..., Any]) -> dict[str, tuple[ArgumentKind, ...]]:
     """Return what each argument of a function may be, by name, in order; nothing for one that may be anything."""
     kinds = {}
     for name, annotation in _annotations(function).items():
@@ -166,11 +166,11 @@ def misfit(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mappi
     return None
 
 
-def _fits(allowed: tuple[Kind, ...], given: object) -> bool:
+def _fits(allowed: tuple[ArgumentKind, ...], given: object) -> bool:
     return not allowed or any(kind.fits(given) for kind in allowed)
 
 
-def _sentence(name: str, allowed: tuple[Kind, ...], given: object) -> str:
+def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> str:
     words = list(dict.fromkeys(kind.words for kind in allowed if kind.words))
     what = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
     sources = "; ".join(kind.source for kind in allowed if kind.source)
