@@ -134,3 +134,67 @@ def test_the_command_lists_them_and_says_that_they_are_nominal():
     assert "75 kHz" in one.output
     assert "pyDAMPF" in one.output
     assert run(app, ["cantilevers", "FRM"]).exit_code == 2
+
+
+def bimodal(**lever):
+    """Return a lever of the library under two tones in air."""
+    return df.Case(
+        cantilever={"name": "PPP-NCHR", "Q": 400} | lever,
+        drive={"tones": [{"A0": "10 nm"}, {"A0": "1 nm"}]},
+        medium="air",
+        forces=[{"model": "van_der_waals", "hamaker": 1e-19}],
+    )
+
+
+def test_a_lever_by_name_has_the_second_mode_of_an_ideal_beam():
+    first, second = bimodal(higher_modes=1).problem.modes
+    assert second.f0 / first.f0 == pytest.approx(6.267, rel=1e-4)
+    assert second.k / first.k == pytest.approx(39.28, rel=1e-3)
+    probe, air = df.cantilevers()["PPP-NCHR"], Medium(name="air")
+    # what Sader's formula finds from mode 2 by its own f and Q is the same lever: k goes as Q f^2 times the damping
+    found = [
+        beam.sader_stiffness(mode.f0, mode.Q, probe.length, probe.width, air.density, air.viscosity) / mode.k
+        for mode in (first, second)
+    ]
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
+    assert bimodal(higher_modes=1).problem.tones[1].frequency == second.f0
+
+
+def test_what_was_measured_of_a_higher_mode_comes_first():
+    case = bimodal(higher_modes=[{"f0": "2.0 MHz", "Q": 700}])
+    second = case.problem.modes[1]
+    assert (second.f0, second.Q) == (2.0e6, 700.0)
+    assert second.k == bimodal(higher_modes=1).problem.modes[1].k
+    assert [piece.name for piece in df.advice(case) if "higher" in piece.name] == ["ideal_higher_mode"]
+    (piece,) = (piece for piece in df.advice(case) if piece.name == "ideal_higher_mode")
+    assert piece.about == ("cantilever.higher_modes.1.k",)
+    assert case.replace("cantilever.higher_modes.1.k", 1500).problem.modes[1].k == 1500.0
+
+
+def test_a_case_with_higher_modes_is_kept_by_its_text():
+    case = bimodal(higher_modes=1)
+    assert df.Case.from_toml(case.to_toml()) == case
+    assert df.Case.from_toml(case.to_toml(complete=True)).problem.modes == case.problem.modes
+    assert "higher_modes=[{}]" in case.to_python()
+
+
+@pytest.mark.parametrize(
+    ("lever", "sentence"),
+    [
+        ({}, "the cantilever has only 1 mode; add modes by cantilever.higher_modes"),
+        ({"higher_modes": 10}, "cantilever.higher_modes = 10 is not from 0 to 9"),
+        ({"higher_modes": True}, "cantilever.higher_modes = true is not allowed here"),
+        ({"higher_modes": [{"q": 3}]}, "cantilever.higher_modes.1 has no parameter 'q'"),
+        ({"name": "ScanAsyst-Air", "higher_modes": 1}, "higher_modes.1.Q (quality factor of mode 2) is missing: the width"),
+        ({"modes": [{"f0": 1e5, "k": 1, "Q": 9}]}, "goes into cantilever.higher_modes"),
+    ],
+)  # fmt: skip
+def test_a_second_mode_that_is_not_known_is_asked_for(lever, sentence):
+    with pytest.raises(ParameterError) as error:
+        bimodal(**lever)
+    assert sentence in str(error.value)
+
+
+def test_the_ratio_of_an_ideal_beam_is_not_taken_in_a_liquid():
+    with pytest.raises(ParameterError, match="give f0 as measured"):
+        bimodal(higher_modes=[{"Q": 5}], f0="130 kHz").replace("medium", "water")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from dforce import forces
+from dforce import forces, instrument
 from dforce.case._text import tables
 from dforce.core import units
 from dforce.core.parameters import ParameterQuantity, Parameters
@@ -65,7 +65,11 @@ def _call(start: str, parts: Iterable[tuple[str, object, ParameterQuantity | Non
 def _value(value: object, quantity: ParameterQuantity | None, indent: str) -> str:
     if isinstance(value, Force) and getattr(forces, type(value).__name__, None) is not type(value):
         return repr(tables(value, shown=True))  # of a file of one's own, which the case loads
-    if isinstance(value, Parameters) and type(value).__module__.startswith("dforce.case."):
+    if (
+        isinstance(value, Parameters)
+        and type(value).__module__.startswith(("dforce.case.", "dforce.instrument."))
+        and (type(value).__name__ not in instrument.__all__)
+    ):
         return _value(tables(value, shown=True), None, indent)  # sections without a public class
     if isinstance(value, Parameters):
         return _object(value, indent)

@@ -58,7 +58,7 @@ def _plain(value: object, quantity: ParameterQuantity | None, shown: bool, compl
 def text_of(case: Parameters, complete: bool) -> str:
     """Return a case as TOML: what stands outside of sections first, then a section each."""
     table = tables(case, shown=True, complete=complete)
-    for section in ("medium", "cantilever"):
+    for section in ("medium", "cantilever", "sample"):
         given = table.get(section)
         if isinstance(given, dict) and list(given) == ["name"]:
             table[section] = given["name"]

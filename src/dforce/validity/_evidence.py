@@ -52,6 +52,8 @@ class Evidence:
         """Return the path of a number of a mode, counted from 0."""
         if self.case.cantilever.beam is not None:
             return "cantilever.beam"
+        if number and self.case.cantilever.higher_modes:
+            return f"cantilever.higher_modes.{number}.{field}"
         return f"cantilever.modes.{number + 1}.{field}" if self.case.cantilever.modes else f"cantilever.{field}"
 
     def of_tone(self, number: int, field: str) -> str:
