@@ -10,8 +10,9 @@ force?* The instrument never shows this force. This tutorial computes it from th
 # The lever and the sample
 # ------------------------
 #
-# dForce has the nominal f0 and k of common levers (``dforce cantilevers``). Q comes from your tune. Measured values
-# replace the nominal ones: ``df.Cantilever(name="PPP-NCHR", f0="312 kHz", k="38 N/m", Q=420)``.
+# dForce has the nominal f0 and k of common levers (``dforce cantilevers``). Q comes from your tune. Measured values replace the
+# nominal ones: ``df.Cantilever(name="PPP-NCHR", f0="312 kHz", k="38 N/m", Q=420)``. ``dforce materials`` lists samples, each
+# with its range and source.
 
 import matplotlib.pyplot as plt
 
@@ -22,8 +23,8 @@ case = df.Case(
     cantilever=df.Cantilever(name="PPP-NCHR", Q=450),
     drive=df.Drive(A0="20 nm"),
     tip=df.Tip(radius="7 nm"),
-    sample=df.Sample(youngs_modulus="3 GPa", poisson_ratio=0.33),
-    forces=[df.forces.DMT(hamaker="7e-20 J")],
+    sample=df.Sample(name="polystyrene"),
+    forces=[df.forces.DMT(hamaker="6.5e-20 J")],
 )
 
 # %%
@@ -91,16 +92,15 @@ assert max(ratio, key=lambda path: ratio[path]) == "drive.A0"
 # The same on the command line
 # ----------------------------
 #
-# Save the case as ``tap.toml``, and run it:
+# Save the case as ``tap.toml``, and run it. A case without an experiment is an approach and a retract:
 #
 # .. code-block:: toml
 #
 #    cantilever = { name = "PPP-NCHR", Q = 450 }
 #    drive = { A0 = "20 nm" }
 #    tip = { radius = "7 nm" }
-#    sample = { youngs_modulus = "3 GPa", poisson_ratio = 0.33 }
-#    forces = [{ model = "dmt", hamaker = "7e-20 J" }]
-#    experiment = { kind = "approach", zc = { start = 1.25, stop = 0.5, of = "drive.A0" } }
+#    sample = "polystyrene"
+#    forces = [{ model = "dmt", hamaker = "6.5e-20 J" }]
 #
 # .. code-block:: sh
 #

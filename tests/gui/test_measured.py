@@ -152,9 +152,8 @@ def test_a_figure_that_is_saved_has_the_measured_points(monkeypatch, wanted):
     assert "peak_force" not in by_name or not any("measured" in str(x.get_label()) for x in by_name["peak_force"].lines)
 
 
-def test_the_script_of_the_window_draws_the_measured_points(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "curve.csv").write_bytes(csv())
+def test_the_script_of_the_window_draws_the_measured_points(workdir, monkeypatch):
+    (workdir / "curve.csv").write_bytes(csv())
     drawn = []
     monkeypatch.setattr(df.plot, "save", lambda axes, path, *how: drawn.append((path, np.ravel(axes))))
     settings = LAG | {"calibrate": {"baseline": "none"}}

@@ -54,18 +54,16 @@ def test_Q_in_air_is_the_one_for_which_sader_finds_the_nominal_k():
     assert k == pytest.approx(probe.k, rel=1e-12)
 
 
-def test_a_file_of_ones_own_is_read_once_and_the_case_keeps_what_it_said(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my.csv").write_text("name,f0,k,Q,tip_radius\nmine,71.3 kHz,2.1 N/m,180,9 nm\n", encoding="utf-8")
+def test_a_file_of_ones_own_is_read_once_and_the_case_keeps_what_it_said(workdir):
+    (workdir / "my.csv").write_text("name,f0,k,Q,tip_radius\nmine,71.3 kHz,2.1 N/m,180,9 nm\n", encoding="utf-8")
     case = df.Case(cantilever={"name": "mine", "library": "my.csv"}, drive={"A0": 10e-9})
     assert (case.cantilever.f0, case.cantilever.k, case.cantilever.Q) == (71.3e3, 2.1, 180.0)
-    (tmp_path / "my.csv").unlink()
+    (workdir / "my.csv").unlink()
     assert df.Case.from_toml(case.to_toml()).problem == case.problem
 
 
-def test_spaces_behind_commas_and_a_mark_of_the_encoding_do_no_harm(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my.csv").write_text("# my levers\nname, f0, k, Q\n\nmine, 71.3 kHz, 2.1, 180\n", encoding="utf-8-sig")
+def test_spaces_behind_commas_and_a_mark_of_the_encoding_do_no_harm(workdir):
+    (workdir / "my.csv").write_text("# my levers\nname, f0, k, Q\n\nmine, 71.3 kHz, 2.1, 180\n", encoding="utf-8-sig")
     lever = df.Cantilever(name="mine", library="my.csv")
     assert (lever.f0, lever.k, lever.Q) == (71.3e3, 2.1, 180.0)
 
@@ -116,9 +114,8 @@ def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):
         ("name,f0,k,tip_radius\nmine,1 kHz,1,3 m\n", "'my.csv', mine: tip_radius = 3 m is above 1 mm"),
     ],
 )
-def test_a_file_that_is_no_list_is_refused(tmp_path, monkeypatch, text, message):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my.csv").write_text(text, encoding="utf-8")
+def test_a_file_that_is_no_list_is_refused(workdir, text, message):
+    (workdir / "my.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ParameterError) as raised:
         df.Cantilever(name="mine", library="my.csv", Q=100)
     assert message in str(raised.value)

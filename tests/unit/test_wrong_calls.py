@@ -193,8 +193,7 @@ def answer(function, arguments):
 
 
 @every(CALLS)
-def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_wrong_argument_is_answered_with_one_sentence(name, workdir):
     df.save_case(CASE, "case.toml")
     Path("curve.csv").write_text(measured_curve.text())
     Path("thermal.csv").write_text(measured_curve.spectrum_text())

@@ -13,7 +13,7 @@ from dforce.core import units
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.findings.set_point import State
+    from dforce.findings.set_point import SetPointState
 
 
 def print_findings(result: xr.Dataset) -> None:
@@ -41,7 +41,7 @@ def counted(result: xr.Dataset) -> dict[df.Status, int]:
     return count_status(result)
 
 
-def states_of(result: xr.Dataset) -> dict[float, list[State]]:
+def states_of(result: xr.Dataset) -> dict[float, list[SetPointState]]:
     """Return the states at each set point of a curve's case."""
     from dforce.findings.motions import states_of as found
 

@@ -12,7 +12,7 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
-from dforce.cli._options import PICTURE, Json, Quiet, Settings, option
+from dforce.cli._options import PICTURE, Printed, Settings, option
 from dforce.cli._report import (
     advice_lines,
     as_json,
@@ -41,6 +41,7 @@ OVER_A0 = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 221}
 
 @seldom_collected()
 def run(
+    *,
     case: CaseName,
     settings: Settings,
     at_set_point: Annotated[
@@ -68,8 +69,7 @@ def run(
             "--states", help="Draw all states behind the curve of an approach as well, the unstable ones dashed."
         ),
     ] = False,
-    json: Json = False,
-    quiet: Quiet = False,
+    printed: Printed,
 ) -> int:
     """Run a case and write its result.
 
@@ -95,7 +95,7 @@ def run(
         _check_states(source.case, plot)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
-        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar, early_answers():
+        with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar, early_answers():
             result = df.run(source.case, progress=bar, resume=source.result if continued else None)
         seconds = time.monotonic() - start
         if late.asked:  # nothing is left to be continued
@@ -109,7 +109,9 @@ def run(
     if plot is not None:  # the curve alone at first: it is kept whatever becomes of the states
         df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot, width=width)
         found = (
-            _draw_states(source.case, result, plot, width, quiet) if states and not (stopped or late.asked) else None
+            _draw_states(source.case, result, plot, width, printed.quiet)
+            if states and not (stopped or late.asked)
+            else None
         )
     without = found is not None and bool(found.attrs.get("interrupted"))
     asks = not stopped and (at_set_point is not None or _asks_for_set_points(source))
@@ -119,12 +121,12 @@ def run(
         code = BAD_INPUT
     else:
         code = SOME_POINTS_FAILED if _failed(result) else DONE
-    if json:
+    if printed.json:
         print_json(_answer(source, result, written, plot, seconds, code))
-    elif not quiet:
+    elif not printed.quiet:
         print_findings(result)
         typer.echo(f"written: {', '.join(str(path) for path in (written, plot) if path is not None)}")
-    if not (json or quiet):
+    if not (printed.json or printed.quiet):
         for line in [
             *status_lines(result),
             *(set_point_lines(result) if asks else []),

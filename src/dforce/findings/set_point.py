@@ -115,7 +115,7 @@ def _word(virial: float) -> str:
 
 
 @dataclass(frozen=True)
-class State:
+class SetPointState:
     """A state at a set point, in SI, the phase lag of the first tone in degrees; NaN where the result does not keep it.
 
     Attributes
@@ -144,7 +144,7 @@ class State:
 SHOWN = ("peak_force", "phase", "max_indentation")
 
 
-def states_at(curve: xr.Dataset, set_point: float) -> list[State]:
+def states_at(curve: xr.Dataset, set_point: float) -> list[SetPointState]:
     """Return the states of one curve along the distance at a set point, of each direction the farthest first."""
     known = drawable(curve, goes_along(curve))
     found = at_set_point(curve, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
@@ -155,7 +155,7 @@ def states_at(curve: xr.Dataset, set_point: float) -> list[State]:
         one = found.isel(crossing=place)
         values: dict[str, Any] = {name: float(one[name].values.flat[0]) if name in one else np.nan for name in SHOWN}
         values |= {name: one[name].item() for name in ("direction", "regime", "stable") if name in one.coords}
-        states.append(State(set_point, float(one["zc"]), repels=bool(repels[place]), **values))
+        states.append(SetPointState(set_point, float(one["zc"]), repels=bool(repels[place]), **values))
     return states
 
 

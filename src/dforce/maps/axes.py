@@ -17,11 +17,10 @@ from dforce.core import quantities, units
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import named
 from dforce.core.parameters import ParameterQuantity
-from dforce.experiments import Dwell
+from dforce.experiments.base import DISTANCE
 from dforce.maps._rows import read_rows
 
 INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
-DISTANCE = "experiment.zc"
 ROW = "case"  # dimension of cases that are given one by one
 WAYS = COMBINATIONS, CASES = "combinations", "cases"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
@@ -51,6 +50,11 @@ class Axis:
     dim: str
     values: tuple[Any, ...]
     quantity: ParameterQuantity | None
+
+    def text(self, place: int) -> str:
+        """Return path and value at a place for a reader."""
+        value = self.values[place]
+        return f"{self.path} = {units.show(value, self.quantity.unit, 4) if self.quantity is not None else value}"
 
     def coordinate(self) -> tuple[str, Any, dict[str, str]]:
         """Return the coordinate of the result."""
@@ -141,8 +145,10 @@ def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
     paths = [str(path) for path in over]
     last = [path.split(".")[-1] for path in paths]
     taken = {*quantities.OBSERVABLES, *quantities.AXES, "status", ROW} - {"zc", "frequency"}
-    if case.experiment is not None and not isinstance(case.experiment, Dwell):
-        taken.add("zc")
+    if case.experiment is not None:
+        taken |= {*case.experiment.coordinates(case.problem), case.experiment.path.split(".")[-1]}
+    if _one_distance(case):
+        taken.discard("zc")
     axes: list[Axis] = []
     places: dict[tuple[str | int, ...], str] = {}
     for path, word in zip(paths, last, strict=True):
@@ -158,16 +164,23 @@ def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
 def _number_at(case: Case, path: str) -> ParameterQuantity | None:
     """Return the declaration of a plain number that can be changed without building the case anew, else None."""
     value = value_at(case, path)
-    if path == DISTANCE and isinstance(case.experiment, Dwell):
+    if path == DISTANCE and _one_distance(case):
         return quantity_at(case, path)
     if path == DISTANCE:
-        raise ParameterError("experiment.zc can be swept over in a dwell only; an approach has its own distances")
+        raise ParameterError(
+            "experiment.zc can be swept over where it is one distance; this experiment has a range of its own"
+        )
     if path.split(".", maxsplit=1)[0] not in INSTRUMENT or not (value is None or isinstance(value, float)):
         return None
     try:
         return quantity_at(case, path)
     except ParameterError:
         return None
+
+
+def _one_distance(case: Case) -> bool:
+    """Say whether the experiment of a case is done at one distance."""
+    return isinstance(getattr(case.experiment, "zc", None), float)
 
 
 def _values(path: str, given: Any, quantity: ParameterQuantity | None) -> tuple[Any, ...]:

@@ -155,8 +155,9 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> An
 
 
 def first_state(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a sweep with the first of the states at a set point alone; any other result as it is."""
-    return dataset.isel(crossing=0) if "crossing" in dataset.dims else dataset
+    """Return a sweep with the first of the states at a set point, or of basins, alone; any other result as it is."""
+    several = next((dim for dim in ("crossing", "state") if dim in dataset.dims and swept(dataset)), None)
+    return dataset.isel({several: 0}) if several is not None else dataset
 
 
 @checked

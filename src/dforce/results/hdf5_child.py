@@ -13,10 +13,10 @@ import pickle
 import sys
 from typing import TYPE_CHECKING, Any
 
-from dforce.core.arrays import AnyArray
-
 if TYPE_CHECKING:
     import h5py
+
+    from dforce.core.arrays import AnyArray
 
     Column = tuple[str, dict[str, str], AnyArray]
     Curve = tuple[list[Column], dict[str, str]]

@@ -14,9 +14,10 @@ from dforce.core.arrays import Complexes
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
-from dforce.experiments.motion import motion_of
 from dforce.instrument.noise import detector_readings, time_constant
 from dforce.observables.complex_numbers import phase_lag
+from dforce.procedures.motion import motion_of
+from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.runs import dwell, watched
@@ -139,13 +140,11 @@ def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float,
         if zc is not None:
             raise ParameterError("a point of a result has its distance; leave zc out")
         asked, point = case_of(case), case
-        if asked.experiment is None:
-            raise ParameterError("the result does not say which experiment it is from")
         if MOTION not in point.variables or point["status"].ndim:
             raise ResultError(
                 "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
             )
-        problem = asked.experiment.problem_at(asked.problem, point, asked)
+        problem = problem_at(asked, point)
     if MOTION not in point.variables:
         raise ResultError("there is no motion at this distance")
     motion = motion_of(point, problem)

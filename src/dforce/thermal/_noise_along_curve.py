@@ -13,8 +13,9 @@ from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress as Told
-from dforce.experiments.motion import motion_of
 from dforce.observables.averaging import common_period
+from dforce.procedures.motion import motion_of
+from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.status import REPEATING
 from dforce.runs import watched
@@ -121,7 +122,7 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
         return None
     if MULTIPLIERS in point and not _dies_out(point[MULTIPLIERS].values):
         return None
-    problem = case.experiment.problem_at(case.problem, point, case)
+    problem = problem_at(case, point)
     common = common_period([tone.frequency for tone in problem.tones])
     repeats = float(point[REPEATS]) if REPEATS in point else np.nan
     periods = int(repeats) if np.isfinite(repeats) else common
