@@ -24,6 +24,10 @@ def case_schema() -> dict[str, Any]:
         description = schema["properties"][field]["description"]
         whole = {"type": "array", "items": choices} if field == "forces" else choices
         schema["properties"][field] = {"description": description, **whole}
+    lever = definitions["Cantilever"]["properties"]
+    higher = lever["higher_modes"]  # a number of modes, or a table of each
+    number = {"type": "integer", "minimum": 0, "maximum": higher["maxItems"]}
+    lever["higher_modes"] = {"description": higher.pop("description"), "anyOf": [number, higher]}
     known_by_name = {"Medium": sorted(library.media()), "Cantilever": list(cantilevers()), "Sample": list(materials())}
     for section, names in known_by_name.items():
         definitions[section] = {"anyOf": [{"enum": names}, definitions[section]]}
