@@ -41,19 +41,20 @@ def sweep(
 ) -> xr.Dataset:
     """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
-    A single run is a block of one case, and a sweep solves blocks of many by the same solver: cases whose forces have no
-    memory and no branches march side by side in vector lanes. Threads share the blocks.
+    A single approach or dwell is a block of one case, and a sweep solves blocks of many by the same solver: cases whose forces
+    have no memory and no branches march side by side in vector lanes. Any other experiment is done for each case by itself.
+    Threads share the work.
 
     Parameters
     ----------
     case
-        The case; its experiment is an approach or a dwell. Of a dwell only the scalars are kept.
+        The case, with any experiment. Of a dwell and a thermal spectrum the numbers are kept, not what was recorded.
     over
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
         SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
-        all combinations are computed. Any parameter of the case may be named, and ``experiment.zc`` of a dwell. Numbers of
-        the instrument, the sample and the forces cost next to nothing a case; every value of any other parameter (a
-        choice, a solver's setting) builds the case anew. Left out, with `rows`: what the case says under ``[sweep]``.
+        all combinations are computed. Any parameter of the case may be named, and ``experiment.zc`` where it is one distance.
+        Numbers of the instrument, the sample and the forces cost next to nothing a case; every value of any other parameter
+        (a choice, a solver's setting) builds the case anew. Left out, with `rows`: what the case says under ``[sweep]``.
     workers
         Threads; left out: one for each core.
     progress
@@ -86,15 +87,16 @@ def sweep(
     -------
     xarray.Dataset
         The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), or `case` of cases one by one, then `zc` and `direction` of an approach. Distances that are shares
-        of A0 lie along `zc_ratio` where A0 varies, with the coordinate `zc` of each case. A status for each point. The jumps
-        of the curves lie along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others. With a
-        store, that is opened: its numbers are read when they are asked for.
+        that is ambiguous), or `case` of cases one by one, then those of the experiment, such as `zc` and `direction`.
+        Distances that are shares of A0 lie along `zc_ratio` where A0 varies, with the coordinate `zc` of each case. A status
+        for each point; of branches the largest number of each case. Jumps of curves lie along `jump`, states of basins along
+        `state`, points of branches along `point`, filled up (NaN, 0, False or nothing) where a case has fewer than others.
+        With a store, that is opened: its numbers are read when they are asked for.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, a value that is not allowed, a case without such an experiment, or a
+        For a path that the case does not have, a value that is not allowed, a case without an experiment, or a
         `resume` that belongs to another sweep.
     CaseError
         When the file of a case's rows cannot be read.
