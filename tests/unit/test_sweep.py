@@ -226,7 +226,7 @@ def test_ctrl_c_keeps_what_is_done(monkeypatch):
 @pytest.mark.parametrize(
     ("over", "sentence"),
     [
-        ({}, "over must say what to vary"),
+        ({}, "over must name the parameters to vary"),
         ({"sample.youngs_modulus": []}, "sample.youngs_modulus has no values"),
         ({"sample.youngs_modulus": "1 GPa"}, "sample.youngs_modulus = 1 GPa is not a list of values"),
         ({"sample.youngs_modulus": ["1 GPa", "-1 GPa"]}, "sample.youngs_modulus = -1 GPa is not above 0 GPa"),

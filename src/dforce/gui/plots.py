@@ -29,7 +29,7 @@ from dforce.results.kinds import is_kind, kind_of, loaded
 if TYPE_CHECKING:
     import xarray as xr
 
-NOTHING = "There is no result yet."
+NOTHING = "No result yet."
 
 
 log = logging.getLogger("dforce.gui")
@@ -114,7 +114,7 @@ class Plots:
         elif (kind := kind_of(first)) is not None and kind.figure:
             self.drawn = loaded(kind.figure)(first)
         elif not pictures_of(first):  # stopped
-            self.drawn = figures.Drawn(figures.empty("The run was stopped before there was anything to draw."))
+            self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)

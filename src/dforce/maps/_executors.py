@@ -23,7 +23,7 @@ from dforce.maps._cases import cases_of
 from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
-LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+LOST = "the cluster is lost; finished blocks are kept, and another cluster can continue"
 TRIES = 2  # of a block
 TRIES_OF_DEAD = (
     8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
@@ -172,9 +172,7 @@ def _case_of(sent: Sent) -> Case:
     """Return the case that was sent, in a worker."""
     here = importlib.metadata.version("dforce")
     if here != sent.version:
-        raise ParameterError(
-            f"a worker of the cluster has dForce {here}, and the sweep was started with {sent.version}"
-        )
+        raise ParameterError(f"a worker of the cluster has dForce {here}, but the sweep has {sent.version}")
     folder = Path(tempfile.mkdtemp(prefix="dforce-plugins-")) if sent.plugins else None
     for name, content in sent.plugins:
         file = Path(str(folder), Path(name).name)

@@ -83,7 +83,7 @@ class Map:
     def run(self, resume: bool, workers: int | None, client: Any, progress: Progress | bool | None) -> xr.Dataset:
         """Compute the blocks that are missing or damaged, and return the store, opened."""
         if client is not None and workers is not None:
-            raise ParameterError("workers are threads of this process, and a cluster has its own; give one of the two")
+            raise ParameterError("workers sets threads of this process, but a cluster has its own; pass one of the two")
         store.check_store(self.store, resume)
         with Writer(self.store) as writer, watched(progress, self.case.title) as tell:
             found = resume and writer.find()
@@ -127,7 +127,7 @@ class Map:
         """Check that a store was begun by this version."""
         begun = writer.attributes["dforce_version"]
         if begun != __version__:
-            raise ParameterError(f"this store was begun by dForce {begun}, so {__version__} does not go on with it")
+            raise ParameterError(f"this store is from dForce {begun}; continue it with that version, not {__version__}")
 
     def _mend(self, writer: Writer, names: frozenset[str]) -> None:
         """Write anew what is damaged of the store beside its blocks."""
@@ -286,7 +286,7 @@ def _say(writer: Writer, work: _Run) -> None:
     damaged = [part(key) for key in writer.damaged]
     if damaged:
         more = f" and {len(damaged) - NAMED} more" if len(damaged) > NAMED else ""
-        announce(f"{writer.files.name} was damaged and is repaired: {', '.join(damaged[:NAMED])}{more}")
+        announce(f"{writer.files.name} was damaged and is now repaired: {', '.join(damaged[:NAMED])}{more}")
     elif not work.computed:
         announce(f"{writer.files.name} is complete and undamaged; nothing was computed")
 

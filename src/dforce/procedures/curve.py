@@ -84,7 +84,7 @@ class Curve:
             self.block = block if count == block.points else self.make(count)
             with contextlib.suppress(TooFewSamples):
                 return self._run(progress, earlier if count == reached else None, not is_last)
-        raise AssertionError("the last count of samples is taken as it is")
+        raise AssertionError("the last number of samples is final")
 
     def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
         """Return the curve; raise TooFewSamples where more of them may help."""
