@@ -3,7 +3,7 @@ Plan the gentlest settings
 ==========================
 
 *A protein tolerates 100 pN and an indentation of a fifth of its height. Which free amplitude and set point do you choose in
-liquid, and how far may they drift?* This tutorial sets the limits, computes a plan, and checks the answer with the motion.
+liquid, and how far may they drift?* This tutorial states the limits, lets dForce plan, and checks the answer with the motion.
 """
 
 # %%
@@ -48,11 +48,12 @@ axes = df.plot.plan(plan)
 plt.show()
 
 # %%
-# *Free amplitude and set point. All limits hold in the green part; elsewhere the color shows the failing limit. Dots are the
-# located boundary. The red dot has the most room around it, the dashed box is its margins. The star has the lowest force.*
+# *Free amplitude and set point. All limits hold in the green part. Elsewhere the color shows the limit that fails. Dots are the
+# boundary as it was located. The red dot has the most room around it, the dashed box is its margins, and the star has the
+# lowest force of all.*
 #
-# The star lies at the edge of the allowed settings: the smaller the amplitude, the lower the force. The red dot is the better
-# choice for an experiment that drifts.
+# The star lies at the edge of the search: the smaller the amplitude, the lower the force. The red dot is for an experiment that
+# drifts.
 
 
 def told(mark: str) -> str:

@@ -1,18 +1,24 @@
 r"""
-Sample parameters from a measured curve
-=======================================
 
 *You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, Hamaker constant and
 viscosity fit the curve, and how large are their errors?* This tutorial fits a synthetic curve with noise. The true values are
 at the end.
+=======
+My own data: modulus, adhesion and viscosity
+============================================
+
+*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, Hamaker constant and
+viscosity fit the curve, and how large are the errors?* This tutorial fits a synthetic curve with noise. Its true values
+follow at the end.
 """
 
 # %%
 # The curve
 # ---------
 #
-# dForce ships the curve as a text file with columns for height, amplitude and phase. The sign of the phase is an input, because
-# no check of a curve shows it. Here the phases are lags, which rise when the tip is attracted.
+# dForce ships the curve as a text file with columns for height, amplitude and phase. For your own file see
+# :doc:`read a measured curve </measured>`. dForce asks for the sign of the phases, because no check of one curve finds it.
+# Here they are lags: attraction raises them.
 
 from importlib.resources import files
 
@@ -25,7 +31,7 @@ file = files("dforce.library") / "measured" / "stiff.csv"
 measured = df.read_measured(str(file), phase_convention="lag")
 
 # %%
-# The case describes the measurement: spring constant, resonance and Q from the thermal spectrum, free amplitude, tip radius.
+# The case describes the instrument: spring constant, f0 and Q from a thermal tune, free amplitude, tip radius.
 # Modulus, Hamaker constant and viscosity are guesses, and poor ones.
 
 case = df.Case(
@@ -52,17 +58,17 @@ for name in ("amplitude_error", "phase_error", "free_amplitude"):
 # The fit
 # -------
 #
-# Three parameters of the sample are free. The fit also varies three unknown offsets: of the heights, of the free amplitude
-# and of the phase. Q has an error of 2 %, so it has a prior.
+# Three parameters of the sample are free. The fit also varies three unknown offsets: height, free amplitude and phase. Q is
+# known to 2 %, so it has a prior.
 
 free = ["sample.youngs_modulus", "forces.dmt.hamaker", "forces.kelvin_voigt.viscosity"]
 fit = df.fit(case, curve, free=free, priors={"cantilever.Q": "180.0(36)"}, given={"cantilever.k": "2.7(2) N/m"})
 print(df.fit_report(fit))
 
 # %%
-# Read the report from the top. Chi2 is near the number of degrees of freedom: the model describes the curve within its noise.
-# No point is lost. Next are the values. The second error of each comes from the uncertain spring constant. Hamaker constant
-# and modulus are strongly correlated: an increase of both leaves the curve nearly unchanged.
+# Read the report from the top. Chi2 is about the number of degrees of freedom: the model describes the curve within its
+# noise. No point is lost. The second error of each value comes from the uncertain spring constant. Hamaker
+# constant and modulus are strongly correlated: a little more of both gives nearly the same curve.
 
 df.plot.fit(fit)
 plt.show()
@@ -94,14 +100,14 @@ told = df.identify(best, free=free, helps=False)
 print(df.identify_report(told))
 
 # %%
-# Both sides of the jump together constrain the modulus far better than the points behind it: there a shift of the heights looks
+# Both sides of the jump together constrain the modulus far better than the points behind it. There a shift of the heights looks
 # like stiffness.
 #
 # The truth
 # ---------
 #
-# The true values are E = 2 GPa, H = 6e-20 J and a viscosity of 20 Pa s. The curve has an offset of the heights of 0.35 nm. Its
-# phase had an offset of 1.2°, removed by the calibration.
+# The curve was made with E = 2 GPa, H = 6e-20 J and a viscosity of 20 Pa s. Its heights are off by 0.35 nm, and its phase by
+# 1.2°, which the calibration has removed.
 
 truth = {free[0]: 2e9, free[1]: 6e-20, free[2]: 20.0, "zc_offset": 0.35e-9}
 for name, value in truth.items():

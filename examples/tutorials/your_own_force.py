@@ -2,8 +2,8 @@ r"""
 Your own force law
 ==================
 
-*dForce lacks your force between tip and sample: for example a polymer brush, which pushes the tip away long before contact.*
-This tutorial starts with a line in a case and ends with a model as good as the built-in ones.
+*You have a force between tip and sample that dForce does not ship, such as a polymer brush that pushes the tip away long
+before contact.* This tutorial takes it from a line in a case to a model that is as good as the built-in ones.
 
 The force of a brush whose repulsion decays over the length :math:`L`, under a sphere of radius :math:`R`, is
 
@@ -98,9 +98,9 @@ assert 2e-9 < jump_brush - jump_bare < 5e-9
 #    :language: python
 #    :caption: brush.py
 #
-# - `name` is its key in a case file; the docstring is its page.
-# - The fields are its parameters: `param` declares its own parameter, `shared` takes a value from the instrument, so that one
-#   tip serves all forces.
+# - `name` is its name in a case file; the docstring is its page.
+# - The fields are its parameters: `param` declares one of its own, `shared` takes one from the instrument, so
+#   that one tip serves all forces.
 # - `law` is the force in newtons, repulsive positive: plain Python with functions of `math`. Its first three
 #   arguments are always the distance, its rate and the time; the others are the fields.
 # - `kinks` lists the distances at which the law is not smooth. Solvers place a step there.
@@ -118,9 +118,9 @@ df.check_force(Brush)
 print(Brush.name, "passes every check")
 
 # %%
-# The checks include physics. They evaluate the law at extreme distances and at the bounds of its parameters, and compare the
-# compiled law with the plain law. They look for undeclared kinks and jumps, and for energy from nowhere. Remove the line with
-# `kinks` to see the message.
+# The checks test physics. They try the law at extreme distances and at the bounds of its parameters, and compare the
+# compiled law with the plain one. They look for kinks and jumps that are not declared, and for energy from nowhere.
+# Leave out the line with `kinks` to see a check fail.
 #
 # From here on `brush` is a model like any other. In a case file, name the Python file at the top:
 #
@@ -145,6 +145,30 @@ assert difference < 1e-21
 # sphinx_gallery_end_ignore
 
 # %%
-# Forces with memory (a relaxing sample) or with two branches (with and without a neck) are also classes. :class:`dforce.Force`
-# describes their extra members; copy from ``sls.py`` and ``capillary.py``. To share your model, publish a package that names it
-# under the entry point ``dforce.forces``. Every user of the package then has the model.
+# As a package
+# ------------
+#
+# To give the model to others, put ``brush.py`` into a folder ``brush-force`` beside this file:
+#
+# .. code-block:: toml
+#    :caption: brush-force/pyproject.toml
+#
+#    [project]
+#    name = "brush-force"
+#    version = "1.0"
+#    dependencies = ["dforce"]
+#
+#    [project.entry-points."dforce.forces"]
+#    brush = "brush"
+#
+#    [build-system]
+#    requires = ["hatchling"]
+#    build-backend = "hatchling.build"
+#
+#    [tool.hatch.build.targets.wheel]
+#    include = ["brush.py"]
+#
+# After ``python -m pip install ./brush-force``, ``dforce models brush`` shows its page, and a case needs no ``plugins``.
+#
+# Forces with memory (a relaxing sample) or with two branches (a neck that forms and breaks) are classes of the same kind.
+# :class:`dforce.Force` describes their extra members; copy ``sls.py`` or ``capillary.py`` of the shipped models.

@@ -8,7 +8,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
 from plain_words import Sentence, blocks, faults, of_page, of_script, of_source, sentences
 
 import dforce as df
@@ -90,7 +89,7 @@ def is_let_pass(sentence):
     return any(one["place"] == sentence.place and sentence.text.startswith(one["start"]) for one in EXCEPTIONS)
 
 
-@pytest.mark.parametrize("room", ROOMS, ids=lambda room: room.__name__)
+@every(ROOMS, lambda room: room.__name__)
 def test_every_sentence_is_plain(room):
     said = list(room())
     assert len(said) > 50, f"{room.__name__} is empty: the check looks in the wrong place"
@@ -106,8 +105,7 @@ def test_each_exception_has_a_reason_and_is_needed():
         assert any(s.place == one["place"] and s.text.startswith(one["start"]) for s in wrong), one
 
 
-@pytest.mark.parametrize(
-    ("written", "fault"),
+@every(
     [
         ("In Python, with what a thermal tune told of the lever:", "what ... of"),
         ("The fit finds what it is.", "what it is"),
@@ -126,14 +124,13 @@ def test_each_exception_has_a_reason_and_is_needed():
         ("An earlier run of the very same case", "the very"),
         ("Read the unit and give it.", "give it"),
         (f"The tip {'moves up and down ' * 8}.", "34 words"),
-    ],
+    ]
 )
 def test_each_pattern_is_found(written, fault):
     assert fault in faults(written)
 
 
-@pytest.mark.parametrize(
-    "written",
+@every(
     [
         "What is the peak force of my lever?",
         "You may say which you prefer.",
@@ -141,7 +138,7 @@ def test_each_pattern_is_found(written, fault):
         "Two errors: random (each point) and systematic (common to all).",
         "A standing wave has nodes.",
         "which parameters the curve does not constrain",
-    ],
+    ]
 )
 def test_plain_sentences_pass(written):
     assert faults(written) == []

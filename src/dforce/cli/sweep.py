@@ -42,7 +42,7 @@ class SweepWorkers:
 
 
 @dataclass(frozen=True)
-class KeptQuantities:
+class QuantityOptions:
     """Which quantities stay."""
 
     keep: Annotated[
@@ -65,7 +65,7 @@ def sweep(
             "A store of any size, written block by block, or a file, written at the end.",
         ),
     ],
-    kept: KeptQuantities,
+    kept: QuantityOptions,
     by: SweepWorkers,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the sweep in OUT.")] = False,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw some of the cases.")] = None,
@@ -155,7 +155,7 @@ def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
     names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
     for place in np.argwhere(np.isfinite(result["zc"].values)):
         one = result.isel(dict(zip(result["zc"].dims, place.tolist(), strict=True)))
-        yield {str(name): one[name].values.flat[0].item() for name in names if name in one.variables}
+        yield {str(name): one[name].values.ravel().tolist()[0] for name in names if name in one.variables}
 
 
 def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
