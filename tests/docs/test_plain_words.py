@@ -8,6 +8,7 @@ import re
 import tomllib
 from pathlib import Path
 
+from every import every
 from plain_words import Sentence, blocks, faults, of_page, of_script, of_source, sentences
 
 import dforce as df
