@@ -43,12 +43,16 @@ def test_the_help_of_a_class_fits_on_a_page():
     assert "radius: Length = None" in text
 
 
-@pytest.mark.parametrize("function", [df.approach, df.dwell, df.branches, df.frequency_sweep, df.basins, df.fit, df.fit_many])
+@pytest.mark.parametrize(
+    "function", [df.approach, df.dwell, df.branches, df.frequency_sweep, df.basins, df.fit, df.fit_many]
+)
 def test_the_settings_of_a_function_are_named_in_its_signature(function):
     parameters = inspect.signature(function).parameters
     assert not [one for one in parameters.values() if one.kind is one.VAR_KEYWORD]
     of_fits = function.__name__.startswith("fit")
-    model = df.Case.model_fields["fit"].annotation.__args__[0] if of_fits else df.experiments.EXPERIMENTS[function.__name__]
+    model = (
+        df.Case.model_fields["fit"].annotation.__args__[0] if of_fits else df.experiments.EXPERIMENTS[function.__name__]
+    )
     keys = set(model.keys()) - {"kind"}
     assert keys <= set(parameters)
 
