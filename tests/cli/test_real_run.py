@@ -20,23 +20,21 @@ GRID = 'experiment.zc={ start = "11 nm", stop = "9 nm", points = 5 }'
     ("example", "settings"), [("table-1-am", []), ("figure-3-air", ["--set", GRID])], ids=["dwell", "approach"]
 )
 @pytest.mark.slow
-def test_a_result_repeats_its_own_run_to_the_last_bit(tmp_path, monkeypatch, example, settings):
-    monkeypatch.chdir(tmp_path)
+def test_a_result_repeats_its_own_run_to_the_last_bit(workdir, example, settings):
     first = CliRunner().invoke(app, ["run", example, "--json", "--plot", "figure.png", *settings])
     assert first.exit_code == 0, first.stderr
     found = json.loads(first.stdout)
     again = CliRunner().invoke(app, ["run", found["file"], "-o", "again.nc"])
     assert again.exit_code == 0, again.stderr
     xr.testing.assert_equal(df.read(found["file"]), df.read("again.nc"))
-    assert (tmp_path / "figure.png").stat().st_size > 10_000
+    assert (workdir / "figure.png").stat().st_size > 10_000
 
 
 LOOP = 'experiment.zc={ start = "21 nm", stop = "18 nm", points = 13 }'
 
 
 @pytest.mark.slow
-def test_states_are_drawn_behind_the_curve_where_they_are_asked_for(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_states_are_drawn_behind_the_curve_where_they_are_asked_for(workdir, monkeypatch):
     ranges = []
     branches = df.branches
 
@@ -53,8 +51,7 @@ def test_states_are_drawn_behind_the_curve_where_they_are_asked_for(tmp_path, mo
     assert Path("states.png").read_bytes() != Path("alone.png").read_bytes()
 
 
-def test_states_that_are_stopped_leave_the_curve_and_its_picture(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_states_that_are_stopped_leave_the_curve_and_its_picture(workdir, monkeypatch):
     pictures = []
     save = df.plot.save
 
@@ -75,8 +72,7 @@ def test_states_that_are_stopped_leave_the_curve_and_its_picture(tmp_path, monke
 
 
 @pytest.mark.slow
-def test_states_that_may_be_missing_are_told(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_states_that_may_be_missing_are_told(workdir):
     words = ["--set", LOOP, "--set", "forces.dmt.surface_energy=10 mJ/m^2"]  # the force then jumps at contact
     done = CliRunner().invoke(app, ["run", "hysteresis", "-o", "x.nc", "--plot", "x.png", "--states", *words])
     assert done.exit_code == 0 and "states: not proven: dmt jumps at" in done.stderr
@@ -85,15 +81,14 @@ def test_states_that_may_be_missing_are_told(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["hysteresis"], "--states are drawn in a picture, and none is drawn; give --plot as well"),
-        (["table-1-am", "--plot", "x.png"], "--states are drawn behind the curve of an approach, and this experiment is dwell"),
+        (["hysteresis"], "--states needs a picture; also write --plot"),
+        (["table-1-am", "--plot", "x.png"], "--states needs the curve of an approach; this experiment is dwell"),
         (["hysteresis", "--plot", "x.png", "--set", 'experiment.zc=["9 nm"]'], "this approach has only one distance"),
     ],
 )  # fmt: skip
-def test_states_that_cannot_be_drawn_are_refused_before_the_run(tmp_path, monkeypatch, words, sentence):
-    monkeypatch.chdir(tmp_path)
+def test_states_that_cannot_be_drawn_are_refused_before_the_run(workdir, words, sentence):
     done = CliRunner().invoke(app, ["run", *words, "--states"])
-    assert done.exit_code == 2 and sentence in done.stderr and list(tmp_path.iterdir()) == []
+    assert done.exit_code == 2 and sentence in done.stderr and list(workdir.iterdir()) == []
 
 
 LEVER = """

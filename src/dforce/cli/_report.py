@@ -13,7 +13,7 @@ from dforce.core import units
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.findings.set_point import State
+    from dforce.findings.set_point import SetPointState
 
 
 def print_findings(result: xr.Dataset) -> None:
@@ -41,7 +41,7 @@ def counted(result: xr.Dataset) -> dict[df.Status, int]:
     return count_status(result)
 
 
-def states_of(result: xr.Dataset) -> dict[float, list[State]]:
+def states_of(result: xr.Dataset) -> dict[float, list[SetPointState]]:
     """Return the states at each set point of a curve's case."""
     from dforce.findings.motions import states_of as found
 
@@ -98,7 +98,7 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
 def advice_lines(result: xr.Dataset, name: str) -> list[str]:
     """Return what each piece of advice in a result found, and how to read on about the case or result of this name."""
     found = [f"advice: {piece.finding}" for piece in advice_of(result)]
-    return [*found, f"what to do: dforce check {quoted(name)}"] if found else []
+    return [*found, f"advice with remedies: dforce check {quoted(name)}"] if found else []
 
 
 def quoted(name: str) -> str:

@@ -20,7 +20,9 @@ def examples(
         str | None,
         typer.Argument(autocompletion=complete_examples, show_default=False, help="Show this example's case file."),
     ] = None,
-    write: Annotated[Path | None, option("--write", "FILE.toml", "Write it to a new file, to change it.")] = None,
+    write: Annotated[
+        Path | None, option("--write", "FILE.toml", "Write the example to a new file, to change it.")
+    ] = None,
     data: Annotated[
         bool, typer.Option("--data", help="Copy the measured curves that are shipped, each with a case that fits it.")
     ] = False,
@@ -84,8 +86,8 @@ def _list(json: bool) -> int:
     terminal.print(table, soft_wrap=False)
     terminal.print()
     for hint in (
-        "run one: dforce run NAME",
-        "change one: dforce examples NAME --write my-case.toml",
+        "run an example: dforce run NAME",
+        "change an example: dforce examples NAME --write my-case.toml",
         "copy measured curves: dforce examples --data",
     ):
         terminal.print(wrapped(hint, width()))
@@ -97,5 +99,5 @@ def _write(text: str, path: Path) -> None:
     try:
         write_whole(target, text.encode(), overwrite=False)
     except FileExistsError:
-        raise df.ResultError(f"'{path}' is there already; choose another name") from None
+        raise df.ResultError(f"'{path}' exists already; choose another name") from None
     typer.echo(f"written: {path}")

@@ -14,7 +14,7 @@ from dforce.core.errors import DForceError
 from dforce.experiments.base import SET_POINT
 from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
-from dforce.findings.set_point import RATIO, State, states_at
+from dforce.findings.set_point import RATIO, SetPointState, states_at
 from dforce.results.curves import goes_along, swept
 from dforce.results.significance import is_none, with_scales
 from dforce.results.status import Status, count_status
@@ -166,7 +166,7 @@ def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
             for tone in each["tone"].values if name in each else ():
                 tag = f", tone {tone}" if each.sizes["tone"] > 1 else ""
                 yield _range(each[name].sel(tone=tone), f"{name}_tone{tone}", _label(each[name]) + tag, way)
-        if along and "crossing" not in each.dims and ("amplitude" in each or "amplitude_ratio" in each):
+        if along in each.dims and "crossing" not in each.dims and ("amplitude" in each or "amplitude_ratio" in each):
             count = sum(bool(found) for _, _, found in jumps_of_all(each, along, way))
             yield Finding("jumps", "curves with jumps", f"{count} of {cases}", float(count), "1", way)
         for name, label in EXTREMES:
@@ -187,7 +187,7 @@ def _set_points(dataset: xr.Dataset) -> tuple[float, ...]:
         return (SET_POINT,)
 
 
-def states_of(curve: xr.Dataset) -> dict[float, list[State]]:
+def states_of(curve: xr.Dataset) -> dict[float, list[SetPointState]]:
     """Return the states of a curve along the distance at each set point of its case; nothing for another result."""
     along = "zc_ratio" if "zc_ratio" in curve.dims else "zc"
     if (
@@ -249,7 +249,7 @@ SPECIALS = (
 
 
 def basins(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give each state, the one that most starts lead to first, and the starts that lead to none."""
+    """Give each state, the one that most starts lead to first, and the starts that lead to no state."""
     yield finding("zc", "average distance", float(dataset["zc"]), "m")
     for state in dataset["state"].values:
         one = dataset.sel(state=state).isel(tone=0)

@@ -186,7 +186,7 @@ class Job:
     def words(self) -> str:
         """Say in words how far it is."""
         if self.state == "queued":
-            return "waiting for its turn"
+            return "waiting"
         if self.state == "failed":
             return self.error
         if self.state == "stopped" and self.error:

@@ -29,7 +29,7 @@ from dforce.results.kinds import is_kind
 if TYPE_CHECKING:
     import xarray as xr
 
-NOTHING = "There is no result yet."
+NOTHING = "No result yet."
 
 
 log = logging.getLogger("dforce.gui")
@@ -116,7 +116,7 @@ class Plots:
         elif is_kind(first, "reconstruction"):
             self.drawn = reconstructed.figure_of(first)
         elif not pictures_of(first):  # stopped
-            self.drawn = figures.Drawn(figures.empty("The run was stopped before there was anything to draw."))
+            self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)

@@ -11,11 +11,11 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import value_at, with_number
 from dforce.core.arrays import Array, Bools, Texts
-from dforce.experiments.motion import base_of, rows_of, scales_of, states_of
 from dforce.inverse.wishes import Goal
 from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
 from dforce.problem import Problem
+from dforce.procedures.motion import base_of, rows_of, scales_of, states_of
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import Lot

@@ -11,11 +11,11 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
-from dforce.experiments.motion import base_of, scales_of, states_of
 from dforce.maps.axes import Axis
 from dforce.maps.loci import Condition, Knob, Lines, Place
 from dforce.maps.seeds import Curves, Seed
 from dforce.problem import Problem
+from dforce.procedures.motion import base_of, scales_of, states_of
 
 if TYPE_CHECKING:
     from dforce.kernel import Array

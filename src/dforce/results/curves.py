@@ -155,8 +155,9 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> An
 
 
 def first_state(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a sweep with the first of the states at a set point alone; any other result as it is."""
-    return dataset.isel(crossing=0) if "crossing" in dataset.dims else dataset
+    """Return a sweep with the first of the states at a set point, or of basins, alone; any other result as it is."""
+    several = next((dim for dim in ("crossing", "state") if dim in dataset.dims and swept(dataset)), None)
+    return dataset.isel({several: 0}) if several is not None else dataset
 
 
 @checked
@@ -202,7 +203,7 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
             raise ParameterError(f"this result has no '{name}' to draw{nearest(name, drawable(dataset))}")
     row = row_of(dataset, y)
     if row_of(dataset, x) != row:
-        raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values go along {row}")
+        raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values lie along {row}")
     columns = [str(dim) for dim in dataset[y].dims if dim in COLUMN_DIMS]
     directions = list(dataset["direction"].values) if "direction" in dataset.dims else []
     several = "direction" in {*dataset[x].dims, *dataset[y].dims}

@@ -85,7 +85,7 @@ def compile_behind(problem: Problem, tip: TipFunctions) -> bool:
                 _BEHIND[kind] = _start(Order(problem, [WORK], *tip.code("measure_force"), LATER))
             except OSError:
                 return False
-            log.announce("Compiling the solvers in the background; until that is done curves take more time.")
+            log.announce("Compiling the solvers in the background; until then, curves take more time.")
         return _BEHIND[kind].poll() is None
 
 

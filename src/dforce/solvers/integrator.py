@@ -95,8 +95,8 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
         needs.append(force.fastest_rate / (RELAXED * first))
         if needs[-1] > MOST_POINTS:
             raise ParameterError(
-                f"{force.name} relaxes in {1.0 / force.fastest_rate:.3g} s, so fast beside the period of "
-                f"{1.0 / first:.3g} s that more than {MOST_POINTS} samples per period are needed; give a longer time"
+                f"{force.name} relaxes in {1.0 / force.fastest_rate:.3g} s, so fast relative to the period of "
+                f"{1.0 / first:.3g} s that more than {MOST_POINTS} samples per period are needed; use a longer relaxation time"
             )
     return int(enough_samples(np.array(max(needs)), settings))
 

@@ -148,13 +148,13 @@ class ParameterRange:
         periods = {common_period([tone.frequency for tone in problem.tones]) for problem in among}
         if len(periods) > 1:
             raise ParameterError(
-                "the ratio of the tones' frequencies changes with the parameter, so that there are no periodic orbits to "
-                "follow; give the frequency of every tone, or drive with one tone"
+                "the ratio of the tones' frequencies changes with the parameter, so no periodic orbits exist to "
+                "follow; write the frequency of every tone, or drive with one tone"
             )
         if None in periods:
             raise ParameterError(
-                "the tones' frequencies have no common period of up to 200 periods of the first tone, so that "
-                "there are no periodic orbits to follow; choose a simple ratio, such as 6.2"
+                "the tones' frequencies have no common period of up to 200 periods of the first tone, so "
+                "no periodic orbits exist to follow; choose a simple ratio, such as 6.2"
             )
         self.settings, self.harmonics = settings, harmonics
         self.points = points or max(sample_count(problem, settings) for problem in among)

@@ -67,20 +67,19 @@ def fit(
 ) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
-    Minimized is :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
-    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, its
-    drive and read-out included. Each branch is followed as it was measured, slowly and never across a jump; where a jump
-    lies is no data.
+    The fit minimizes :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
+    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, with
+    its drive and detector. Each branch is followed slowly, in the direction of the measurement and never across a jump. The
+    place of a jump is not used.
 
     Parameters
     ----------
     case
-        Instrument, sample and forces, where the fit starts; its table `[fit]` gives the defaults of all settings.
+        Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
-        A file, which is read and calibrated as the table `[data]` says; left out, the one that it names; or a curve over
-        `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
-        of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
-        -1 behind a jump),
+        A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
+        result of :func:`dforce.calibrate`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
+        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
         `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
@@ -97,14 +96,14 @@ def fit(
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
         in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and what repeats the fit. Stopped, it holds the best that was met, and ``attrs["interrupted"]`` is 1;
-        stopped on its way to the minimum it has no errors.
+        case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
+        ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises
     ------
     ParameterError
-        For parameters that the case does not have or use, parameters of which only a product can be known, more of them
-        than the data can tell, and data that lack something.
+        For parameters without effect in the case, parameters constrained only as a product, too many parameters for the data,
+        and incomplete data.
     """
     asked = settings_of(case, free, settings)
     data = measured_curve(case, data)
@@ -131,7 +130,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     )
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
-        raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
+        raise ParameterError(f"the curve has tone {read.tones}, but the case has only {len(case.problem.tones)} tone")
     nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
@@ -145,7 +144,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
             case = case.replace(one.path, one.prior[0])
     for name in settings.profile:
         if name not in names:
-            raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
+            raise ParameterError(f"profile has '{shorten(name)}', but the fit does not vary it")
     return _FitRun(case, settings, read, unknowns, tell).run()
 
 
@@ -236,7 +235,7 @@ class _FitRun:
         """Put parameters that the data do not see back to where they started, and minimize over the others once more."""
         best = self.minima[0]
         if best.prediction is None:
-            raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
+            raise ParameterError("no value of the fit is valid in the case; check its bounds and start")
         certain = certainty(self._derivatives(), self.unknowns)
         if certain.seen.all():
             return
