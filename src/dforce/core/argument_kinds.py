@@ -38,7 +38,7 @@ PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
     "float": (lambda given: _is_number(given), "a number"),
     "Progress": (lambda given: callable(given) and not isinstance(given, type), "a function"),
     "Callable": (lambda given: callable(given) and not isinstance(given, type), "a function"),
-    "Mapping": (lambda given: isinstance(given, Mapping), "a table"),
+    "Mapping": (lambda given: isinstance(given, Mapping) and not hasattr(given, "dims"), "a table"),  # no Dataset
     "dict": (lambda given: isinstance(given, dict), "a table"),
 }
 SEVERAL = ("Sequence", "Collection", "Iterable")
