@@ -8,11 +8,12 @@ import functools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Complexes
 from dforce.core.errors import ForceError, ParameterError, checked, nearest
 from dforce.core.parameters import Parameters
 from dforce.forces import REGISTRY, Force
@@ -36,6 +37,18 @@ from dforce.instrument import (
 )
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
+
+
+class Instrument(NamedTuple):
+    """The parts of an instrument as a user gives them."""
+
+    cantilever: Cantilever
+    drive: Drive
+    tip: Tip = Tip()
+    sample: Sample = Sample()
+    contact: Contact = Contact()
+    medium: Medium = Medium()
+    readout: Readout = Readout()
 
 
 @dataclass(frozen=True)
@@ -83,18 +96,7 @@ class Problem:
     heights: Heights | None = None
 
     @classmethod
-    def build(
-        cls,
-        cantilever: Cantilever,
-        drive: Drive,
-        tip: Tip | None = None,
-        sample: Sample | None = None,
-        contact: Contact | None = None,
-        medium: Medium | None = None,
-        forces: Iterable[Force] = (),
-        readout: Readout | None = None,
-        noise: Noise | None = None,
-    ) -> Self:
+    def build(cls, instrument: Instrument, forces: Iterable[Force] = (), noise: Noise | None = None) -> Self:
         """Return the problem of an instrument, with every default filled in.
 
         Raises
@@ -103,8 +105,7 @@ class Problem:
             When a force needs a value that is not given, two forces count one interaction, a tone drives a
             mode that is not there, or a number is too small or large to compute with.
         """
-        tip, sample, readout = tip or Tip(), sample or Sample(), readout or Readout()
-        contact, medium = contact or Contact(), medium or Medium()
+        cantilever, drive, tip, sample, contact, medium, readout = instrument
         if tip.radius is None and cantilever.tip_radius is not None:
             tip = tip.model_copy(update={"radius": cantilever.tip_radius})
         modes = cantilever.resolve(medium)
@@ -140,7 +141,7 @@ class Problem:
         return dataclasses.replace(problem, readout=dataclasses.replace(numbers, turns=turns))
 
     @functools.cached_property
-    def drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def drive(self) -> Complexes:
         r"""Complex amplitude (N) of the force of each tone on each mode, shape (tones, modes).
 
         Under a force :math:`F_j e^{-i\lambda_j}` on all modes, or on the tone's own; over a shaken base what
@@ -158,7 +159,7 @@ class Problem:
         return force
 
     @functools.cached_property
-    def base(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def base(self) -> Complexes:
         r"""Complex amplitude (m) of the base at each tone, :math:`Y = \mathrm{Re} \sum_j Y_j e^{i (\omega_j t + \theta_j)}`."""
         base = np.zeros(len(self.tones), dtype=complex)
         if self.shaken is not None:
@@ -168,7 +169,7 @@ class Problem:
         return base
 
     @functools.cached_property
-    def tip_drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def tip_drive(self) -> Complexes:
         r"""Complex amplitude (N) of forces that move the tip as the drive does, shape (tones, modes).
 
         The force on the tip knows only d. So the base's motion at a tone may be counted to the deflection of the tone's own
@@ -197,7 +198,7 @@ class Problem:
         """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
         if self.heights is not None:
             raise ParameterError(
-                f"{what} takes a lever that stays as it is at each distance; leave out cantilever.drift, or write "
+                f"{what} needs a lever that is constant over distance; remove cantilever.drift, or write "
                 'cantilever.beam.wall = "at_sample"'
             )
 
@@ -207,7 +208,7 @@ class Problem:
         return [tone.mode for tone in self.tones]
 
     @functools.cached_property
-    def free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def free(self) -> Complexes:
         r"""Steady motion without tip–sample forces, complex amplitudes (m) of shape (tones, modes).
 
         Mode n moves as :math:`z_n = \mathrm{Re} \sum_j X_{jn} e^{i \omega_j t}` with
@@ -223,7 +224,7 @@ class Problem:
         return motion
 
     @functools.cached_property
-    def detected_free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def detected_free(self) -> Complexes:
         """Complex amplitude (m) that the detector reads at each tone without tip–sample forces, shape (tones,)."""
         phases = np.exp(1j * np.array([tone.phase for tone in self.tones]))
         read = np.asarray((self.free * self.readout.weights).sum(axis=1) + self.readout.base * self.base * phases)
@@ -296,17 +297,17 @@ def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
     for path in paths:
         if path not in values:
             hint = nearest(path, values)
-            raise ForceError(f"{force.name} takes '{path}' from the instrument, which has no such value{hint}")
+            raise ForceError(f"{force.name} takes '{path}' from the instrument, but it has no such value{hint}")
     try:
         return force.bind(values)
     except ParameterError as error:
         for path in paths:
-            if values[path] is None and f"{path}, which is not given" in str(error):
+            if values[path] is None and f"{path}, which is missing" in str(error):
                 raise ParameterError(_missing(force.name, path)) from None
         raise
     except ArithmeticError:
         raise ParameterError(
-            f"{force.name} cannot be computed with the values given: one is too small or too large"
+            f"{force.name} cannot be computed with these values: one is too small or too large"
         ) from None
 
 
@@ -319,8 +320,8 @@ def _missing(name: str, path: str) -> str:
     wanted = "sample.youngs_modulus" if path == "contact.E_eff" else path
     section, key = wanted.split(".")
     if section == "medium":
-        return f'{name} needs {wanted}, which is not given; write medium = "water" or {key} under [medium]'
-    return f"{name} needs {wanted}, which is not given; write {key} under [{section}]"
+        return f'{name} needs {wanted}, which is missing; write medium = "water" or {key} under [medium]'
+    return f"{name} needs {wanted}, which is missing; write {key} under [{section}]"
 
 
 def _refuse_unknown_fluid(
@@ -330,12 +331,15 @@ def _refuse_unknown_fluid(
     if shaken is None or not shaken.fluid_follows:
         return
     if medium.name == "vacuum":
-        raise ParameterError("drive.fluid_follows is above 0, but the medium is vacuum: there is no fluid to follow")
+        raise ParameterError(
+            "drive.fluid_follows is above 0, but the medium is vacuum: vacuum has no fluid to follow the base"
+        )
     for n, mode in enumerate(modes, start=1):
         if mode.added_mass is None:
             key = f"cantilever.modes.{n}.added_mass" if cantilever.modes else "cantilever.added_mass"
             raise ParameterError(
-                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give {key}, or a beam in a fluid"
+                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: write {key}, or use a beam in a "
+                f"fluid"
             )
 
 
@@ -355,7 +359,7 @@ def _refuse_double_counting(forces: tuple[Force, ...]) -> None:
             if common:
                 both = f"{first.name} and {second.name} both count the same interaction ({', '.join(common)})"
                 if first.name == second.name:
-                    both = f"{first.name} is given twice"
+                    both = f"{first.name} appears twice"
                 raise ParameterError(f"{both}; {_what_to_drop(first, second, common)}")
 
 

@@ -14,6 +14,7 @@ import jsonschema
 import numpy as np
 import pytest
 import synthetic
+from every import every
 from typer.testing import CliRunner
 
 import dforce as df
@@ -176,7 +177,9 @@ def test_ctrl_c_keeps_the_points_and_says_how_to_continue(here, ran):
     ran(interrupted)
     done = invoke("run", "case.toml", "-o", "out.nc")
     assert done.exit_code == 130
-    assert done.stderr == ("dforce: stopped; 40 of 111 points are done and kept; continue with: dforce run out.nc\n")
+    assert done.stderr == (
+        "dforce: stopped; 40 of 111 points are finished and kept; continue with: dforce run out.nc\n"
+    )
     assert df.read(here / "out.nc").attrs["interrupted"] == 1
 
 
@@ -235,7 +238,7 @@ STILL = df.Advice("not_settled", 2, 0, "Two points moved. Wait for them.", "this
 def test_what_advice_found_is_told_after_a_run(here, ran):
     ran(lambda: synthetic.dwell().assign_attrs(attributes([SOFT])))
     done = invoke("run", "case.toml")
-    assert done.stderr == "advice: The sample is soft.\nwhat to do: dforce check case.nc\n"
+    assert done.stderr == "advice: The sample is soft.\nadvice with remedies: dforce check case.nc\n"
     assert invoke("run", "case.toml", "-o", "out.csv").stderr.endswith("dforce check case.toml\n")
     assert json.loads(invoke("run", "case.toml", "--json").stdout)["advice"] == [
         {
@@ -297,31 +300,30 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
     assert float(found[1]) == pytest.approx(points, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
+@every(
     [
         (["run", "missing.toml"], "there is no file 'missing.toml'"),
-        (["run", "figure-3-ari"], "there is no example 'figure-3-ari'; did you mean 'figure-3-air'?"),
+        (["run", "figure-3-ari"], "there is no file 'figure-3-ari'; did you mean the example 'figure-3-air'?"),
         (["run", "."], "is a folder"),
         (["run", "case.toml", "-o", "out.xlsx"], "ends in '.xlsx'"),
         (["run", "case.toml", "-o", "no/out.nc"], "there is no folder"),
         (["run", "case.toml", "--plot", "figure.bmp"], "ends in '.bmp'"),
         (["run", "case.toml", "--plot", "figure.svg", "--width", "2 m"], "the width 2 m is not between 30 mm and 1 m"),
         (["run", "case.toml", "--plot", "figure.svg", "--width", "wide"], "the width is 'wide'"),
-        (["run", "case.toml", "--width", "85 mm"], "give --plot as well"),
+        (["run", "case.toml", "--width", "85 mm"], "also write --plot"),
         (["run", "case.toml", "--set", "drive.A0"], "write path=value"),
         (["run", "case.toml", "--set", "drive.A0=5 nmm"], "'nmm' is not a known unit"),
         (["run", "case.toml", "--set", "drive.A=5 nm"], "did you mean 'drive.A0'?"),
         (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
         (["examples", "figure-3-ari"], "did you mean 'figure-3-air'?"),
         (["examples", "--write", "x.toml"], "--write needs the name of an example"),
-        (["examples", "figure-3-air", "--write", "case.toml"], "is there already"),
+        (["examples", "figure-3-air", "--write", "case.toml"], "exists already"),
         (["curve", "figure-3-air", "--from", "2 kHz"], "--from is '2 kHz', which is a frequency, not a length"),
-        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; give two distances"),
+        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; write two distances"),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),
-    ],
+    ]
 )
-def test_a_mistake_is_one_sentence_and_nothing_is_written(here, ran, words, sentence):
+def test_a_mistake_is_one_sentence_and_nothing_is_written(words, sentence, here, ran):
     ran(synthetic.dwell)
     done = invoke(*words)
     assert done.exit_code == 2 and sentence in done.stderr
@@ -354,7 +356,7 @@ def test_models_are_listed_with_their_parameters():
     assert viscosity["unit"] == "Pa s" and viscosity["low"] == "0 Pa s"
 
 
-@pytest.mark.parametrize("name", df.forces.REGISTRY)
+@every(df.forces.REGISTRY)
 def test_every_model_has_a_page(name):
     done = invoke("models", name)
     assert done.exit_code == 0 and done.stdout.startswith(name) and "source:" in done.stdout

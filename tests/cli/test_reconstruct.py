@@ -22,13 +22,13 @@ def curve(tmp_path):
 def test_a_force_curve_is_no_tapping_curve(curve):
     answer = CliRunner().invoke(app, ["reconstruct", str(curve)])
     assert answer.exit_code == 2
-    assert "no curve over the distance" in answer.output
+    assert "not a curve over the distance" in answer.output
 
 
 def test_formulas_need_a_picture(curve):
     answer = CliRunner().invoke(app, ["reconstruct", str(curve), "--formulas"])
     assert answer.exit_code == 2
-    assert "give --plot as well" in answer.output
+    assert "also write --plot" in answer.output
 
 
 def test_an_unknown_direction_is_answered_with_the_known_ones(curve):
@@ -46,9 +46,28 @@ def test_a_measured_text_is_read_as_the_case_says_and_refused_without_one(tmp_pa
     )
     answer = CliRunner().invoke(app, ["reconstruct", str(table)])
     assert answer.exit_code == 2
-    assert "is no result: give the instrument by --case" in answer.output
+    assert "is not a result: write --case" in answer.output
     read = _read(table, df.load_case(case))
     assert read.attrs["amplitude_error"] > 0.0
+
+
+def found_with(status):
+    """Return a reconstructed force whose distances have a status each."""
+    zeros = np.zeros(len(status))
+    return xr.Dataset(
+        dict.fromkeys(("force", "force_error", "sample_energy"), ("distance", zeros))
+        | {"force_status": ("distance", np.array(status, np.int8)), "sample_energy": ("point", np.zeros(9))},
+        {"distance": np.arange(len(status)) * 1e-10, "gap_low": ("gap", []), "gap_high": ("gap", [])},
+        {"chi2": 9.0, "notes": ""},
+    )
+
+
+@pytest.mark.parametrize(("status", "code"), [((0, 1, 2), 0), ((1, 2, 2), 1)])
+def test_a_gap_is_no_failure_and_a_curve_that_determines_nothing_is(curve, monkeypatch, status, code):
+    monkeypatch.setattr(df, "reconstruct", lambda *given, **more: found_with(status), raising=False)
+    answer = CliRunner().invoke(app, ["reconstruct", str(curve), "--json"])
+    assert answer.exit_code == code
+    assert f'"exit_code": {code}' in answer.output
 
 
 def test_the_lowest_force_that_is_told_is_one_that_the_curve_determines():

@@ -71,7 +71,16 @@ def test_states_at_a_set_point_are_kept_alone():
         "sweep", "map.toml", "-o", "map.nc", "--at-set-point", "0.8", "--keep", "peak_force", "--workers", "1"
     )
     assert done.exit_code == 0, done.output
-    assert df.read("map.nc").peak_force.dims == ("youngs_modulus", "crossing")
+    kept = df.read("map.nc")
+    assert kept.peak_force.dims == ("youngs_modulus", "crossing")
+    lines = [line for line in done.stdout.splitlines() if line.startswith("youngs_modulus ")]
+    assert len(lines) == np.isfinite(kept.peak_force).sum()
+    assert "youngs_modulus 500 MPa, zc " in lines[0]
+    again = dforce("sweep", "map.toml", "-o", "map.nc", "--at-set-point", "80 %", "--json")
+    states = json.loads(again.stdout)["at_set_point"]
+    found = kept.peak_force.values
+    assert [state["peak_force"] for state in states] == found[np.isfinite(found)].tolist()
+    assert df.summary(df.read("map.nc"))
 
 
 def test_cases_whose_curves_do_not_meet_the_set_point_are_named():
@@ -88,7 +97,7 @@ def test_cases_whose_curves_do_not_meet_the_set_point_are_named():
 def test_the_check_of_a_sweep_repeats_the_advice_of_its_cases_and_makes_none_of_all_together(share):
     Path("map.toml").write_text(CASE.replace("over = {", 'over = { "cantilever.k" = ["0.5 N/m", "2 N/m"],'))
     done = dforce("sweep", "map.toml", "-o", "map.nc", *share)
-    assert "what to do: dforce check map.nc" in done.stderr
+    assert "dforce check map.nc" in done.stderr
     checked = dforce("check", "map.nc", "--json")
     assert checked.exit_code == 0, checked.output
     carried = json.loads(df.read("map.nc").attrs["advice_pieces"])
@@ -113,7 +122,7 @@ def test_a_store_is_written_read_and_repeated():
     np.testing.assert_array_equal(df.read("map.zarr").amplitude, df.read("again.nc").amplitude)
     done = dforce("sweep", "map.toml", "-o", "map.zarr")
     assert done.exit_code == 2
-    assert "is there already; go on with it" in done.stderr
+    assert "exists already; continue it" in done.stderr
     done = dforce("run", "map.zarr")
     assert "dforce sweep repeats" in done.stderr
 
@@ -176,7 +185,10 @@ def test_the_command_for_many_cases_is_told_where_one_is_expected():
 @pytest.mark.parametrize(
     ("over", "sentence"),
     [
-        ('{ "cantilever.Q" = [90, 110], "cantilever.modes.1.Q" = [100] }', "are one parameter; give its values once"),
+        (
+            '{ "cantilever.Q" = [90, 110], "cantilever.modes.1.Q" = [100] }',
+            "are the same parameter; list its values once",
+        ),
         ('{ "drive.A0" = { start = "1 nm", stop = "9 nm", points = 1_000_000_000 } }', "points = 1000000000 is above"),
     ],
 )
@@ -205,8 +217,8 @@ def test_a_store_that_another_process_writes_is_one_sentence():
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["figure-3-air", "-o", "x.nc"], "does not say what to vary"),
-        (["map.toml", "-o", "x.txt"], "a file ending in"),
+        (["figure-3-air", "-o", "x.nc"], "has no table [sweep]"),
+        (["map.toml", "-o", "x.txt"], "use a name ending in"),
         (["map.toml", "-o", "x.nc", "--workers", "0"], "--workers is '0'"),
         (["map.toml", "-o", "x.nc", "--at-set-point", "high"], "not a number"),
         (["map.toml", "-o", "x.nc", "--keep", "amplitud"], "did you mean 'amplitude'"),

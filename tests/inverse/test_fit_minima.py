@@ -10,8 +10,8 @@ import xarray as xr
 import dforce as df
 from dforce.inverse.fitting.folds import fold_beside, lowest
 from dforce.inverse.fitting.minimize import Objective, jacobian
-from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.model import CurveModel
+from dforce.inverse.fitting.points import PointSelection, measured
 from dforce.inverse.fitting.unknowns import make_unknowns
 from dforce.validity import advice_in
 
@@ -32,10 +32,10 @@ def two_minima(sets: dict[int, Set]) -> xr.Dataset:
     return df.fit(sets[7].start, sets[7].data, free=FREE)
 
 
-def model_of(made: Set) -> tuple[Model, np.ndarray]:
+def model_of(made: Set) -> tuple[CurveModel, np.ndarray]:
     """Return the model of a set, and what is varied at the truth."""
     unknowns = make_unknowns(made.start, 1, FREE, NUISANCE, {}, {}, {})
-    return Model(made.start, unknowns, measured(made.data, Reading())), np.array(
+    return CurveModel(made.start, unknowns, measured(made.data, PointSelection())), np.array(
         [one.varied(made.truth[one.name]) for one in unknowns]
     )
 
@@ -73,9 +73,9 @@ def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(two
     assert ((float(one["interval_low"]) < values) & (values < float(one["interval_high"]))).all()
     told = next(piece for piece in advice_in(fit) if piece.name == "second_minimum")
     assert f"chi2 {fit['minimum_chi2'].values[1]:.1f} at {E} = {values[1] / 1e9:.3g} GPa" in told.text
-    assert "The data do not decide between them" in told.text
+    assert "The data do not distinguish them" in told.text
     report = df.fit_report(fit)
-    assert "minima that the data do not exclude" in report and "interval of 95 %" in report
+    assert "minima not excluded by the data" in report and "interval of 95 %" in report
 
 
 def test_a_fit_says_for_which_spring_constant_and_radius_its_values_hold(two_minima: xr.Dataset) -> None:

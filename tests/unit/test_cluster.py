@@ -141,7 +141,7 @@ def test_the_command_uses_a_running_cluster_and_goes_on_without_it(processes, cl
     while lost.poll() is None and not (tmp_path / "lost.zarr" / "status" / "c" / "1").exists():
         time.sleep(0.01)
     processes.scheduler.kill()
-    sentence = "dforce: the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+    sentence = "dforce: the cluster is lost; finished blocks are kept, and another cluster can continue"
     assert (" ".join(lost.communicate()[1].split()), lost.returncode) == (sentence, 2)
     assert df.read(tmp_path / "lost.zarr").attrs["interrupted"] == 1
     rest = begun("lost.zarr", "--resume", "--workers", "2")
@@ -150,14 +150,13 @@ def test_the_command_uses_a_running_cluster_and_goes_on_without_it(processes, cl
 
 
 @pytest.mark.long
-def test_a_plug_in_travels_with_its_case(client, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "spring.py").write_text(PLUGIN)
+def test_a_plug_in_travels_with_its_case(client, workdir):
+    (workdir / "spring.py").write_text(PLUGIN)
     swept = case(plugins=["spring.py"], forces=[{"model": "spring_of_a_cluster"}])
     over = {"forces.1.stiffness": [0.01, 0.02, 0.03]}
-    cluster = df.sweep(swept, over, store=tmp_path / "cluster.zarr", client=client)
+    cluster = df.sweep(swept, over, store=workdir / "cluster.zarr", client=client)
     assert "notes" not in cluster.attrs
-    same(cluster, df.sweep(swept, over, store=tmp_path / "threads.zarr"))
+    same(cluster, df.sweep(swept, over, store=workdir / "threads.zarr"))
 
 
 @pytest.mark.long
@@ -166,7 +165,7 @@ def test_without_its_scheduler_a_sweep_ends_with_a_sentence_and_goes_on_elsewher
         if done > total // 3:
             processes.scheduler.kill()
 
-    with pytest.raises(df.ResultError, match="the cluster is lost; the blocks that are done are kept"):
+    with pytest.raises(df.ResultError, match="the cluster is lost; finished blocks are kept"):
         df.sweep(case(), OVER, store=tmp_path / "lost.zarr", client=client, progress=kill)
     assert df.read(tmp_path / "lost.zarr").attrs["interrupted"] == 1
     rest = df.sweep(case(), OVER, store=tmp_path / "lost.zarr", resume=True)

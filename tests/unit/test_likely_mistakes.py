@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from every import every
 
 import dforce as df
 from dforce.core import units
@@ -70,13 +71,13 @@ MEANT = {
         "medium", {"name": "water", "temperature": 25},
         "medium.temperature = 25 K is too cold for water; did you mean '25 degC'?",
     ),
-    "Q in percent": ("cantilever.Q", "255 %", "cantilever.Q is '255 %', but it is no share; write a number without %"),
+    "Q in percent": ("cantilever.Q", "255 %", "cantilever.Q is '255 %', but is not a share; write a number without %"),
     "sensitivity": ("readout", {"kind": "optical_lever", "invols": 60}, "readout.invols = 60 m/V is above 1 mm/V"),
     "detector": ("noise", {"detector": 100}, "noise.detector = 100 m/Hz^0.5 is above 1e-9 m/Hz^0.5"),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", MEANT)
+@every(MEANT)
 def test_the_likeliest_mistake_is_met_with_what_was_meant(name):
     path, given, sentence = MEANT[name]
     with pytest.raises(df.ParameterError) as raised:

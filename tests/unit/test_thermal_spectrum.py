@@ -59,11 +59,10 @@ def test_the_seed_of_the_case_chooses_the_noise():
     assert not np.array_equal(other.spectral_density, result().spectral_density)
 
 
-def test_a_command_runs_draws_and_keeps_it_and_its_file_repeats_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tune.toml").write_text(CASE, encoding="utf-8")
+def test_a_command_runs_draws_and_keeps_it_and_its_file_repeats_it(workdir):
+    (workdir / "tune.toml").write_text(CASE, encoding="utf-8")
     done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
-    assert done.exit_code == 0 and (tmp_path / "tune.png").stat().st_size > 0
+    assert done.exit_code == 0 and (workdir / "tune.png").stat().st_size > 0
     for words in ("fitted f0 of mode 2", "k of mode 2, by its own calibration", "k, static, 0.817", "k, each mode"):
         assert words in done.stdout
     again = invoke("run", "tune.nc", "-o", "again.nc", "--json")
@@ -100,9 +99,9 @@ def test_the_picture_has_logarithmic_axes_and_the_fit_over_the_record():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"experiment.duration": "1 ms"}, "experiment.duration = 1 ms is too short to resolve the resonance; it takes"),
-        ({"experiment.duration": "1 h"}, "experiment.duration = 3600 s is too long to keep; at most"),
-        ({"noise.thermal": False}, "noise.thermal = false, so there is no thermal spectrum"),
+        ({"experiment.duration": "1 ms"}, "experiment.duration = 1 ms is too short to resolve the resonance; use"),
+        ({"experiment.duration": "1 h"}, "experiment.duration = 3600 s is too long; use at most"),
+        ({"noise.thermal": False}, "noise.thermal = false, but a thermal spectrum needs thermal motion"),
     ],
 )
 def test_a_case_says_at_once_that_there_is_no_such_spectrum(changes, sentence):
@@ -205,12 +204,12 @@ def test_a_sweep_of_it_is_refused():
 
 
 def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
-    rehearsal = pytest.importorskip("dforce.gui.rehearsal")
+    checks = pytest.importorskip("dforce.gui.upload_checks")
     from simulated import show, window
 
     from dforce.gui.figures import Layer
 
-    rehearsal.rehearse(result(), tmp_path)
+    checks.validate_upload(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
     assert row_of(result(), "spring_constant") == ""  # a table, no curve
 
@@ -226,7 +225,7 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
             page.plots.fit_numbers.show([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
             assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
-            assert "stopped before there was anything to draw" in note["text"] and not table.visible
+            assert "stopped before its first result" in note["text"] and not table.visible
 
     asyncio.run(flow())
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from dforce.case._text import tables
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.forces import Force
 
 LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
@@ -16,7 +16,7 @@ LONGEST = 200
 P = TypeVar("P", bound=Parameters)
 
 
-def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+def changed(case: Parameters, assignments: Iterable[tuple[str, object]]) -> dict[str, Any]:
     """Return the tables of a case with values put at paths; nothing is validated but the paths.
 
     Raises
@@ -32,7 +32,7 @@ def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[st
     return table
 
 
-def quantity_at(case: Parameters, path: str) -> Quantity:
+def quantity_at(case: Parameters, path: str) -> ParameterQuantity:
     """Return what is declared about the number at a path.
 
     Raises
@@ -49,7 +49,7 @@ def quantity_at(case: Parameters, path: str) -> Quantity:
             owner = owner[_place(owner, steps.pop(0) if steps else last, path)]
     found = owner.quantities().get(last) if isinstance(owner, Parameters) else None
     if found is None:
-        raise ParameterError(f"'{path}' is no quantity, such as sample.youngs_modulus")
+        raise ParameterError(f"'{path}' is not a quantity, such as sample.youngs_modulus")
     return found
 
 
@@ -122,7 +122,7 @@ def paths(given: Parameters, prefix: str = "") -> Iterator[str]:
                 yield from paths(item, f"{path}.{_name(value, item) or place}.")
 
 
-def _is_list(value: Any) -> bool:
+def _is_list(value: object) -> bool:
     return isinstance(value, tuple) and bool(value) and isinstance(value[0], Parameters)
 
 
@@ -144,7 +144,7 @@ def _steps(case: Parameters, path: str) -> list[str]:
     if len(steps) == 2 and items and steps[1] in type(items[0]).model_fields:
         if len(items) > 1:
             raise ParameterError(
-                f"'{path}' could be any of {len(items)} {listed}; write {steps[0]}.{listed}.1.{steps[1]}, say"
+                f"'{path}' could be any of {len(items)} {listed}; write for example {steps[0]}.{listed}.1.{steps[1]}"
             )
         return [steps[0], listed, "1", steps[1]]
     if len(steps) == 4 and steps[1:3] == [listed, "1"] and not items and steps[3] in section.model_fields_set:
@@ -152,7 +152,7 @@ def _steps(case: Parameters, path: str) -> list[str]:
     return steps
 
 
-def _put(case: Parameters, owner: Any, table: dict[str, Any], steps: list[str], value: Any, walked: str) -> None:
+def _put(case: Parameters, owner: object, table: dict[str, Any], steps: list[str], value: object, walked: str) -> None:
     first, rest = steps[0], steps[1:]
     path = walked + first
     if not isinstance(owner, Parameters):
@@ -170,12 +170,12 @@ def _put(case: Parameters, owner: Any, table: dict[str, Any], steps: list[str], 
         else:
             _put(case, child[place], table[first][place], rest[1:], value, f"{path}.{rest[0]}.")
     elif child is None:
-        raise ParameterError(f"{path} is not given in this case, so that nothing inside it can be changed")
+        raise ParameterError(f"{path} is not in this case, so nothing inside it can be changed")
     else:
         _put(case, child, table.setdefault(first, {}), rest, value, f"{path}.")
 
 
-def _place(items: tuple[Any, ...], step: str, path: str) -> int:
+def _place(items: tuple[object, ...], step: str, path: str) -> int:
     """Return the index of an item by its number from 1, or of a force by its name."""
     names = [item.name for item in items if isinstance(item, Force)]
     if step in names:

@@ -9,7 +9,8 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_examples
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, width, wrapped
+from dforce.cli._options import Json, option
+from dforce.cli._terminal import DONE, console, print_json, width, wrapped
 from dforce.core.files import check_target, write_whole
 
 
@@ -19,11 +20,9 @@ def examples(
         typer.Argument(autocompletion=complete_examples, show_default=False, help="Show this example's case file."),
     ] = None,
     write: Annotated[
-        Path | None,
-        typer.Option("--write", metavar="FILE.toml", show_default=False, help="Write it to a new file, to change it."),
+        Path | None, option("--write", "FILE.toml", "Write the example to a new file, to change it.")
     ] = None,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """List the examples, or show or write one."""
     known = df.examples()
@@ -57,7 +56,7 @@ def _list(json: bool) -> int:
     terminal = console()
     terminal.print(table, soft_wrap=False)
     terminal.print()
-    for hint in ("run one: dforce run NAME", "change one: dforce examples NAME --write my-case.toml"):
+    for hint in ("run an example: dforce run NAME", "change an example: dforce examples NAME --write my-case.toml"):
         terminal.print(wrapped(hint, width()))
     return DONE
 
@@ -67,5 +66,5 @@ def _write(text: str, path: Path) -> None:
     try:
         write_whole(target, text.encode(), overwrite=False)
     except FileExistsError:
-        raise df.ResultError(f"'{path}' is there already; choose another name") from None
+        raise df.ResultError(f"'{path}' exists already; choose another name") from None
     typer.echo(f"written: {path}")

@@ -10,7 +10,8 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_cases, open_source
-from dforce.cli._terminal import DONE, Traceback, whole_number
+from dforce.cli._options import option
+from dforce.cli._terminal import DONE, whole_number
 
 
 def gui(
@@ -20,7 +21,7 @@ def gui(
             metavar="[CASE]",
             autocompletion=complete_cases,
             show_default=False,
-            help="A case file, a result, a store or an example to open; left out: where the last visit ended.",
+            help="A case file, a result, a store or an example to open; default: your last project.",
         ),
     ] = None,
     window: Annotated[
@@ -31,33 +32,27 @@ def gui(
     ] = True,
     host: Annotated[
         str,
-        typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 opens it to a class on the network."),
-    ] = "127.0.0.1",
-    port: Annotated[
-        str | None,
-        typer.Option("--port", metavar="NUMBER", show_default=False, help="Port; left out: 8571, or a free one."),
-    ] = None,
-    folder: Annotated[
-        Path | None,
         typer.Option(
-            "--folder",
-            metavar="FOLDER",
-            show_default=False,
-            help="Where documents and results are kept; left out: with the user's data.",
+            "--host",
+            metavar="ADDRESS",
+            help="Address of the server; 0.0.0.0 opens the window to others on the network.",
         ),
+    ] = "127.0.0.1",
+    port: Annotated[str | None, option("--port", "NUMBER", "Port; default: 8571, or a free port.")] = None,
+    folder: Annotated[
+        Path | None, option("--folder", "FOLDER", "Folder for documents and results; default: in the user's data.")
     ] = None,
-    traceback: Traceback = False,
 ) -> int:
     """Open the window: forms, live curves and plots in the browser, served by this computer alone."""
     listening = None if port is None else whole_number("--port", port, 1, 65535)
     missing = [name for name in ("nicegui", "plotly") if importlib.util.find_spec(name) is None]
     if missing:
         raise df.ParameterError(
-            f"the window needs {' and '.join(missing)}, which {'are' if len(missing) > 1 else 'is'} not installed; "
+            f"the window needs {' and '.join(missing)}, but {'they are' if len(missing) > 1 else 'it is'} not installed; "
             'run: pip install "dforce[gui]"'
         )
-    from dforce.gui.atlas import with_approach
     from dforce.gui.explore import is_explorable
+    from dforce.gui.parameter_study import with_approach
     from dforce.gui.server import Options, serve
 
     source = None if case is None else open_source(case, [])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say, tell
+from dforce.cli._options import PICTURE, Printed, option
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, print_json, say, tell
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
@@ -20,53 +22,39 @@ if TYPE_CHECKING:
 MEANINGS = ("determined", "blind", "uncertain")
 
 
+@dataclass(frozen=True)
+class PointErrors:
+    """Standard deviations of a point."""
+
+    amplitude_error: Annotated[
+        str | None, option("--amplitude-error", "LENGTH", 'Standard deviation, such as "20 pm".')
+    ] = None
+    phase_error: Annotated[str | None, option("--phase-error", "ANGLE", 'Standard deviation, such as "0.2 deg".')] = (
+        None
+    )
+
+
 def reconstruct(
+    *,
     curve: Annotated[
         Path,
         typer.Argument(
             metavar="CURVE",
             show_default=False,
-            help="A result (.nc) of an approach or of branches, or a measured curve; --case says how other files are read.",
+            help="A result (.nc) of an approach or of branches, or a measured curve; --case has the settings of other files.",
         ),
     ],
     case: Annotated[
-        Path | None,
-        typer.Option(
-            "--case",
-            metavar="CASE.toml",
-            show_default=False,
-            help="Instrument of a measured curve that does not say it.",
-        ),
+        Path | None, option("--case", "CASE.toml", "The case of the instrument, for a measured curve without it.")
     ] = None,
     direction: Annotated[
-        str | None,
-        typer.Option(
-            "--direction", metavar="approach|retract", show_default=False, help="Only this walk; left out: all points."
-        ),
+        str | None, option("--direction", "approach|retract", "Only this direction; default: all points.")
     ] = None,
-    amplitude_error: Annotated[
-        str | None,
-        typer.Option(
-            "--amplitude-error", metavar="LENGTH", show_default=False, help='Standard deviation, such as "20 pm".'
-        ),
-    ] = None,
-    phase_error: Annotated[
-        str | None,
-        typer.Option(
-            "--phase-error", metavar="ANGLE", show_default=False, help='Standard deviation, such as "0.2 deg".'
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the force goes."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the force.")
-    ] = None,
-    formulas: Annotated[bool, typer.Option("--formulas", help="Draw the formulas in use beside it.")] = False,
-    json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    errors: PointErrors,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the force.")] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the force.")] = None,
+    formulas: Annotated[bool, typer.Option("--formulas", help="Also draw the formulas in use.")] = False,
+    printed: Printed,
 ) -> int:
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
     if output is not None:
@@ -74,23 +62,23 @@ def reconstruct(
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     if formulas and plot is None:
-        raise df.ParameterError("--formulas are drawn in a picture, and none is drawn; give --plot as well")
+        raise df.ParameterError("--formulas needs a picture; also write --plot")
     instrument = None if case is None else df.load_case(case)
     data = _read(curve, instrument)
     if direction is not None:
         data = _walk(data, direction)
-    with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not quiet) as bar:
-        found = df.reconstruct(data, instrument, amplitude_error, phase_error, progress=bar)
+    with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not printed.quiet) as bar:
+        found = df.reconstruct(data, instrument, errors.amplitude_error, errors.phase_error, progress=bar)
     if output is not None:
         df.write(found, output)
     if plot is not None:
         df.plot.save(df.plot.reconstruction(found, df.plot.Sheet(), formulas=formulas), plot)
     files = [str(path) for path in (output, plot) if path is not None]
     notes = [line for line in str(found.attrs["notes"]).splitlines() if line]
-    code = SOME_POINTS_FAILED if (found["force_status"].values != 0).any() else DONE
-    if json:
+    code = DONE if (found["force_status"].values == 0).any() else SOME_POINTS_FAILED  # a gap goes with any jump
+    if printed.json:
         print_json({**_found(found), "notes": notes, "files": files, "exit_code": code})
-    elif not quiet:
+    elif not printed.quiet:
         for line in _lines(found):
             tell(line)
         if files:
@@ -106,8 +94,8 @@ def _read(curve: Path, instrument: df.Case | None) -> xr.Dataset:
         return df.read(curve)
     if instrument is None:
         raise df.ParameterError(
-            f"'{shorten(curve.name)}' is no result: give the instrument by --case, whose table [data] says how to read the "
-            "curve, or read it first (dforce read) and write curve.nc"
+            f"'{shorten(curve.name)}' is not a result: write --case with the case of the instrument and its table [data]. "
+            "Or first type dforce read with -o curve.nc"
         )
     from dforce.inverse.fitting.load import measured_curve
 

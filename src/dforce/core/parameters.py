@@ -60,12 +60,12 @@ else:
     class Part:
         """What a field is, for pydantic."""
 
-        def __class_getitem__(cls, kind: Any) -> Any:
+        def __class_getitem__(cls, kind: object) -> Any:
             return kind
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ParameterQuantity:
     """What is declared about one number: its SI unit, bounds (SI text), symbol and meaning."""
 
     unit: str
@@ -131,7 +131,7 @@ class Quantity:
         """
         value = units.parse(given, self.unit)
         if self.unit == "1" and isinstance(given, str) and given.rstrip().endswith("%") and self.bounds()[1] > 1.0:
-            raise ParameterError(f"is '{shorten(given)}', but it is no share; write a number without %")
+            raise ParameterError(f"is '{shorten(given)}', but is not a share; write a number without %")
         try:
             self.check(value)
         except ParameterError as error:
@@ -172,7 +172,7 @@ class Shared:
 
 @checked
 def param(
-    default: Any = PydanticUndefined,
+    default: object = PydanticUndefined,
     *,
     unit: str | None = None,
     symbol: str = "",
@@ -200,11 +200,11 @@ def param(
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:
         unit = _unit_of(texts[0]) if texts else "1"
-    quantity = Quantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+    quantity = ParameterQuantity(_stored_unit(unit), symbol, doc, low, above, high, below)
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 
-def part(default: Any, *, description: str, **limits: Any) -> Any:
+def part(default: object, *, description: str, **limits: Any) -> Any:
     """Declare a field of the kind :class:`Part`, which has a default."""
     return pydantic.Field(default, description=description, **limits)
 
@@ -287,7 +287,7 @@ class Parameters(pydantic.BaseModel):
     # Inside another model pydantic then validates without __init__, so that an error keeps its whole path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         self._refuse_change(name)
         super().__setattr__(name, value)  # a name with an underscore is the class's own business
 
@@ -300,9 +300,7 @@ class Parameters(pydantic.BaseModel):
             return
         if name not in type(self).model_fields:
             raise ParameterError(f"{self.section()} has no parameter '{name}'{nearest(name, self.keys())}")
-        raise ParameterError(
-            f"{self.section()}.{name} cannot be changed, because nothing in a case can; {self._other_way(name)}"
-        )
+        raise ParameterError(f"{self.section()}.{name} cannot be changed: a case is frozen; {self._other_way(name)}")
 
     def _other_way(self, name: str) -> str:
         """Return how a copy with another value is made."""
@@ -314,12 +312,12 @@ class Parameters(pydantic.BaseModel):
         return cls.section()
 
     @classmethod
-    def quantities(cls) -> dict[str, Quantity]:
+    def quantities(cls) -> dict[str, ParameterQuantity]:
         """Return the declared quantities by field name, in order, shared ones excluded."""
         return {
             name: field.json_schema_extra
             for name, field in cls.model_fields.items()
-            if isinstance(field.json_schema_extra, Quantity)
+            if isinstance(field.json_schema_extra, ParameterQuantity)
         }
 
     @classmethod
@@ -344,12 +342,12 @@ class Parameters(pydantic.BaseModel):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _known_keys_only(cls, data: Any) -> Any:
+    def _known_keys_only(cls, data: object) -> Any:
         if not isinstance(data, dict):
             return data
         for key in data:
             if key in cls.shared_fields():
-                raise ParameterError(f"takes '{key}' from the instrument: give {cls.shared_fields()[key]} instead")
+                raise ParameterError(f"takes '{key}' from the instrument: set {cls.shared_fields()[key]} instead")
             if key not in cls.model_fields:
                 hint = nearest(shorten(str(key), 40), cls.keys())
                 raise ParameterError(f"has no parameter '{shorten(str(key), 40)}'{hint}")
@@ -357,7 +355,7 @@ class Parameters(pydantic.BaseModel):
 
     @pydantic.field_validator("*", mode="before")
     @classmethod
-    def _text_to_si(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+    def _text_to_si(cls, given: object, info: pydantic.ValidationInfo) -> Any:
         name = info.field_name or ""
         quantity = cls.quantities().get(name)
         if files.guests_only and may_be_read(field := cls.model_fields[name]) and given != field.default:
@@ -407,12 +405,12 @@ class Parameters(pydantic.BaseModel):
     __str__ = __repr__
 
 
-def _words(annotation: Any) -> tuple[Any, ...]:
+def _words(annotation: object) -> tuple[Any, ...]:
     """Return the words that stand for a number, such as of a frequency that is to be found."""
     if get_origin(annotation) is Literal:
         return get_args(annotation)
     return tuple(word for part in get_args(annotation) for word in _words(part))
 
 
-def _takes_bool(annotation: Any) -> bool:
+def _takes_bool(annotation: object) -> bool:
     return annotation in (bool, Any) or any(_takes_bool(part) for part in get_args(annotation))

@@ -25,7 +25,7 @@ from dforce.core import log
 SAME = 1.0  # s within which a second signal is the first one: `timeout` sends it to the process and to its group
 AGAIN = 0.05  # s between tries to raise a stop that waits for an import or a compilation
 IMPORTS = "<frozen importlib"  # how the files of Python's own importer begin
-SENTENCE = "Stopped by {}: what was computed is kept. A result that is not whole has attrs['interrupted'] = 1."
+SENTENCE = "Stopped by {}: the finished points are kept. An incomplete result has attrs['interrupted'] = 1."
 _watching: ContextVar[Callable[[], None] | None] = ContextVar("watching", default=None)
 
 
@@ -197,13 +197,21 @@ def was_stopped() -> bool:
     return _ending.is_heard or _ending.is_due
 
 
+class Stop:
+    """Whether a stop `came`."""
+
+    came = False
+
+
 @contextlib.contextmanager
-def until_stopped() -> Iterator[None]:
-    """End what is inside at a stop, which is heard then."""
+def until_stopped() -> Iterator[Stop]:
+    """End what is inside at a stop, which is heard then; what the context gives says whether one came."""
+    stop = Stop()
     try:
-        yield
+        yield stop
     except KeyboardInterrupt:
         heard()
+        stop.came = True
 
 
 @contextlib.contextmanager

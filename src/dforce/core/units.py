@@ -146,7 +146,7 @@ def _mismatch(unit: str, wanted: str) -> str | None:
     return None
 
 
-def _is_angular(unit: Any) -> bool:
+def _is_angular(unit: object) -> bool:
     """Return whether an angle is part of a unit of pint."""
     return not set(re.findall(r"[a-z_]+", str(unit))).isdisjoint(ANGLES)
 
@@ -265,7 +265,7 @@ def parse_all(given: object, unit: str) -> list[float]:
 
 
 def _example(unit: str) -> str:
-    return f" (give it in {SUGGESTED.get(unit, unit)}, say)" if unit != "1" else ""
+    return f" (for example in {SUGGESTED.get(unit, unit)})" if unit != "1" else ""
 
 
 def _finite(value: float, given: object) -> float:

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.core.units import parse_share
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
+from dforce.results.significance import ERRORS, is_none
 from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
@@ -19,18 +21,17 @@ if TYPE_CHECKING:
 
 RATIO = "amplitude_ratio"
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @checked
 def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collection[str] | None = None) -> xr.Dataset:
-    r"""Return the states of curves in which the amplitude of the first tone is a share of its free amplitude.
+    r"""Return the states of curves at a ratio of the first tone's amplitude to its free amplitude.
 
     .. math:: A / A_0 = \text{set point}
 
-    Each lies on a straight line between two neighboring points of a curve. Where the motion jumps from one state to another
-    there is none in between, nor is there beside a point that did not settle. Jumps are those that the result lists; where
-    the states are not carried from point to point, or have no orbits, a sudden step counts as one (:func:`dforce.summary`).
+    Each state lies on a straight line between two neighboring points of a curve, but never across a jump or beside a point that
+    did not settle. The result lists its jumps. If the states are not carried from point to point, or have no orbits, a sudden
+    step counts as a jump (:func:`dforce.summary`).
 
     Parameters
     ----------
@@ -39,20 +40,20 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
     set_point
         The share :math:`A / A_0`, above 0 and at most 1: 0.8 or ``"80 %"``.
     names
-        Quantities that are wanted; left out: all that go along the curves.
+        Names of the quantities; default: all along the curves.
 
     Returns
     -------
     xarray.Dataset
-        The quantities over `crossing`, with the coordinate that the curve goes along and, where the result has the virial,
-        `regime`, as :func:`regime` says it; `direction` and `stable` where the curve has them. Of a sweep its parameters come
-        first; cases with fewer states than others are filled up with NaN (and empty words).
+        The quantities over `crossing`, with the coordinate of the curve, and `direction` and `stable` if the curve has them. If
+        the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first; cases with fewer
+        states end in NaN (and empty words).
 
     Raises
     ------
     ParameterError
-        When the result holds no point yet, is no curve with an amplitude ratio, or lacks a quantity, and when the set point
-        is no such share.
+        When the result has no points, is not a curve with an amplitude ratio, or lacks a quantity, and when the set point is
+        not such a share.
     """
     import xarray as xr
 
@@ -62,9 +63,9 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
     first = result.isel(dict.fromkeys(over, 0))
     row = row_of(first, along) if along else ""
     if row and RATIO not in result and "amplitude" in result:
-        raise ParameterError(f"this result does not keep '{RATIO}'; name it among the quantities of the sweep")
+        raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
-        raise ParameterError("this result is no curve of amplitudes, so no set point lies on it")
+        raise ParameterError("this result is not a curve of amplitudes, so it has no set points")
     set_point = parse_share(set_point, "set_point")
     known = drawable(first, along)
     always = [along, *(name for name in ("zc", "virial") if name in known)]
@@ -114,6 +115,70 @@ def _word(virial: float) -> str:
 
 
 @dataclass(frozen=True)
+class SetPointState:
+    """A state at a set point, in SI, the phase lag of the first tone in degrees; NaN where the result does not keep it.
+
+    Attributes
+    ----------
+    set_point, zc, direction
+        The share A/A0, the average distance (m), and the direction of a curve that has several.
+    peak_force, phase, max_indentation
+        What the result holds there.
+    repels
+        Whether the peak force is above its estimated error.
+    regime, stable
+        Words as :func:`regime` says them, and whether the state is stable, where the result shows it.
+    """
+
+    set_point: float
+    zc: float
+    peak_force: float
+    phase: float
+    max_indentation: float
+    repels: bool
+    direction: str = ""
+    regime: str = ""
+    stable: bool = True
+
+
+SHOWN = ("peak_force", "phase", "max_indentation")
+
+
+def states_at(curve: xr.Dataset, set_point: float) -> list[SetPointState]:
+    """Return the states of one curve along the distance at a set point, of each direction the farthest first."""
+    known = drawable(curve, goes_along(curve))
+    found = at_set_point(curve, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
+    repels = ~is_none(found, "peak_force") if "peak_force" in found else np.ones(found.sizes["crossing"], dtype=bool)
+    way = found["direction"].values if "direction" in found.coords else np.zeros(found.sizes["crossing"])
+    states = []
+    for place in np.lexsort((-found["zc"].values, way)):
+        one = found.isel(crossing=place)
+        values: dict[str, Any] = {name: float(one[name].values.flat[0]) if name in one else np.nan for name in SHOWN}
+        values |= {name: one[name].item() for name in ("direction", "regime", "stable") if name in one.coords}
+        states.append(SetPointState(set_point, float(one["zc"]), repels=bool(repels[place]), **values))
+    return states
+
+
+def why_none(curve: xr.Dataset, set_point: float) -> str:
+    """Return why no state of a curve is at a set point, and what to change, in two sentences."""
+    ratio = curve[RATIO].values[repeats(curve["status"].values)]
+    low, high = np.nanmin(ratio, initial=np.inf), np.nanmax(ratio, initial=-np.inf)
+    share = f"{100.0 * set_point:.4g} %"
+    if low > high:
+        return f"No state at {share}: no motion on this curve settled. Widen experiment.zc."
+    if low < set_point < high:
+        return (
+            f"No state at {share}: the amplitude jumps across this set point. Choose another set point, or draw all states "
+            'with experiment.kind = "branches".'
+        )
+    end = "stop nearer to the sample" if low >= set_point else "start farther from the sample"
+    return (
+        f"No state at {share}: A/A0 on this curve is {100.0 * low:.3g} to {100.0 * high:.3g} %. "
+        f"Let experiment.zc {end}."
+    )
+
+
+@dataclass(frozen=True)
 class _Crossings:
     """Where curves meet the set point.
 
@@ -130,11 +195,11 @@ class _Crossings:
     row: str
     over: Sequence[str]
     shape: tuple[int, ...]
-    case: Array
-    way: Array
-    before: Array
-    after: Array
-    share: Array
+    case: AnyArray
+    way: AnyArray
+    before: AnyArray
+    after: AnyArray
+    share: AnyArray
 
     @classmethod
     def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], set_point: float) -> _Crossings:
@@ -166,7 +231,7 @@ class _Crossings:
         shape = tuple(result.sizes[name] for name in over)
         return cls(row, over, shape, case, way, order[first], order[first + between], share)
 
-    def table(self, values: Array, fill: Any) -> tuple[tuple[str, ...], Array]:
+    def table(self, values: AnyArray, fill: object) -> tuple[tuple[str, ...], AnyArray]:
         """Return values of the states over the parameters and `crossing`, with their dimensions."""
         counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
         number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -174,7 +239,7 @@ class _Crossings:
         out[self.case, number] = values
         return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
 
-    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], Array, dict[Any, Any]]:
+    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
         """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""
         values = by_case(result, name, self.row, self.over)
         before, after = (values[self.case, self.way, place] for place in (self.before, self.after))

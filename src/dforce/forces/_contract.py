@@ -183,7 +183,7 @@ class Force(Parameters):
         """Return the number in a field, or raise :class:`ParameterError` that says where to give it."""
         value = getattr(self, field)
         if value is None:
-            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is not given")
+            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is missing")
         return float(value)
 
     def check_bound(self) -> None:
@@ -223,7 +223,11 @@ def _leading(cls: type[Force], law: Callable[..., float]) -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=256)
 def _is_rooted(
-    law: Callable[..., float], leading: tuple[str, ...], memory: int, kinks: tuple[float, ...], values: tuple[Any, ...]
+    law: Callable[..., float],
+    leading: tuple[str, ...],
+    memory: int,
+    kinks: tuple[float, ...],
+    values: tuple[object, ...],
 ) -> bool:
     """Try a law at some depths behind its kinks: from a hundredth of a depth to the whole a root grows by 10, a line by 100."""
     for kink, rate, latched in product(kinks, ROOT_RATES, (0.0, 1.0)):
@@ -259,7 +263,7 @@ def _check_contract(cls: type[Force]) -> None:
         raise ForceError(f"the law of '{cls.name}' must start with {', '.join(leading)}; it has {', '.join(names)}")
     for name in names[len(leading) :]:
         if name not in cls.model_fields and not isinstance(inspect.getattr_static(cls, name, None), property):
-            raise ForceError(f"the law of '{cls.name}' takes '{name}', which is neither a field nor a property of it")
+            raise ForceError(f"the law of '{cls.name}' takes '{name}', neither a field nor a property of the class")
     arguments = names[len(leading) :]
     for other, start in (
         ("potential", ("d",)),

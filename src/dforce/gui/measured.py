@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.files import in_quotes
-from dforce.gui.document import Measured
+from dforce.gui.document import MeasuredData
 from dforce.gui.saving import Field, choice, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.readers import tables_in
@@ -34,13 +34,13 @@ PHASES = {
 AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)"}
 HEIGHTS = {"toward": "nearer to the sample", "away": "farther from the sample"}
 UNITS = {"height": "nm", "phase": "deg"}
-MISSING = re.compile(r"no column that is known to hold the (.+?); say which")
+MISSING = re.compile(r"no column for the (.+?); name it")
 SEVERAL = re.compile(r"several columns for the (\w+):")
-UNITLESS = re.compile(r"does not tell the unit of the (\w+)")
+UNITLESS = re.compile(r"has no unit for the (\w+)")
 CURVES = re.compile(r"choose one with curve = 1 to (\d+)")
-NOISELESS = re.compile(r"give errors = \{'(\w+)'")
+NOISELESS = re.compile(r"write errors = \{'(\w+)'")
 # how a function is called: here there is a form
-ADVICE = re.compile(r"[;:,] (?:give|say which|choose) .*", re.DOTALL)
+ADVICE = re.compile(r"[;:,] (?:write|pass|name it|choose) .*", re.DOTALL)
 
 Place = tuple[str, ...]  # of an answer in the table [data]
 
@@ -53,7 +53,9 @@ class Question(df.ParameterError):
         self.asked = dict(asked)
 
 
-def curve_from(data: bytes, name: str, settings: Mapping[str, Any], case: df.Case | None, folder: Path) -> xr.Dataset:
+def curve_from(
+    data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None, folder: Path
+) -> xr.Dataset:
     """Return the measured curve in the bytes of a file, before its calibration. Blocking.
 
     Parameters
@@ -75,7 +77,7 @@ def curve_from(data: bytes, name: str, settings: Mapping[str, Any], case: df.Cas
         When it holds no curve.
     """
     if len(data) > MOST_BYTES:
-        raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, which is more than a curve")
+        raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, too many for a curve")
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
         path = Path(place) / "curve"
@@ -109,7 +111,7 @@ def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | Non
     return df.calibrate(raw, case, **known_settings(df.calibrate, {}, settings.get("calibrate", {}), "calibrate"))
 
 
-def script_of(curve: Measured, picture: str) -> str:
+def script_of(curve: MeasuredData, picture: str) -> str:
     """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files.
 
     Raises
@@ -134,7 +136,7 @@ def script_of(curve: Measured, picture: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def with_answers(settings: Mapping[str, Any], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
+def with_answers(settings: Mapping[str, object], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
     """Return settings with answers; one that is empty says nothing."""
     found: dict[str, Any] = copy.deepcopy(dict(settings))
     for place, answer in zip(places, answers, strict=True):
@@ -155,7 +157,7 @@ def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _questions(
-    sentence: str, data: bytes, name: str, settings: Mapping[str, Any], case: df.Case | None
+    sentence: str, data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None
 ) -> Iterator[tuple[Place, Field]]:
     """Give the questions that a sentence of the reader comes to, and the sign of the phases with the first of them."""
     found = dict(_of_reading(sentence, data, name)) or dict(_of_calibration(sentence, case))
@@ -164,7 +166,7 @@ def _questions(
     if "phase_convention =" in sentence:
         yield sign, choice("Phases in the file", PHASES)
     elif any(place[0] == "columns" for place in found) and not settings.get("phase_convention"):
-        yield sign, choice("Phases in the file", {"": "as the file says"} | PHASES)
+        yield sign, choice("Phases in the file", {"": "as in the file"} | PHASES)
 
 
 def _of_reading(sentence: str, data: bytes, name: str) -> Iterator[tuple[Place, Field]]:

@@ -21,7 +21,7 @@ from dforce.gui.measured_panel import MeasuredCurve
 from dforce.gui.motion import MotionPanel
 from dforce.gui.numbers import Numbers
 from dforce.gui.setpoint import SetPoint
-from dforce.gui.shown import Part
+from dforce.gui.shown import PagePart
 from dforce.gui.view import STANDING, View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
 from dforce.results.kinds import is_kind
@@ -29,7 +29,7 @@ from dforce.results.kinds import is_kind
 if TYPE_CHECKING:
     import xarray as xr
 
-NOTHING = "There is no result yet."
+NOTHING = "No result yet."
 
 
 log = logging.getLogger("dforce.gui")
@@ -96,7 +96,7 @@ class Plots:
         view.compose = self.compose
         view.picture = lambda: self.shown
         for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.kept.differences):
-            view.shown.mark(Part.BESIDE, partial(dim, element))
+            view.shown.mark(PagePart.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)
         view.on_status.append(self.wait)
@@ -116,7 +116,7 @@ class Plots:
         elif is_kind(first, "reconstruction"):
             self.drawn = reconstructed.figure_of(first)
         elif not pictures_of(first):  # stopped
-            self.drawn = figures.Drawn(figures.empty("The run was stopped before there was anything to draw."))
+            self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)

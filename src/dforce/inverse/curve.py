@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Texts
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
 from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.readers import READERS
-from dforce.inverse.table import RETRACT, Column, Floats, Reader, Table, Words, segment_of
+from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
 from dforce.inverse.words import ABOVE_THE_SAMPLE, MEANINGS, bare, quantity_of
 from dforce.results.provenance import provenance
 
@@ -29,15 +30,14 @@ NOTES = {"k": "N/m", "f0": "Hz", "Q": "1", "A0": "m", "drive_frequency": "Hz", "
 """Settings that a file may note beside the columns, with their SI units."""
 SOME = 10  # points at an end of a curve, at most a tenth of it, that show whether the amplitude falls toward it
 CLEAR = 5.0  # errors
-GIVE_THE_SIGN = "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
+GIVE_THE_SIGN = "write height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What a user says about a file; see :func:`dforce.read_measured`."""
+class Told(TypedDict, total=False):
+    """The same as a user types it; see :func:`dforce.read_measured`."""
 
-    columns: Mapping[str, str]
-    units: Mapping[str, str]
+    columns: Mapping[str, str] | None
+    units: Mapping[str, str] | None
     sensitivity: float | str | None
     amplitude_is: str | None
     phase_convention: str | None
@@ -45,8 +45,22 @@ class Asked:
     height_grows: str | None
     direction: str | None
 
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user says about a file, checked; see :func:`dforce.read_measured`."""
+
+    columns: Mapping[str, str]
+    units: Mapping[str, str]
+    sensitivity: float | str | None = None
+    amplitude_is: str | None = None
+    phase_convention: str | None = None
+    height: str | None = None
+    height_grows: str | None = None
+    direction: str | None = None
+
     @classmethod
-    def of(cls, columns: Mapping[str, str] | None, units: Mapping[str, str] | None, *rest: Any) -> Asked:
+    def of(cls, told: Told | Mapping[str, Any]) -> Asked:
         """Return what was asked, after checking that the words are known.
 
         Raises
@@ -54,7 +68,7 @@ class Asked:
         ParameterError
             For an unknown one, with the nearest.
         """
-        asked = cls(columns or {}, units or {}, *rest)
+        asked = cls(**{**told, "columns": told.get("columns") or {}, "units": told.get("units") or {}})
         for name, table in (("columns", asked.columns), ("units", asked.units)):
             for key, value in table.items():
                 if key not in MEANINGS:
@@ -77,7 +91,7 @@ class Asked:
         return asked
 
 
-def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
+def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     """Return a curve as a Dataset, in the order of its walk.
 
     Raises
@@ -97,7 +111,7 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
     walk = walk_of(table, values["height"], _segments(found, table, name), asked.direction, name)
     values = {key: column[walk.rows] for key, column in values.items()}
     if len(walk.rows) < placing.FEWEST:
-        raise ResultError(f"{name} has {len(walk.rows)} points, and a curve needs {placing.FEWEST} or more")
+        raise ResultError(f"{name} has {len(walk.rows)} points, but a curve needs {placing.FEWEST} or more")
     history += walk.history
     if asked.height_grows is None:
         _check_orientation(values, known, name, history)
@@ -125,10 +139,10 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
 
 
 def _values(
-    found: Mapping[str, Column], table: Table, asked: Asked, name: str, history: list[str]
-) -> dict[str, Floats]:
+    found: Mapping[str, Column], table: MeasuredTable, asked: Asked, name: str, history: list[str]
+) -> dict[str, Array]:
     """Return the columns that are used, in SI units."""
-    values: dict[str, Floats] = {}
+    values: dict[str, Array] = {}
     wanted = [quantity for quantity in ("height", "amplitude", "phase", *OPTIONAL) if quantity in found]
     for quantity in wanted:
         taken = found["taken"].name if quantity == "height" else quantity
@@ -139,7 +153,7 @@ def _values(
         except UnitError:
             if quantity != "deflection" or quantity in asked.columns:  # volts or newtons: not needed for anything
                 raise
-            history.append(f"left out: the deflection, which is in {column.unit}")
+            history.append(f"left out: the deflection, in {column.unit}")
             continue
         placing.refuse_gaps(quantity, values[quantity], table, name)
         if quantity in placing.AMPLITUDES:
@@ -154,17 +168,17 @@ def _values(
         raise ResultError(f"{name} has a branch that is neither 1 (attractive) nor -1 (repulsive)")
     kind = placing.HEIGHT_WORDS[found["taken"].name]
     others = [key for key in placing.HEIGHTS if key in found and found[key] is not found["height"]]
-    if kind != "as the file calls it":
-        aside = f"; the {placing.HEIGHT_WORDS[others[0]]} is left aside" if others else ""
+    if kind != "as named in the file":
+        aside = f"; the {placing.HEIGHT_WORDS[others[0]]} is not used" if others else ""
         history.append(
             f"height: of the {kind}{aside}"
-            + (", which creep and hysteresis of the piezo are not in" if kind == "piezo" else "")
+            + (", without the creep and hysteresis of the piezo" if kind == "piezo" else "")
         )
     return values
 
 
 def _turn_heights(
-    values: dict[str, Floats], column: Column, reader: Reader, given: str | None, history: list[str]
+    values: dict[str, Array], column: Column, reader: Reader, given: str | None, history: list[str]
 ) -> bool:
     """Make larger heights the farther ones, in place, where their sign is given or known; say whether it is."""
     grows = given or reader.height_grows.get(quantity_of(column.name, reader.names) or "")
@@ -172,12 +186,12 @@ def _turn_heights(
         grows = "away"
     if grows == "toward":
         values["height"] = -values["height"]
-        why = "as given" if given else f"as files of {reader.maker} have it"
+        why = "as given" if given else f"as in files of {reader.maker}"
         history.append(f"height: larger numbers are nearer to the sample, {why}; the sign is turned")
     return grows is not None
 
 
-def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> None:
+def _refuse_negative(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:
     below = np.flatnonzero(values < 0.0)
     if len(below):
         where = table.place(int(below[0]))
@@ -186,7 +200,7 @@ def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> 
         )
 
 
-def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | None:
+def _segments(found: Mapping[str, Column], table: MeasuredTable, name: str) -> Texts | None:
     """Return the part that each row belongs to, by a column of words or by the file's own."""
     column = found.get("direction")
     if column is None:
@@ -201,7 +215,7 @@ def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | N
     return np.array(words)
 
 
-def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, history: list[str]) -> None:
+def _check_orientation(values: Mapping[str, Array], known: bool, name: str, history: list[str]) -> None:
     """Check by the curve that larger heights are farther from the sample.
 
     Toward the sample the amplitude falls; with a frequency shift, its size grows.
@@ -220,24 +234,24 @@ def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, his
     words = quantity.replace("_", " ")
     if rise < -CLEAR:
         shown = "smaller amplitudes" if quantity == "amplitude" else "larger frequency shifts"
-        raise ParameterError(f"{name} has {shown} at larger heights, as if the sample were there: {GIVE_THE_SIGN}")
+        raise ParameterError(f"{name} has {shown} at larger heights, a sign of the sample there: {GIVE_THE_SIGN}")
     if known:
         return
     if not rise > CLEAR:  # where all is zero, too
         raise ParameterError(
-            f"{name} does not show at which end of the heights the sample is: the {words} is alike at both ends, and the sign "
-            f"of its heights is not known: {GIVE_THE_SIGN}"
+            f"{name} does not show the side of the sample: the {words} is equal at both ends, and the sign "
+            f"of its heights is unknown: {GIVE_THE_SIGN}"
         )
     shown = "the amplitude falls toward smaller ones" if quantity == "amplitude" else "its size grows at smaller ones"
     history.append(f"height: larger numbers are farther from the sample, as {shown}")
 
 
 def _turn_phases(
-    values: dict[str, Floats], convention: str | None, directions: Words, name: str, history: list[str]
+    values: dict[str, Array], convention: str | None, directions: Texts, name: str, history: list[str]
 ) -> str:
     """Make lags of the phases, in place, where their convention is known; return the convention that they have then."""
     if convention is not None and convention not in CONVENTIONS:
-        raise ParameterError(f"{name} notes the phase convention '{shorten(convention)}', which is not known")
+        raise ParameterError(f"{name} notes the phase convention '{shorten(convention)}', an unknown convention")
     for key in ("phase", "phase_2"):
         if key not in values:
             continue
@@ -249,26 +263,26 @@ def _turn_phases(
             turned[directions == word] = np.unwrap(phase[directions == word], period=360.0)
         _join(turned, directions)
         if not np.array_equal(turned, phase):
-            history.append(f"{key}: whole turns between neighbors are taken out")
+            history.append(f"{key}: jumps of 360° between neighbors are removed")
         if convention is not None:
             sign, offset = CONVENTIONS[convention]
             turned = sign * turned + offset
         values[key] = turned
     if convention is None:
-        history.append("phase: as the file holds it, because its sign is not known")
+        history.append("phase: as in the file, because its sign is unknown")
         return UNKNOWN
-    history.append(f"phase: the file holds '{convention}', with the lag behind the drive")
+    history.append(f"phase: '{convention}' in the file, with the lag behind the drive")
     return "lag"
 
 
-def _join(phase: Floats, directions: Words) -> None:
+def _join(phase: Array, directions: Texts) -> None:
     """Take whole turns out between the ends of approach and retract, in place."""
     back = directions == RETRACT
     if back.any() and not back.all():
         phase[back] += 360.0 * np.round((np.median(phase[~back]) - np.median(phase[back])) / 360.0)
 
 
-def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
+def _notes(table: MeasuredTable, history: list[str]) -> dict[str, float | str]:
     """Return the settings of lever, drive and instrument that the file notes, and say so; text may come from any maker."""
     found: dict[str, float | str] = {}
     for name, unit in NOTES.items():
@@ -281,12 +295,12 @@ def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
             continue  # a note of another program under the same key
         if value > 0.0:
             found[name] = value
-            history.append(f"{name}: {units.show(value, unit, 6)}, as the file notes")
+            history.append(f"{name}: {units.show(value, unit, 6)}, from the file")
     instrument = _noted(table, "instrument") or table.reader.maker
     return found | ({"instrument": instrument} if instrument else {})
 
 
-def _noted(table: Table, name: str) -> str | None:
+def _noted(table: MeasuredTable, name: str) -> str | None:
     """Return a setting as the file notes it, under dForce's key or that of a maker."""
     keys = [name, *(reader.notes[name] for reader in (table.reader, *READERS) if name in reader.notes)]
     return next((table.notes[key] for key in keys if key in table.notes), None)

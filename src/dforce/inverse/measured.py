@@ -7,15 +7,15 @@ import hashlib
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import numpy as np
 
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
-from dforce.inverse.curve import Asked, curve_of
+from dforce.inverse.curve import Asked, Told, curve_of
 from dforce.inverse.placing import split_curves
 from dforce.inverse.readers import content_of, own, tables_in
-from dforce.inverse.table import Table
+from dforce.inverse.table import MeasuredTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,75 +40,83 @@ def read_measured(
 ) -> xr.Dataset:
     """Return a measured curve of amplitude and phase against height.
 
-    Text, HDF5, results of dForce, and files of the makers that ``dforce read --help`` lists. What is not clear is asked for
-    in a sentence, never guessed; the attribute `history` lists each step.
+    Text, HDF5, results of dForce, and files of the makers in ``dforce read --help``. If something is missing, dForce asks in a
+    sentence and never guesses. The attribute `history` lists each step.
 
     Parameters
     ----------
     path
         The file.
     columns
-        Name of the column that holds a quantity, where it does not tell by itself: ``{"amplitude": "Lock-in R"}``.
+        Name of the column of a quantity, if its heading is not known: ``{"amplitude": "Lock-in R"}``.
     units
-        Unit of a quantity whose column names none: ``{"amplitude": "nm", "phase": "deg"}``.
+        Unit of a column without a unit: ``{"amplitude": "nm", "phase": "deg"}``.
     sensitivity
-        By which amplitudes in volts are multiplied (m/V, or text such as ``"52 nm/V"``).
+        Sensitivity that converts volts (m/V, or text such as ``"52 nm/V"``).
     amplitude_is
-        ``"peak"`` (zero to peak) or ``"rms"``: what the amplitudes in the file are.
+        ``"peak"`` (zero to peak) or ``"rms"``: the amplitudes in the file.
     phase_convention
-        What the phases in the file are, with the lag behind the drive (90° when free at resonance, above in net attraction):
-        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Left out where the file does not tell it, the phases stay
-        as they are until :func:`dforce.calibrate` is told.
+        The phases in the file, relative to the lag behind the drive (90° when free at resonance, above in net attraction):
+        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Without it, and without a convention in the file, the phases are
+        unchanged until :func:`dforce.calibrate` gets one.
     height
-        ``"sensor"`` or ``"piezo"``, where the file holds both; left out: the sensor.
+        ``"sensor"`` or ``"piezo"``, if the file has both; default: the sensor.
     height_grows
-        ``"away"`` from the sample or ``"toward"`` it; left out: as the maker's files are known to have it, else by the end
-        at which the amplitude falls. A curve that does not show it is refused.
+        ``"away"`` from the sample or ``"toward"`` it; default: as in the files of the maker, else from the end with a falling
+        amplitude. An ambiguous curve is refused.
     direction
-        ``"approach"`` or ``"retract"``, for a file that holds one of them and does not say which.
+        ``"approach"`` or ``"retract"``, for a file with one direction and no name for it.
     curve
-        Number of the curve, from 1, in a file that holds several; :func:`read_curves` gives all.
+        Number of the curve, from 1, in a file with several; :func:`read_curves` returns all.
 
     Returns
     -------
     xarray.Dataset
-        Along `point`, in the order of the walk: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
-        peak), `phase` (degrees), and where the file has them `amplitude_2`, `phase_2`, `deflection` (m), `frequency`,
+        Along `point`, in the order of the measurement: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
+        peak), `phase` (degrees), and if the file has them `amplitude_2`, `phase_2`, `deflection` (m), `frequency`,
         `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive); the coordinate `direction`.
 
     Raises
     ------
     ResultError
-        For a file that cannot be read, was cut short, or holds no curve: with the row and the reason.
+        For a file that cannot be read, is incomplete, or contains no curve: with the row and the reason.
     ParameterError
-        Where something must be given that the file does not tell.
+        If a necessary setting is missing in the file.
     """
-    asked = Asked.of(columns, units, sensitivity, amplitude_is, phase_convention, height, height_grows, direction)
+    asked = Asked.of(
+        {
+            "columns": columns,
+            "units": units,
+            "sensitivity": sensitivity,
+            "amplitude_is": amplitude_is,
+            "phase_convention": phase_convention,
+            "height": height,
+            "height_grows": height_grows,
+            "direction": direction,
+        }
+    )
     found = _curves(path, asked, curve)
     if len(found) > 1:
         raise ParameterError(
-            f"'{shorten(str(path))}' holds {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
+            f"'{shorten(str(path))}' contains {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
             "them with df.read_curves"
         )
     return found[0]
 
 
 @checked
-def read_curves(
-    path: str | os.PathLike[str],
-    *,
-    columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    sensitivity: float | str | None = None,
-    amplitude_is: str | None = None,
-    phase_convention: str | None = None,
-    height: str | None = None,
-    height_grows: str | None = None,
-    direction: str | None = None,
-) -> list[xr.Dataset]:
-    """Return all curves of a file, as :func:`read_measured` gives one of them; `x` and `y` (m) are attributes of each.
+def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Dataset]:
+    """Return all curves of a file, each as from :func:`read_measured`, with the attributes `x` and `y` (m).
 
-    Curves are told apart by a column `curve`, or by columns `x` and `y`; in HDF5 each group is one, in .nid each row.
+    A column `curve`, or the columns `x` and `y`, distinguish the curves; in HDF5 each group is a curve, in .nid each row.
+
+    Parameters
+    ----------
+    path
+        The file.
+    **how
+        `columns`, `units`, `sensitivity`, `amplitude_is`, `phase_convention`, `height`, `height_grows` and `direction`, as in
+        :func:`read_measured`.
 
     Raises
     ------
@@ -117,8 +125,7 @@ def read_curves(
     ParameterError
         As :func:`read_measured`.
     """
-    asked = Asked.of(columns, units, sensitivity, amplitude_is, phase_convention, height, height_grows, direction)
-    return _curves(path, asked, None)
+    return _curves(path, Asked.of(how), None)
 
 
 def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.Dataset | DForceError]:
@@ -136,19 +143,10 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
     DForceError
         When the file itself cannot be read.
     """
-    names = (
-        "columns",
-        "units",
-        "sensitivity",
-        "amplitude_is",
-        "phase_convention",
-        "height",
-        "height_grows",
-        "direction",
-    )
-    asked = Asked.of(*(how.get(name) for name in names))
+    told = dict(how)
+    number = told.pop("curve", None)
     out: list[xr.Dataset | DForceError] = []
-    for make in _each(path, asked, how.get("curve")):
+    for make in _each(path, Asked.of(told), number):
         try:
             out.append(make())
         except DForceError as error:
@@ -173,7 +171,7 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
     several = len(tables) > 1
 
-    def made(place: int, table: Table) -> xr.Dataset:
+    def made(place: int, table: MeasuredTable) -> xr.Dataset:
         counted = place if several else number
         label = table.label if table.label not in ("", str(counted)) else ""
         called = f"curve {place}{f' ({label} in the file)' if label else ''} of {name}"
@@ -186,7 +184,7 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
 
 def _chosen(tables: list[T], number: int, name: str) -> T:
     if not 1 <= number <= len(tables):
-        raise ParameterError(f"{name} has no curve {number}; it holds {len(tables)}")
+        raise ParameterError(f"{name} has no curve {number}; it contains {len(tables)}")
     return tables[number - 1]
 
 
@@ -201,6 +199,6 @@ def check_measured(data: xr.Dataset) -> None:
     missing = [name for name in ("height", "amplitude", "phase") if name not in data]
     if missing or data["height"].dims != ("point",):
         what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
-        raise ParameterError(f"data {what}, so it is no measured curve; df.read_measured gives one")
+        raise ParameterError(f"data {what}, so it is not a measured curve; get a curve from df.read_measured")
     if not all(np.isfinite(data[name].values).all() for name in ("height", "amplitude", "phase")):
-        raise ResultError("data holds values that are no finite numbers")
+        raise ResultError("data contains values that are not finite numbers")

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.inverse._plan_result import result_of
-from dforce.inverse._states import Bools, Judged, Points, Rest, Solver, one_of_each
+from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
@@ -24,7 +25,6 @@ from dforce.runs import watched
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
@@ -41,12 +41,11 @@ def plan(
     goal: Mapping[str, Any] | None = None,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset:
-    r"""Return the settings at which limits hold, the best of them, and the one farthest from all boundaries.
+    r"""Return the settings at which limits hold, the best setting, and the setting farthest from all boundaries.
 
     Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
-    each case; of more than 40 cases for the states that approach and retract meet (``attrs["findings"]`` says so). A boundary
-    between settings that are allowed and others is located by bisection. Nothing is said about settings outside of the
-    ranges.
+    each case. With more than 40 cases only the states on approach and retract are used (see ``attrs["findings"]``). Bisection
+    locates the boundaries of the allowed settings. The plan covers only the ranges.
 
     Parameters
     ----------
@@ -56,34 +55,33 @@ def plan(
         One or two paths with their values, such as ``{"drive.A0": {"start": "1 nm", "stop": "10 nm", "points": 19}}``; a pair
         ``["1 nm", "10 nm"]`` is a range of 19 values.
     set_points
-        Shares :math:`s = A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that.
+        Shares :math:`s = A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``, the default.
     limits
-        What must hold: quantities such as ``{"peak_force": "< 100 pN", "max_indentation": "< 20 % of sample.thickness"}``,
+        All limits: quantities such as ``{"peak_force": "< 100 pN", "max_indentation": "< 20 % of sample.thickness"}``,
         ``"regime": "attractive"`` or ``"repulsive"``, ``"states": "one"`` (no other stable state at the same distance), and
-        ``"margin": {"set_point": 0.03, "drive.A0": "5 %"}``: the limits hold that far around as well, corners included.
+        ``"margin": {"set_point": 0.03, "drive.A0": "5 %"}``: the limits also hold within this margin, with its corners.
     goal
         ``{"minimize": "peak_force"}``, ``{"maximize": "slope_of_phase:sample.youngs_modulus"}`` (degrees by the logarithm
-        of the parameter, at constant amplitude), or several, of which none is best alone: those on the Pareto front.
+        of the parameter, at constant amplitude), or several goals, with a Pareto front.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``. After Ctrl-C the states that are solved are
-        returned, with the limits held against them alone: no margins, boundaries and recommended point, and
-        ``attrs["interrupted"]`` is 1.
+        True for a bar, or a function called as ``progress(done, total, note)``. After Ctrl-C the solved states are returned
+        with their limits, without margins, boundaries and a recommended point, and ``attrs["interrupted"]`` is 1.
 
     Returns
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
         `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
-        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room, if any), `best` and
-        `pareto` where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
-        `time` the motion at the recommended point.
+        the margins; default 5 % and 0.03), `recommended` (the allowed point with the most room, if any), `best` and `pareto`
+        with a goal, `least_violation` if nothing is allowed. Along `edge` the located boundaries. Along `time` the motion at
+        the recommended point.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, more than two, limits that cannot be read or are unknown, and too many points.
+        For an unknown path, more than two paths, unknown limits, and too many points.
     KeyboardInterrupt
-        When it is stopped before the states are solved.
+        When the plan is stopped before the states are solved.
     """
     axes = make_axes(case, {path: _pair(path, values) for path, values in vary.items()})
     shares = shares_of(set_points)
@@ -104,7 +102,7 @@ def plan(
     return data
 
 
-def _pair(path: str, given: Any) -> Any:
+def _pair(path: str, given: object) -> Any:
     """Return a pair of values as a range."""
     if isinstance(given, list | tuple) and len(given) == 2 and isinstance(given[0], str):
         return {"start": given[0], "stop": given[1], "points": 19}
@@ -116,11 +114,11 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
         raise ParameterError(f"plan.vary has {len(axes)} paths; one or two are allowed")
     for axis in axes:
         if axis.quantity is None:
-            raise ParameterError(f"plan.vary: {axis.path} takes no plain number, so no boundary can be found along it")
+            raise ParameterError(f"plan.vary: {axis.path} is not a plain number, so no boundary can be found along it")
     refuse_others(case)
     count = math.prod(len(axis.values) for axis in axes) * len(shares)
     if count > MOST_POINTS:
-        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed, so give fewer values")
+        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed; use fewer values")
 
 
 class _Work:
@@ -174,15 +172,17 @@ class _Work:
             for number, values in enumerate(self.grid):
                 walk(self.curves, number, self.solver.case_at(values), self.watch)
 
-    def _states(self) -> Points:
+    def _states(self) -> PlannedPoints:
         """Return where all stable states at the set points are, each once."""
         self._walk()
         self.next("states")
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
-            raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
+            raise ParameterError(
+                "no curve reaches any of the set points; choose other set points, or other values under vary"
+            )
         near = np.array([seed.case for seed in seeds])
-        points = Points(
+        points = PlannedPoints(
             self.grid[near],
             self.shares[[seed.set_point for seed in seeds]],
             near,
@@ -195,7 +195,7 @@ class _Work:
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
 
-    def judge(self, points: Points, tells_others: bool = False) -> Judged:
+    def judge(self, points: PlannedPoints, tells_others: bool = False) -> Judged:
         """Solve operating points near some, and hold the limits against them; a point that is not found fails the first.
 
         Other states are looked for where a limit or `tells_others` asks for it.
@@ -243,7 +243,7 @@ class _Work:
             fails = hit != ""
             judged.hit[good[fails]] = np.char.add("margin: ", hit[fails])
 
-    def _moved(self, points: Points, steps: Mapping[str, float]) -> Points:
+    def _moved(self, points: PlannedPoints, steps: Mapping[str, float]) -> PlannedPoints:
         """Return points moved by so many margins; lengths of their motions go with the free amplitude."""
         values, shares = points.values.copy(), points.set_points.copy()
         for path, step in steps.items():
@@ -255,13 +255,13 @@ class _Work:
                 values[:, column] = margin.moved(values[:, column], step)
         return self._carried(points, values, shares)
 
-    def _carried(self, points: Points, values: Array, shares: Array) -> Points:
+    def _carried(self, points: PlannedPoints, values: Array, shares: Array) -> PlannedPoints:
         """Return points at other values, with motions to start from."""
         before = np.array([self.solver.problem(one).tones[0].A0 for one in points.values])
         after = np.array([self.solver.problem(one).tones[0].A0 for one in values])
         ratio = after / before
         zc = points.zc * ratio + (shares - points.set_points) * after
-        return Points(values, shares, points.near, zc, points.motions * ratio[:, None])
+        return PlannedPoints(values, shares, points.near, zc, points.motions * ratio[:, None])
 
     def _edges(self, judged: Judged, holds: Bools) -> list[tuple[Array, str]]:
         """Return where limits begin to fail between neighbors of the grid: parameters and set point, and the limit."""
@@ -294,7 +294,7 @@ class _Work:
         names[names == ""] = first[names == ""]
         return [(0.5 * (a + b), str(name)) for a, b, name in zip(low, high, names, strict=True)]
 
-    def _places(self, points: Points) -> Any:
+    def _places(self, points: PlannedPoints) -> Any:
         """Return the place of each point in the grid, (points, axes)."""
         of_case = np.unravel_index(points.near, self.shape[:-1])
         return np.column_stack([*of_case, np.searchsorted(self.shares, points.set_points)])
@@ -302,7 +302,7 @@ class _Work:
     def _values(self, place: Sequence[int]) -> list[float]:
         return [float(axis.values[i]) for axis, i in zip(self.axes, place, strict=True)]
 
-    def _room(self, points: Points, holds: Bools, edges: list[tuple[Array, str]]) -> Array:
+    def _room(self, points: PlannedPoints, holds: Bools, edges: list[tuple[Array, str]]) -> Array:
         """Return the distance of each point from the nearest boundary, in units of the margins: the largest along any axis.
 
         The ends of the ranges are boundaries, too, as nothing is known beyond. Points at which a limit fails have none.

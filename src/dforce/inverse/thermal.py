@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.instrument import beam
 from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
 from dforce.inverse.readers import content_of, tables_in
-from dforce.inverse.table import OF_NOBODY, Column, Floats, Table
+from dforce.inverse.table import OF_NOBODY, Column, MeasuredTable
 from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import DENSITY, bare, known_unit, scale_to
 from dforce.results.dataset import describe
@@ -49,28 +50,28 @@ MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 @dataclass(frozen=True)
 class ThermalTune:
-    """What a spectrum of the thermal motion tells, with standard errors.
+    """f0, k and Q from a thermal spectrum, with standard errors.
 
     Attributes
     ----------
     f0, k, Q
         Resonance frequency (Hz), spring constant of mode 1 (N/m), quality factor.
     f0_error, k_error, Q_error
-        Their standard errors: of the fit, and for k of temperature and sensitivity as far as they were given.
+        Their standard errors: from the fit, and for k also from the errors of temperature and sensitivity.
     k_static
-        Spring constant for a steady force (N/m), of a uniform beam.
+        Static spring constant (N/m), for a uniform beam.
     mean_square
-        Thermal mean square of the deflection, as the detector reads it (m²).
+        Thermal mean square of the deflection at the detector (m²).
     background
         White background (m²/Hz).
     averages
-        Spectra that were averaged, by the scatter about the fit.
+        Number of averaged spectra, from the scatter around the fit.
     band
         Lowest and highest frequency of the fit (Hz).
     history
         A sentence for each step.
     spectrum
-        Frequencies (Hz) and power densities (m²/Hz) as they were measured.
+        Frequencies (Hz) and power densities (m²/Hz) of the measurement.
     """
 
     f0: float
@@ -85,7 +86,7 @@ class ThermalTune:
     averages: float
     band: tuple[float, float]
     history: tuple[str, ...]
-    spectrum: tuple[Floats, Floats] = field(repr=False, compare=False)
+    spectrum: tuple[Array, Array] = field(repr=False, compare=False)
 
     def __repr__(self) -> str:
         units = {"f0": "Hz", "k": "N/m", "Q": "1"}
@@ -96,12 +97,12 @@ class ThermalTune:
         """Return value and error of f0, k and Q by name."""
         return {name: (getattr(self, name), getattr(self, f"{name}_error")) for name in ("f0", "k", "Q")}
 
-    def density(self, frequency: Floats) -> Floats:
+    def density(self, frequency: Array) -> Array:
         """Return the fitted power density (m²/Hz) at frequencies (Hz)."""
         return Resonance(self.f0, self.Q, self.mean_square, self.background).density(frequency)
 
     def dataset(self) -> xr.Dataset:
-        """Return measured and fitted power density (m²/Hz) along `frequency`, as ``df.plot.thermal_spectrum`` draws them."""
+        """Return measured and fitted power density (m²/Hz) along `frequency`, for ``df.plot.thermal_spectrum``."""
         import xarray as xr
 
         frequency, density = self.spectrum
@@ -131,30 +132,30 @@ def thermal_tune(
     Parameters
     ----------
     spectrum
-        A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
-        or in volts), or the result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
+        A file for :func:`dforce.read_measured`, with columns of frequency and density (m²/Hz or m/√Hz, or in volts), or the
+        result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
     density
         Densities at these frequencies, an array of the same length, in `unit`.
     columns
-        Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
+        Names of the columns: ``{"frequency": ..., "density": ...}``, if their headings are not known.
     unit
-        Unit of the density, where its column names none, and of an array: ``"pm/sqrt(Hz)"``.
+        Unit of a density without a unit in its column, and of an array: ``"pm/sqrt(Hz)"``.
     sensitivity
-        By which volts are multiplied (m/V, or text such as ``"52(1) nm/V"``, whose error goes into that of k).
+        Sensitivity that converts volts (m/V, or text such as ``"52(1) nm/V"``, with its error for the error of k).
     calibrated
-        How the sensitivity was found: ``"static"``, by a force curve on a hard sample (an optical lever then reads mode 1
-        differently), or ``"mode"``, for this mode itself.
+        Calibration of the sensitivity: ``"static"``, by a force curve on a hard sample (an optical lever then has another
+        sensitivity to mode 1), or ``"mode"``, for this mode.
     temperature
-        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); left out: 298.15 K.
+        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); default: 298.15 K.
     band
-        Lowest and highest frequency of the fit; left out: 5 widths of the peak on both sides.
+        Lowest and highest frequency of the fit; default: 5 widths of the peak on both sides.
 
     Raises
     ------
     ResultError
         For a file that cannot be read, or a spectrum without a peak.
     ParameterError
-        Where something must be given that the file does not tell, and for arrays of other shapes or without a unit.
+        If a necessary setting is missing in the file, and for arrays of other shapes or without a unit.
     """
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
@@ -178,12 +179,12 @@ def thermal_tune(
     k_error = k * math.sqrt(sum(part**2 for part in relative))
     k_static = k * 12.0 / beam.wavenumber(1) ** 4
     way = (
-        f"sensitivity of a steady force: the end's slope in mode 1 makes {factor:.4f} of it"
+        f"static sensitivity: the end slope of mode 1 is smaller by {factor:.4f}"
         if calibrated == "static"
         else "sensitivity of the mode itself"
     )
     history.append(
-        f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} for a steady force, by equipartition at "
+        f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} static, by equipartition at "
         f"{warm.value:.5g} K ({way})"
     )
     return ThermalTune(
@@ -203,31 +204,29 @@ def thermal_tune(
     )
 
 
-def _arrays(frequency: Any, density: Any, unit: str | None) -> Table:
+def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:
     """Return a table of frequencies and densities that were given as arrays."""
     if density is None or isinstance(frequency, str | os.PathLike):
-        raise ParameterError("give a file, or two arrays: frequencies (Hz) and densities, with their unit")
+        raise ParameterError("pass a file, or two arrays: frequencies (Hz) and densities, with their unit")
     values = []
     for name, given in (("frequency", frequency), ("density", density)):
         try:
             array = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
-            raise ParameterError(f"{name} is no array of numbers") from None
+            raise ParameterError(f"{name} is not an array of numbers") from None
         if array.ndim != 1:
-            raise ParameterError(f"{name} has {array.ndim} dimensions; an array of one is meant")
+            raise ParameterError(f"{name} has {array.ndim} dimensions; it must have one")
         values.append(array)
     if len(values[0]) != len(values[1]):
         raise ParameterError(f"there are {len(values[0])} frequencies and {len(values[1])} densities")
     if unit is not None and known_unit(unit) is None:
-        raise ParameterError(
-            f"unit = '{shorten(unit)}' is no unit that dForce knows, such as 'm^2/Hz' or 'pm/sqrt(Hz)'"
-        )
-    return Table((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
+        raise ParameterError(f"unit = '{shorten(unit)}' is not a known unit, such as 'm^2/Hz' or 'pm/sqrt(Hz)'")
+    return MeasuredTable((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
 
 
 def _spectrum(
-    table: Table, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
-) -> tuple[Floats, Floats, str]:
+    table: MeasuredTable, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
+) -> tuple[Array, Array, str]:
     """Return frequencies (Hz), power densities (m²/Hz), and a sentence on the unit."""
     unknown = [key for key in columns if key not in ("frequency", "density")]
     if unknown:
@@ -237,12 +236,14 @@ def _spectrum(
     said = known_unit(unit) if unit is not None else density.unit
     if not said:
         raise ParameterError(
-            f"{name} does not tell the unit of the density (column '{density.name}'); give it: unit = 'm^2/Hz', "
+            f"{name} has no unit for the density (column '{density.name}'); write unit = 'm^2/Hz', "
             "'pm/sqrt(Hz)' or 'V/sqrt(Hz)'"
         )
     power, volts, scale = _scale(said, density.name, name)
     if volts and sensitivity is None:
-        raise ParameterError(f"{name} has the density in {said}; give the sensitivity, such as sensitivity = '52 nm/V'")
+        raise ParameterError(
+            f"{name} has the density in {said}; write the sensitivity, such as sensitivity = '52 nm/V'"
+        )
     scale *= float(sensitivity or 1.0) ** (2.0 / power) if volts else 1.0
     f = np.asarray(frequency.values, dtype=float) * scale_to(frequency.unit or "Hz", "Hz")
     s = (np.asarray(density.values, dtype=float) * scale) ** power
@@ -251,7 +252,7 @@ def _spectrum(
     return f[keep][order], s[keep][order], f"density: column '{density.name}' in {said}"
 
 
-def _column(table: Table, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
+def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
     numbers = [column for column in table.columns if column.values.dtype.kind == "f"]
     if wanted is not None:
         found = [column for column in numbers if column.name == wanted]
@@ -259,9 +260,9 @@ def _column(table: Table, wanted: str | None, known: Sequence[str], what: str, n
         found = [column for column in numbers if bare(column.name) in known]
     if len(found) != 1:
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in numbers[:20])
-        asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found) or 'no'} columns known to hold it"
+        asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found)} columns" if found else "no column"
         raise ParameterError(
-            f"{name} has {asked} for the {what}; say which with columns = {{'{what}': ...}}; its columns: {there}"
+            f"{name} has {asked} for the {what}; name it with columns = {{'{what}': ...}}; its columns: {there}"
         )
     return found[0]
 
@@ -275,17 +276,17 @@ def _scale(unit: str, column: str, name: str) -> tuple[float, bool, float]:
             except UnitError:
                 continue
     raise ParameterError(
-        f"{name}: the unit {unit} of the column '{column}' is no density, such as m^2/Hz or pm/sqrt(Hz)"
+        f"{name}: the unit {unit} of the column '{column}' is not a density, such as m^2/Hz or pm/sqrt(Hz)"
     )
 
 
-def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, name: str) -> ThermalTune:
+def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, name: str) -> ThermalTune:
     """Return the fit of a spectrum, with k of 1 at a mean square of 1; its errors are of the fit alone."""
     if band is not None:
         inside = (frequency >= band[0]) & (frequency <= band[1])
         frequency, power = frequency[inside], power[inside]
     if len(frequency) < FEWEST:
-        raise ResultError(f"{name} has {len(frequency)} points of a spectrum, and a fit needs {FEWEST} or more")
+        raise ResultError(f"{name} has {len(frequency)} points of a spectrum, but a fit needs {FEWEST} or more")
     every, start = (frequency, power), _start(frequency, power, name)
     fit = _most_likely(frequency, power, start, name)
     for widths in (3.0 * WIDTHS, WIDTHS) if band is None else ():
@@ -295,7 +296,7 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
     factor, doubts = _misfit(power / peak.density(frequency) - 1.0)
     errors = [factor * error for error in fit.errors]
     if not frequency[0] < peak.f0 < frequency[-1] or errors[1] > 0.5:
-        raise ResultError(f"{name} has no peak that tells f0 and Q; give the band of frequencies around it")
+        raise ResultError(f"{name} has no clear peak for f0 and Q; pass the band of frequencies around it")
     ends = (float(frequency[0]), float(frequency[-1]))
     history = (
         f"fit: {len(frequency)} points from {units.show(ends[0], 'Hz', 5)} to {units.show(ends[1], 'Hz', 5)}, as of "
@@ -321,26 +322,26 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
     )
 
 
-def _most_likely(frequency: Floats, power: Floats, start: Resonance, name: str) -> FittedResonance:
+def _most_likely(frequency: Array, power: Array, start: Resonance, name: str) -> FittedResonance:
     try:
         return most_likely(frequency, power, start)
     except ArithmeticError:
         raise ResultError(
-            f"{name} has a peak that no resonance describes; give the band of frequencies around it"
+            f"{name} has a peak that one resonance does not fit; pass the band of frequencies around it"
         ) from None
 
 
-def _about(every: tuple[Floats, Floats], peak: Resonance, widths: float, name: str) -> tuple[Floats, Floats]:
+def _about(every: tuple[Array, Array], peak: Resonance, widths: float, name: str) -> tuple[Array, Array]:
     """Return the points within so many widths of a peak, and not so far that another mode counts."""
     frequency, power = every
     half = max(widths * peak.f0 / peak.Q, FEW * float(np.median(np.diff(frequency))))
     inside = np.abs(frequency - peak.f0) <= min(half, (1.0 - WIDEST[0]) * peak.f0)
     if int(inside.sum()) < FEWEST:
-        raise ResultError(f"{name} has {int(inside.sum())} points about its peak, and a fit needs {FEWEST} or more")
+        raise ResultError(f"{name} has {int(inside.sum())} points around its peak, but a fit needs {FEWEST} or more")
     return frequency[inside], power[inside]
 
 
-def _misfit(rest: Floats) -> tuple[float, tuple[str, ...]]:
+def _misfit(rest: Array) -> tuple[float, tuple[str, ...]]:
     """Return by what errors grow where neighbors are off the fit together, by a share, and the sentence that says so.
 
     A window of the spectra, as Hann's, makes neighbors alike, no farther than by two points. Where they are off the fit
@@ -352,23 +353,21 @@ def _misfit(rest: Floats) -> tuple[float, tuple[str, ...]]:
         return 1.0, ()
     together = min(together, 0.95)
     factor = math.sqrt((1.0 + together) / (1.0 - together))
-    larger = f"all errors are {factor:.1f} times larger for it"
+    larger = f"all errors are enlarged by {factor:.1f}"
     if along < limit:
-        return factor, (
-            f"neighbors are alike (correlated by {together:.2f}), as a window of the spectra makes them; {larger}",
-        )
+        return factor, (f"neighbors are correlated by {together:.2f}, as after windowing of the spectra; {larger}",)
     return factor, (
-        f"doubt: neighbors are off the fit together (correlated by {together:.2f}), so this is not the peak of one steady "
+        f"doubt: neighboring residuals are correlated by {together:.2f}, so this is not the peak of one steady "
         f"resonance; {larger}",
     )
 
 
-def _correlation(rest: Floats, points: int) -> float:
+def _correlation(rest: Array, points: int) -> float:
     """Return how much values so many points apart are alike."""
     return float((rest[points:] * rest[:-points]).sum() / (rest**2).sum())
 
 
-def _start(frequency: Floats, power: Floats, name: str) -> Resonance:
+def _start(frequency: Array, power: Array, name: str) -> Resonance:
     """Return the resonance to start from: by the highest smoothed point, and the area about it."""
     scatter = 0.5 * float(np.diff(np.log(power)).var())  # of neighbors: that of single spectra is 1.6
     count = int(np.clip(round(SMOOTH * scatter), 1, max(len(power) // 20, 1)))
@@ -378,7 +377,7 @@ def _start(frequency: Floats, power: Floats, name: str) -> Resonance:
     peak = low + int(np.argmax(smooth[low:]))
     level = float(np.median(power))
     if smooth[peak] < ABOVE * level:
-        raise ResultError(f"{name} has no peak that stands out of its background")
+        raise ResultError(f"{name} has no peak above its background")
     f0, step = float(frequency[peak]), float(np.median(np.diff(frequency)))
     near = (frequency > WIDEST[0] * f0) & (frequency < WIDEST[1] * f0)
     area = float(np.clip(smooth[near] - level, 0.0, None).sum()) * step

@@ -136,6 +136,6 @@ def compile_all(file: Path, functions: Mapping[str, str]) -> None:
     text = file.read_text(encoding="utf-8")
     if cache.place(text) != file:
         return  # another version of Python or numba, whose code nobody waits for
-    kernel = Kernel(cache.load(text), "what was asked for")
+    kernel = Kernel(cache.load(text), "the functions of a kernel")
     for name, types in functions.items():
         kernel.address(name, types)

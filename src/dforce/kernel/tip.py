@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.first_answer import may_be_early
-from dforce.kernel import Array, Kernel, any_force, behind, load_any, load_laws, size_of
+from dforce.kernel import Kernel, any_force, behind, load_any, load_laws, size_of
 from dforce.kernel.codegen import OTHERS, native_types
 from dforce.problem import Problem
 
 
-class Tip:
+class TipFunctions:
     """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call.
 
     Where answers may be early (:mod:`dforce.core.first_answer`), functions that are not compiled yet are compiled in the
@@ -65,7 +66,9 @@ class Tip:
         if not all(map(instead.is_ready, missing)):
             behind.begin(instead.file, functions)
             return False
-        what = f"Compiling {self._kernel.what} in the background; until that is done it computes more slowly."
+        what = (
+            f"Compiling {self._kernel.what} in the background; until then, slower general code gives the same result."
+        )
         if not behind.begin(self._kernel.file, functions, what):
             return False
         for name, types in functions.items():

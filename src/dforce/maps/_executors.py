@@ -19,12 +19,11 @@ from dforce.core.files import beside
 from dforce.core.parallel import Crew, Stopped, cores
 from dforce.core.stopping import watching
 from dforce.forces import read_plugin
-from dforce.maps._part import solve
-from dforce.maps._result import Found, Layout, table
+from dforce.maps._cases import cases_of
 from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
-LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+LOST = "the cluster is lost; finished blocks are kept, and another cluster can continue"
 TRIES = 2  # of a block
 TRIES_OF_DEAD = (
     8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
@@ -75,14 +74,12 @@ class Kept:
         Stopped
             When the work was stopped before its end.
         """
-        layout = Layout(case, axes)
-        founds = Found.of(layout)
+        cases = cases_of(case, axes)
         names = self.names if self.set_point is None else self.names | NEEDED
-        done, example = solve(case, layout, crew, names, founds, checks=False)
-        if not done:
+        if not cases.compute(crew, names, checks=False):
             raise Stopped
-        data = table(case, layout, founds, example)
-        return data if self.set_point is None else states_of(data, layout, self.set_point, self.wanted)
+        data = cases.result(case)
+        return data if self.set_point is None else states_of(data, cases.layout, self.set_point, self.wanted)
 
     def arrays(self, case: Case, axes: list[Axis], crew: Crew) -> Arrays:
         """Return the arrays of :meth:`result` that differ from case to case."""
@@ -175,9 +172,7 @@ def _case_of(sent: Sent) -> Case:
     """Return the case that was sent, in a worker."""
     here = importlib.metadata.version("dforce")
     if here != sent.version:
-        raise ParameterError(
-            f"a worker of the cluster has dForce {here}, and the sweep was started with {sent.version}"
-        )
+        raise ParameterError(f"a worker of the cluster has dForce {here}, but the sweep has {sent.version}")
     folder = Path(tempfile.mkdtemp(prefix="dforce-plugins-")) if sent.plugins else None
     for name, content in sent.plugins:
         file = Path(str(folder), Path(name).name)

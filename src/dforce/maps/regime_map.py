@@ -54,11 +54,11 @@ RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a log
 def regimes(
     case: Case, over: Mapping[str, Any], set_points: Any = None, progress: Progress | bool | None = None
 ) -> xr.Dataset:
-    r"""Return the regime map: which states there are at set points, over a parameter, with boundaries solved by continuation.
+    r"""Return the regime map: the states at set points over a parameter, with boundaries solved by continuation.
 
     At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy
-    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states that approach and retract meet at the values given are
-    the starts of lines along the parameter, which also find states that no approach leads to.
+    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states on approach and retract at the listed values are the
+    starts of lines along the parameter. These lines also find states that no approach leads to.
 
     Parameters
     ----------
@@ -66,27 +66,26 @@ def regimes(
         The case; its experiment is not used. Its forces have no memory and no branches.
     over
         One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``, or two, for a map
-        over both at one set point: lines go along the first.
+        over both at one set point; lines follow the first path.
     set_points
-        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that. One of them with two
-        paths.
+        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``, the default. With two paths: one
+        share.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the rows of the map that are done.
+        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the finished rows of the map.
 
     Returns
     -------
     xarray.Dataset
-        Over the parameter and `set_point`, or over both parameters: `regime`, a number whose meaning is in its attributes
-        (``"none"``, ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``,
-        ``"repulsive"``), and `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``,
-        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and
-        forces. Along `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
+        Over the parameter and `set_point`, or over both parameters: `regime`, a number explained in its attributes (``"none"``,
+        ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``, ``"repulsive"``), and
+        `states`, the number of stable states. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
+        ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and forces. Along `point`
+        the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, more than two, values or set points that are not allowed, and forces with
-        memory or branches.
+        For an unknown path, more than two paths, values or set points that are not allowed, and forces with memory or branches.
     """
     axes = make_axes(case, over)
     shares = shares_of(set_points)
@@ -162,21 +161,25 @@ def shares_of(given: Any) -> Array:
         raise ParameterError(f"set_points has {shares.size} values; 1 to {MOST_SET_POINTS} are allowed")
     for share in shares:
         if not 0.0 < share < 1.0:
-            raise ParameterError(f"set_points holds {share:g}, which is not between 0 and 1")
+            raise ParameterError(f"set_points contains {share:g}, which is not between 0 and 1")
     return shares
 
 
 def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
     """Return the parameter along which lines go, with its range."""
     if len(axes) > 2:
-        raise ParameterError(f"over has {len(axes)} paths; a regime map is over one and the set point, or over two")
+        raise ParameterError(
+            f"over has {len(axes)} paths; a regime map is over one path and the set point, or over two paths"
+        )
     if len(axes) == 2 and len(shares) > 1:
-        raise ParameterError("a regime map over two parameters is at one set point; give set_points = [0.8], say")
+        raise ParameterError(
+            "a regime map over two parameters is at one set point; write for example set_points = [0.8]"
+        )
     for axis in axes:
         if axis.quantity is None:
-            raise ParameterError(f"{axis.path} takes no plain number, so no boundary can be followed along it")
+            raise ParameterError(f"{axis.path} is not a plain number, so no boundary can be followed along it")
         if axis.path == "contact.a0":
-            raise ParameterError("contact.a0 says where contact begins, so no map goes over it")
+            raise ParameterError("contact.a0 defines the start of contact, so no map goes over it")
     axis = axes[0]
     low, high = min(axis.values), max(axis.values)
     if len(axis.values) < 2 or low == high:
@@ -193,18 +196,14 @@ def refuse_others(case: Case) -> None:
     case.problem.refuse_changing_lever("a search for operating points")
     for force in case.problem.forces:
         if force.memory or force.switch is not None:
-            raise ParameterError(
-                f"{force.name} remembers earlier motion, and operating points are solved for forces that do not"
-            )
+            raise ParameterError(f"{force.name} has a memory, but operating points need forces without memory")
     if common_period([tone.frequency for tone in case.problem.tones]) is None:
         raise ParameterError(
-            "the tones have no common period, so there are no periodic orbits at a set point; "
+            "the tones have no common period, so no periodic orbits exist at a set point; "
             "choose a simple ratio of their frequencies, such as 6.2"
         )
     if case.solver.method != "periodic":
-        raise ParameterError(
-            'operating points are periodic orbits; leave out solver.method, or write method = "periodic"'
-        )
+        raise ParameterError('operating points are periodic orbits; remove solver.method, or write method = "periodic"')
 
 
 def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:

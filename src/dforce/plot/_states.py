@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from dforce.case import case_of
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import DForceError, ParameterError
-from dforce.plot._style import Floats
 from dforce.results.dataset import reader_unit
 
 MARKS: dict[str, dict[str, Any]] = {
@@ -34,7 +34,7 @@ UNDER: dict[str, dict[str, Any]] = {
 def check_states(states: xr.Dataset) -> None:
     """Raise :class:`ParameterError` where a result has no curves of states."""
     if not {"branch", "stable", "special"} <= {*states.variables} or "along" not in states.attrs:
-        raise ParameterError("this result has no curves of states; df.branches gives them")
+        raise ParameterError("this result has no curves of states; compute them with df.branches")
 
 
 def check_under(states: xr.Dataset, dataset: xr.Dataset) -> None:
@@ -43,16 +43,16 @@ def check_under(states: xr.Dataset, dataset: xr.Dataset) -> None:
     along = states.attrs["along"]
     if along != "zc":
         raise ParameterError(
-            f"these states go along {along}, not along zc as a curve does; df.branches(case, zc=...) gives those"
+            f"these states lie along {along}, not along zc; compute them with df.branches(case, zc=...)"
         )
     if "zc" not in dataset.dims:
-        raise ParameterError("states are drawn under the curve of an approach, and this result is none")
+        raise ParameterError("states are drawn under the curve of an approach, but this result is not an approach")
     try:
         same = _matter(dataset) == _matter(states)
     except DForceError:  # the case of a version that knew other keys
         same = dataset.attrs.get("case") == states.attrs.get("case")
     if not same:
-        raise ParameterError("these states are of another instrument, sample or force than the curve")
+        raise ParameterError("states and curve have different instruments, samples or forces")
 
 
 def _matter(result: xr.Dataset) -> Any:
@@ -61,7 +61,7 @@ def _matter(result: xr.Dataset) -> Any:
     return {name: getattr(case, name) for name in type(case).model_fields if name not in APART}
 
 
-def draw_states(axes: Axes, x: Floats, y: Floats, states: xr.Dataset, colors: Mapping[int, str]) -> None:
+def draw_states(axes: Axes, x: Array, y: Array, states: xr.Dataset, colors: Mapping[int, str]) -> None:
     """Draw values along all curves, in pieces that are stable or not, and mark special points; a color for each curve."""
     several = are_several(states)
     for number, points, stable in _pieces(states):
@@ -91,20 +91,20 @@ def draw_under(axes: Axes, variable: xr.DataArray, states: xr.Dataset, scale: fl
         axes.plot(x[folds], y[folds], "o", color="black", markersize=3.0, zorder=BEHIND, label="fold" if named else "")
 
 
-def are_several(states: xr.Dataset) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def are_several(states: xr.Dataset) -> Bools:
     """Return at which points the motion repeats only after several of the shortest time that any needs."""
     periods = repeats(states)
     return np.asarray(periods > periods.min())
 
 
-def repeats(states: xr.Dataset) -> np.ndarray[Any, np.dtype[np.int64]]:
+def repeats(states: xr.Dataset) -> Indices:
     """Return after how many periods the motion at each point repeats; a result of an older version does not say."""
     if "repeat_periods" in states:
         return np.asarray(states["repeat_periods"].values, dtype=np.int64)
     return np.ones(states.sizes["point"], dtype=np.int64)
 
 
-def _pieces(states: xr.Dataset) -> Iterator[tuple[int, np.ndarray[Any, np.dtype[np.int64]], bool]]:
+def _pieces(states: xr.Dataset) -> Iterator[tuple[int, Indices, bool]]:
     """Give the pieces of all curves that are stable or not: the curve's number, the points, and whether they are stable."""
     curve, stable = states["branch"].values, states["stable"].values
     for number in np.unique(curve):

@@ -14,8 +14,9 @@ from matplotlib.figure import FigureBase
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, nearest
-from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
+from dforce.plot._style import LIGHT, axis_text, head, new_figure, shown, take
 from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
 from dforce.results.curves import first_state
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
@@ -37,29 +38,28 @@ def map(
 ) -> Axes:
     """Draw a quantity over two parameters: colors, with lines of equal value on top.
 
-    An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
-    signs at 0. Of tones, modes and harmonics, and of the states at a set point, the first is drawn; gray is where there is
-    no result. The lines lie on straight lines between the values, and know of no jump between them. The quantity `regime`
-    of a regime map (:func:`dforce.regimes`) has a color for each regime; its boundaries are drawn over whatever it holds
-    along the set point.
+    An axis with equal factors between its values is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
+    signs at 0. The first of several tones, modes, harmonics or states is drawn; points without a result are gray. The lines
+    interpolate linearly between the values, also across jumps. The quantity `regime` of a regime map (:func:`dforce.regimes`)
+    has a color for each regime, with its boundaries.
 
     Parameters
     ----------
     dataset
-        A sweep with the two parameters, and nothing else along which the quantity goes: choose with ``.isel`` or ``.sel``.
+        A sweep with exactly these two parameters: choose the others with ``.isel`` or ``.sel``.
     x, y
         Names of the parameters, such as ``"A0"``; the distance `zc` of curves may be one of them.
     quantity
-        Name of what is drawn.
+        Name of the quantity.
     levels
-        Values (SI) of the lines; left out: some that are round.
+        Values (SI) of the lines; default: some round values.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result has no such names, the parameters are no numbers of a grid, or the quantity goes along others, too.
+        When the result lacks these names, the parameters are not numbers of a grid, or the quantity has other dimensions.
     """
     sides = [_side(dataset, name) for name in (x, y)]
     if quantity == "regime" and is_regime_map(dataset):
@@ -69,7 +69,7 @@ def map(
     variable = take(first_state(dataset), quantity, x, y)
     for name in (x, y):
         if name not in variable.dims:
-            raise ParameterError(f"'{quantity}' does not go along '{name}', so there is no map of it over that")
+            raise ParameterError(f"'{quantity}' does not vary along '{name}', so it has no map over it")
     variable = variable.isel(dict.fromkeys((dim for dim in variable.dims if dim in COLUMN_DIMS), 0)).transpose(y, x)
     values, text = shown(variable)
     scale, _ = reader_unit(variable)
@@ -96,11 +96,11 @@ def regimes(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     return map(dataset, x, y, "regime", figure=figure)
 
 
-def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None) -> Axes:
+def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Array, str]], figure: FigureBase | None) -> Axes:
     """Draw the regimes of a map, and the boundaries that were solved."""
     if {x, y} != set(dataset["regime"].dims):
         raise ParameterError(
-            f"the regimes go along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
+            f"the regimes lie along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
         )
     axes = new_figure(figure, 6.4, 5.4).subplots()
     (at_x, x_text), (at_y, y_text) = sides
@@ -114,7 +114,7 @@ def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]
     return axes
 
 
-def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
+def _side(dataset: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a parameter as they are shown, and the text of its axis."""
     if name not in dataset.coords:
         raise ParameterError(
@@ -122,13 +122,13 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
         )
     axis = dataset[name]
     if axis.dims != (name,) or axis.dtype.kind not in "fi" or axis.size < 2:
-        raise ParameterError(f"'{name}' is no parameter with two or more numbers of a grid, so there is no map over it")
+        raise ParameterError(f"'{name}' is not a parameter with a grid of two or more numbers, so it has no map")
     scale, unit = reader_unit(axis)
     name = str(axis.attrs.get("long_name", name)).partition(";")[0]  # without what is said behind it
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)
 
 
-def is_log(at: Floats) -> bool:
+def is_log(at: Array) -> bool:
     """Say whether values go by equal factors, and not by equal steps as well."""
     steps = np.diff(at)
     if len(at) < 3 or not (at > 0.0).all() or np.ptp(steps) <= EVEN * np.abs(steps).max():
@@ -137,7 +137,7 @@ def is_log(at: Floats) -> bool:
     return bool(np.ptp(factors) <= EVEN * np.abs(factors).max())
 
 
-def edges_of(at: Floats) -> Floats:
+def edges_of(at: Array) -> Array:
     """Return the borders of cells around values: halfway between them, on the scale of their axis."""
     on_scale = np.log(at) if is_log(at) else at
     middle = 0.5 * (on_scale[1:] + on_scale[:-1])
@@ -146,7 +146,7 @@ def edges_of(at: Floats) -> Floats:
     return np.asarray(np.exp(edges) if is_log(at) else edges)
 
 
-def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:
+def _colors(values: Array, variable: xr.DataArray) -> tuple[str, Normalize]:
     """Return the colors of a quantity, and how its values become colors."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
@@ -158,7 +158,7 @@ def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:
     return ONE_SIDED, Normalize(low, high if high > low else low + 1.0)
 
 
-def _lines(axes: Axes, x: Floats, y: Floats, values: Floats, levels: Any) -> None:
+def _lines(axes: Axes, x: Array, y: Array, values: Array, levels: Any) -> None:
     """Draw lines of equal value, where there are any."""
     finite = values[np.isfinite(values)]
     if not finite.size or finite.min() == finite.max():

@@ -50,12 +50,12 @@ def draw(
     layers = {"": results} if isinstance(results, xr.Dataset) else dict(results)
     first = next(iter(layers.values()), None)
     if first is None:
-        raise ParameterError("there is no result to draw")
+        raise ParameterError("no result to draw")
     if len(layers) == 1 and ((picture is None and measured is None) or "reached" in first):
         return overview(first, figure)
     picture = picture or next(iter(pictures_of(first)), None)
     if picture is None:
-        raise ParameterError("a map of basins is drawn by itself, not over others")
+        raise ParameterError("a map of basins cannot be drawn over others")
     own = _own(first, picture, measured) if len(layers) == 1 else None
     if own is not None:
         return list(np.ravel(np.asarray(own(figure), dtype=object)))
@@ -64,7 +64,7 @@ def draw(
     wanted = {picture.x, *picture.y}
     able = {name: result for name, result in layers.items() if wanted <= set(drawable(result, picture.x))}
     if not able:
-        raise ParameterError(f"these results lack {' or '.join(sorted(wanted))}, so there is nothing to draw")
+        raise ParameterError(f"these results lack {' or '.join(sorted(wanted))}, so nothing can be drawn")
     return lay_over(able, picture, figure, measured)
 
 
@@ -81,7 +81,7 @@ def _cases(result: xr.Dataset, picture: Picture) -> dict[str, xr.Dataset]:
         if name not in known:
             dims = [str(dim) for dim in result[name].dims if dim not in COLUMN_DIMS]
             goes = f"goes along {' and '.join(dims)}" if dims else "is one number"
-            raise ParameterError(f"'{name}' is no curve over '{picture.x}': it {goes}")
+            raise ParameterError(f"'{name}' is not a curve over '{picture.x}': it {goes}")
     return layers
 
 

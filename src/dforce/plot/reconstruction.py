@@ -7,22 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
+from dforce.core.arrays import Array
 from dforce.core.errors import checked
-from dforce.plot._style import (
-    BLUE,
-    GRAY,
-    GREEN,
-    LIGHT,
-    ORANGE,
-    PURPLE,
-    SKY,
-    Floats,
-    head,
-    new_figure,
-    shown,
-    take,
-    tidy,
-)
+from dforce.plot._style import BLUE, GRAY, GREEN, LIGHT, ORANGE, PURPLE, SKY, head, new_figure, shown, take, tidy
 from dforce.results.dataset import reader_unit
 
 BAND = 2.0  # errors
@@ -39,16 +26,16 @@ LOOKS = {
 def reconstruction(
     dataset: xr.Dataset, figure: FigureBase | None = None, formulas: bool = False, width: float | None = None
 ) -> Axes:
-    """Draw a reconstructed force against distance with a band of two errors; gaps are shaded, the law, if known, is behind.
+    """Draw a reconstructed force against distance with a band of two errors; gaps are shaded, and a known law is drawn behind.
 
     Parameters
     ----------
     dataset
-        What :func:`dforce.reconstruct` gave.
+        The result of :func:`dforce.reconstruct`.
     formulas
-        Whether to draw what the formulas in use give.
+        Whether to draw the forces by the formulas in use.
     width
-        Distance (m) from the closest one that is shown; left out: as far as the force is felt.
+        Range of distances (m) from the closest point; default: the range of the force.
 
     Raises
     ------
@@ -64,9 +51,7 @@ def reconstruction(
     axes = figure.subplots()
     to_nm = reader_unit(dataset["distance"])[0]
     for number, (low, high) in enumerate(zip(dataset["gap_low"].values, dataset["gap_high"].values, strict=True)):
-        axes.axvspan(
-            low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "not told by the curve"
-        )
+        axes.axvspan(low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "force unknown")
     if "law_force" in dataset:
         axes.plot(x, dataset["law_force"].values / scale, color=GRAY, linewidth=2.6, alpha=0.7, label="law")
     axes.fill_between(x, y - BAND * error, y + BAND * error, color=BLUE, alpha=0.25, linewidth=0.0, label="two errors")
@@ -86,13 +71,13 @@ def reconstruction(
     return axes
 
 
-def _felt(x: Floats, y: Floats) -> float:
+def _felt(x: Array, y: Array) -> float:
     """Return how far the force is felt, with room."""
     felt = np.abs(y) > SHOWN * np.nanmax(np.abs(y))
     return float(x[0] + 1.3 * (x[felt].max() - x[0]))
 
 
-def _frame(axes: Axes, y: Floats, error: Floats) -> None:
+def _frame(axes: Axes, y: Array, error: Array) -> None:
     """Show the force whole, and its band where that is no larger."""
     room = 0.15 * float(np.nanmax(y) - np.nanmin(y))
     axes.set_ylim(

@@ -13,19 +13,20 @@ from dforce.core.errors import ParameterError
 from dforce.plot._style import COLORS, head
 from dforce.plot.laid_over import lay_over
 from dforce.plot.maps import map as map_of_two
-from dforce.results.curves import Picture, drawable, goes_along, swept
+from dforce.results.curves import Picture, drawable, first_state, goes_along, swept
 from dforce.results.dataset import reader_unit
 from dforce.results.status import check_computed
 
 MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
-FIRST = ("amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
+FIRST = ("share", "amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
 PANELS = 3
 
 
 def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
     """Draw some cases of a sweep over each other, and return all axes.
 
-    Curves are drawn along what they go along, dwells along the parameter with the most values. Of many cases some are drawn.
+    Curves are drawn along what they go along, dwells along the parameter with the most values, and so is the state of basins
+    that most starts lead to. Of many cases some are drawn.
 
     Raises
     ------
@@ -36,14 +37,12 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     if "crossing" in dataset.dims:
         return [_at_set_point(dataset, over, figure)]
     along = usual_along(dataset)
-    layers = cases_of(dataset, along)
+    layers = cases_of(first_state(dataset), along)
     known = drawable(next(iter(layers.values())), along) if along else []
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
     if not names:
         check_computed(dataset)
-        raise ParameterError(
-            "this sweep keeps no quantity along a distance or a parameter, so there is no overview of it"
-        )
+        raise ParameterError("this sweep has no quantity along a distance or a parameter, so it has no overview")
     axes = lay_over(layers, Picture(along, tuple(names)), figure)
     if len(layers) > 1:
         head(axes[0], dataset)
@@ -80,7 +79,7 @@ def _at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | Non
         name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset and name != "status"
     ]
     if len(numbers) < 2 or not dataset.sizes["crossing"] or not names:
-        raise ParameterError("there is no picture of states at a set point over fewer than two parameters")
+        raise ParameterError("a picture of states at a set point needs two parameters")
     first = dataset.isel({name: 0 for name in over if name not in numbers[:2]})
     return map_of_two(first, numbers[1], numbers[0], names[0], figure=figure)
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-NO_RESULT = "this dataset is the result of no experiment, nor a force curve; it has no overview and no summary"
+NO_RESULT = "this dataset is neither a result of an experiment nor a force curve; it has no overview and no summary"
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Kind:
             Where there is none.
         """
         if not self.picture:
-            raise ParameterError(f"there is no picture of this result ({self.words}); df.summary gives its numbers")
+            raise ParameterError(f"this result ({self.words}) has no picture; df.summary lists its numbers")
         axes = _loaded(self.picture)(dataset, **options)
         return list(axes) if isinstance(axes, list | tuple) else [axes]
 
@@ -135,6 +135,6 @@ def is_kind(dataset: xr.Dataset, *names: str) -> bool:
     """
     unknown = set(names) - {kind.name for kind in KINDS}
     if unknown:
-        raise ValueError(f"there is no kind of result named {', '.join(sorted(unknown))}")
+        raise ValueError(f"unknown kind of result: {', '.join(sorted(unknown))}")
     kind = kind_of(dataset)
     return kind is not None and kind.name in names

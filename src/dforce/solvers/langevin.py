@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Complexes, Indices
 from dforce.core.errors import ParameterError
 from dforce.instrument import ModeNumbers
 from dforce.instrument.noise import time_constant
-from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.solvers import _langevin_loops as loops
 from dforce.solvers.integrator import Integrator, Motion
@@ -129,7 +129,7 @@ class Lanes:
     y: Array
     memory: Array
     latched: Array
-    keys: np.ndarray[Any, np.dtype[np.int64]]
+    keys: Indices
     period: int
     lowest: Array
     lock_ins: Array
@@ -157,7 +157,8 @@ class Langevin(Integrator):
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         if not problem.noise.thermal:
             raise ParameterError(
-                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; choose rk4 for motion "
+                "without noise"
             )
         self._looked, self._decay, self._poles = math.inf, 0.0, 0
         super().__init__(problem, settings, harmonics, points)
@@ -208,7 +209,7 @@ class Langevin(Integrator):
         case = zlib.crc32(text.encode())
         return (seed & WORD) ^ case, (seed >> 32) & WORD ^ (case * 0x9E3779B1 & WORD)
 
-    def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, np.ndarray[Any, np.dtype[np.complex128]]]:
+    def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, Complexes]:
         """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
 
         It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.
@@ -285,5 +286,5 @@ class Langevin(Integrator):
             wanted = 16 * math.ceil(self.points * turn / (0.3 * 16.0))
             raise ParameterError(
                 f"solver.points_per_period = {self.points} is too few for the stiffness of the contact (the step turns it by "
-                f"{turn:.2g} rad, at most {LONGEST:g}); give {wanted}"
+                f"{turn:.2g} rad, at most {LONGEST:g}); use {wanted}"
             )

@@ -12,12 +12,11 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
-from dforce.kernel import Array
 from dforce.observables import measure
 from dforce.observables.averaging import common_period, weights
 from dforce.observables.complex_numbers import angle
@@ -83,7 +82,7 @@ class Orbit:
         return self.u[:-1]
 
     @functools.cached_property
-    def multipliers(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def multipliers(self) -> Complexes:
         """Floquet multipliers over the period after which the motion repeats, the largest first."""
         found = np.linalg.eigvals(self.monodromy).astype(complex)
         return found[np.argsort(-np.abs(found), kind="stable")]
@@ -149,13 +148,13 @@ class ParameterRange:
         periods = {common_period([tone.frequency for tone in problem.tones]) for problem in among}
         if len(periods) > 1:
             raise ParameterError(
-                "the ratio of the tones' frequencies changes with the parameter, so that there are no periodic orbits to "
-                "follow; give the frequency of every tone, or drive with one tone"
+                "the ratio of the tones' frequencies changes with the parameter, so no periodic orbits exist to "
+                "follow; write the frequency of every tone, or drive with one tone"
             )
         if None in periods:
             raise ParameterError(
-                "the tones' frequencies have no common period of up to 200 periods of the first tone, so that "
-                "there are no periodic orbits to follow; choose a simple ratio, such as 6.2"
+                "the tones' frequencies have no common period of up to 200 periods of the first tone, so "
+                "no periodic orbits exist to follow; choose a simple ratio, such as 6.2"
             )
         self.settings, self.harmonics = settings, harmonics
         self.points = points or max(sample_count(problem, settings) for problem in among)

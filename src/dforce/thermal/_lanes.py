@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, case_of
+from dforce.core.arrays import Complexes
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
-from dforce.experiments.motion import motion_of
 from dforce.instrument.noise import detector_readings, time_constant
 from dforce.observables.complex_numbers import phase_lag
+from dforce.procedures.motion import motion_of
+from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.runs import dwell, watched
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
 CHUNK = 64  # periods between looks at the watch
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
 MOST_SEED = 2**62
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @checked
@@ -49,31 +50,31 @@ def noisy_motion(
 ) -> xr.Dataset:
     """Return amplitude and phase of each period under thermal noise, of many runs at once.
 
-    Each run has a seed of its own and is the same alone as among others. All start from the motion without noise.
+    Each run has its own seed and does not depend on the other runs. All start from the motion without noise.
 
     Parameters
     ----------
     case
-        A case, or one point of a result: the motion there is the start.
+        A case, or one point of a result: its motion is the start.
     zc
-        Average distance (m, or text with a unit); left out: that of the point.
+        Average distance (m, or text with a unit); default: the distance of the point.
     seeds
-        Number of runs, counted on from the case's `noise.seed`, or the seed of each.
+        Number of runs, with seeds from `noise.seed` of the case on, or a list of seeds.
     periods
-        Periods of the first tone that are kept.
+        Number of recorded periods of the first tone.
     settling
-        Periods before; left out: ten decay times of the slowest mode and of the lock-in.
+        Number of periods before; default: ten decay times of the slowest mode and of the lock-in.
     bandwidth, poles
-        Equivalent noise bandwidth (Hz) of a lock-in that reads the periods, far below the drive frequency, and its poles;
-        left out: each period alone.
+        Equivalent noise bandwidth (Hz) of a lock-in, far below the drive frequency, and its poles; default: each period by
+        itself.
     progress
         See :func:`run`.
 
     Returns
     -------
     xarray.Dataset
-        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, detector noise included;
-        `min_distance` (m) of each run.
+        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, with detector noise; `min_distance` (m) of
+        each run.
     """
     import xarray as xr
 
@@ -81,11 +82,11 @@ def noisy_motion(
     given = _seeds(problem.noise.seed, seeds)
     band = None if bandwidth is None else lock_in_of(problem, bandwidth, poles)
     if periods < 1 or not given:
-        raise ParameterError("a noisy motion takes at least one period and one seed")
+        raise ParameterError("a noisy motion needs at least one period and one seed")
     if settling is not None and settling < 0:
         raise ParameterError(f"settling = {settling} is below 0")
     if len(given) * periods * len(problem.tones) > MOST_NUMBERS:
-        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; take fewer of either")
+        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; reduce either")
     wait = settling_periods(problem, band) if settling is None else settling
     integrator = langevin(asked, problem, place)
     if band is not None:
@@ -120,16 +121,16 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
         if not 0 <= seed <= MOST_SEED:
             raise ParameterError(f"seed = {seed} is not between 0 and 2^62")
         if count > 1:
-            raise ParameterError(f"seeds holds {seed} twice: both runs would be the same")
+            raise ParameterError(f"seeds contains {seed} twice: both runs would be equal")
     return [*counts]
 
 
-def _lag(c: Complex) -> Any:
+def _lag(c: Complexes) -> Any:
 
     return phase_lag(c)
 
 
-def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Motion]:
+def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float, Motion]:
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
@@ -137,20 +138,18 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
         problem = case.problem.at_height(float(point["zc"]))
     else:
         if zc is not None:
-            raise ParameterError("a point of a result has its distance; leave zc out")
+            raise ParameterError("a point of a result has its own distance; pass no zc")
         asked, point = case_of(case), case
-        if asked.experiment is None:
-            raise ParameterError("the result does not say which experiment it is from")
         if MOTION not in point.variables or point["status"].ndim:
             raise ResultError(
-                "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
+                "a noisy motion starts from one point of a result with motions; choose it with .sel or .isel"
             )
-        problem = asked.experiment.problem_at(asked.problem, point, asked)
+        problem = problem_at(asked, point)
     if MOTION not in point.variables:
-        raise ResultError("there is no motion at this distance")
+        raise ResultError("no motion exists at this distance")
     motion = motion_of(point, problem)
     if not motion.is_finite:
-        raise ResultError("there is no motion at this point")
+        raise ResultError("this point has no motion")
     return asked, problem, float(point["zc"]), motion
 
 
@@ -168,7 +167,7 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complex, Lanes]:
+def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complexes, Lanes]:
     """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.
@@ -186,11 +185,11 @@ def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[
     return np.concatenate(parts, axis=1), lanes
 
 
-def read_out(integrator: Langevin, c: Complex, seeds: Sequence[int], band: tuple[float, int] | None) -> Complex:
+def read_out(integrator: Langevin, c: Complexes, seeds: Sequence[int], band: tuple[float, int] | None) -> Complexes:
     """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
-        raise ParameterError("a lever of light is read by a lock-in: give its bandwidth")
+        raise ParameterError("an optical lever needs a lock-in: pass its bandwidth")
     seen = np.array([weights[tone.mode] for weights, tone in zip(problem.readout.weights, problem.tones, strict=True)])
     read = c * integrator.scales.length + (problem.readout.base - seen) * problem.base
     return np.asarray(read + _detector(problem.noise, c.shape, seeds, problem, band))
@@ -207,7 +206,7 @@ def _detector(
     return added if band is None else _low_pass(added, frequency, *band)
 
 
-def _low_pass(read: Complex, frequency: float, bandwidth: float, poles: int) -> Complex:
+def _low_pass(read: Complexes, frequency: float, bandwidth: float, poles: int) -> Complexes:
     """Return noise of periods behind equal poles."""
     from scipy.signal import lfilter
 

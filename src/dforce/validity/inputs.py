@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dforce.experiments import FrequencySweep
 from dforce.library.cantilevers import NOMINAL
+from dforce.library.materials import materials
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
 
@@ -56,10 +57,10 @@ def unusual_value(seen: Evidence) -> Advice | None:
         "unusual_value",
         value,
         limit,
-        f"No usual instrument or sample has {said}: in use are {shown(usual.low, usual.unit)} to "
-        f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if the value is "
-        "meant, the models may not be made for it.",
-        "instruments and samples in use, with a factor of ten to spare",
+        f"No usual instrument or sample has {said}: usual are {shown(usual.low, usual.unit)} to "
+        f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if it is "
+        "right, the models may not be valid.",
+        "usual instruments and samples, with a margin of a factor of ten",
         tuple(path for path, _, _ in odd),
         usual.unit,
     )
@@ -99,10 +100,52 @@ def nominal_lever(seen: Evidence) -> Advice | None:
         len(taken),
         0.0,
         f"{' and '.join(taken)} of {lever.name} {'are' if len(taken) > 1 else 'is'} the maker's nominal "
-        f"{'values' if len(taken) > 1 else 'value'}: {NOMINAL}, and write them beside the name.",
-        "tolerances of thickness: f0 goes as the thickness, k as its cube",
+        f"{'values' if len(taken) > 1 else 'value'}: {NOMINAL}, and write them after the name.",
+        "tolerances of thickness: f0 is proportional to the thickness, k to its cube",
         tuple(f"cantilever.{field}" for field in taken),
     )
 
 
-PIECES = (unusual_value, nominal_lever)
+def ideal_higher_mode(seen: Evidence) -> Advice | None:
+    """Look for higher modes whose frequency or spring constant is that of an ideal beam."""
+    modes = seen.case.cantilever.higher_modes
+    taken = [
+        (n, field) for n, mode in enumerate(modes, start=2) for field in ("f0", "k") if getattr(mode, field) is None
+    ]
+    if not taken:
+        return None
+    said = ", ".join(
+        f"{field} of mode {n} = {shown(getattr(seen.problem.modes[n - 1], field), USUAL[field].unit)}"
+        for n, field in taken
+    )
+    return Advice(
+        "ideal_higher_mode",
+        len(taken),
+        0.0,
+        f"An ideal beam gives {said} (f2 = 6.27 f1, k2 = 39.3 k1). A heavy tip or a pointed end changes them: "
+        "measure f0 in a tune, and write it in cantilever.higher_modes.",
+        "Euler-Bernoulli beam with one free end, without the mass of a tip",
+        tuple(f"cantilever.higher_modes.{n - 1}.{field}" for n, field in taken),
+    )
+
+
+def nominal_sample(seen: Evidence) -> Advice | None:
+    """Look for a sample whose Young's modulus is known by its name alone."""
+    name = seen.case.sample.name
+    if name is None or "youngs_modulus" in seen.case.sample.model_fields_set:
+        return None
+    material = materials()[name]
+    spread = f", from {material.range}" if material.range else ""
+    return Advice(
+        "nominal_sample",
+        material.youngs_modulus,
+        0.0,
+        f"Young's modulus of {name} is nominal: {shown(material.youngs_modulus, 'Pa')}{spread}. Compute at both ends, or write "
+        "a measured sample.youngs_modulus beside the name.",
+        material.source,
+        ("sample.youngs_modulus",),
+        "Pa",
+    )
+
+
+PIECES = (unusual_value, nominal_lever, nominal_sample, ideal_higher_mode)

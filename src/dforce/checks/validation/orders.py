@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
+from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.forces.dmt import DMT
 from dforce.forces.hertz import Hertz
@@ -20,19 +21,18 @@ from dforce.forces.kelvin_voigt import KelvinVoigt
 from dforce.forces.sneddon import Sneddon
 from dforce.forces.van_der_waals import VanDerWaals
 from dforce.instrument import Cantilever, Drive, Sample, Tip
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 DISTANCES = np.linspace(4.1e-9, 7.7e-9, 12)
 POINTS = (32, 64, 128, 256, 512, 1024)
 SMOOTH = np.array([10.6e-9, 10.8e-9, 11e-9])  # the tip stays outside contact
 TEXT = (
     "Errors after four periods, as root mean squares over a dozen distances, against the adaptive integrator at a tolerance "
-    "of 1e-13; the order is the slope of their logarithms. RK4 cuts its steps at kinks and jumps of the force, so these cost "
-    "no order. A force that starts like a root does: Hertz' force starts like δ^1.5, where a step errs by h^2.5. Viscous drag "
-    "starts like δ^0.5, where a step would err by h^1.5, and is taken in parts."
+    "of 1e-13. The order is the slope of their logarithms. RK4 cuts its steps at kinks and jumps of the force, so these cost "
+    "no order. A force that starts like a root does: Hertz' force starts like δ^1.5, with an error of h^2.5 in this step. "
+    "Viscous drag starts like δ^0.5, with an error of h^1.5, so its first step is taken in parts."
 )
 
 
@@ -84,7 +84,7 @@ SLOPES = (
         (1e-5, 1e-6, *TIGHT[:4]),
         0.75,
         1.25,
-        "its own order changes on the way",
+        "its order changes within the range",
     ),
 )
 
@@ -100,10 +100,12 @@ def _problem(name: str) -> Problem:
     }
     # Q = 2, so that RK4 takes as few points as asked for
     return Problem.build(
-        Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
-        Drive(A0="10 nm"),
-        Tip(radius="2 nm"),
-        Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        Instrument(
+            Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
+            Drive(A0="10 nm"),
+            Tip(radius="2 nm"),
+            Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        ),
         forces=choices[name],
     )
 
@@ -164,6 +166,6 @@ def checks(quick: bool) -> Iterator[Check]:
         )
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    return Part("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})
+    return ValidationPart("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})

@@ -32,7 +32,7 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
         return given
     if given is None:
         if not asked.file:
-            raise ParameterError('there is no measured curve: name its file, or write [data] file = "curve.csv"')
+            raise ParameterError('the measured curve is missing: name its file, or write [data] file = "curve.csv"')
         given = named(asked.file, "data.file", case.folder)
     data = read_measured(given, **reading_of(asked))
     return data if CALIBRATED in data.attrs else calibrate(data, case, **calibration_of(asked))
@@ -85,7 +85,7 @@ def calibration_of(asked: Data) -> dict[str, Any]:
 
 
 def known_settings(
-    function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, Any], table: str
+    function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, object], table: str
 ) -> dict[str, Any]:
     """Return what a function is called with: settings that are given by name, and more of a table of `[data]`.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, Fit
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import heard, late_stop_waits
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
@@ -17,15 +18,14 @@ from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
-from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
-from dforce.inverse.fitting.points import Measured, checked_reading, measured
+from dforce.inverse.fitting.points import MeasuredPoints, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
-from dforce.kernel import Array
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -51,20 +51,19 @@ def fit(
 ) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
-    Minimized is :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
-    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, its
-    drive and read-out included. Each branch is followed as it was measured, slowly and never across a jump; where a jump
-    lies is no data.
+    The fit minimizes :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
+    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, with
+    its drive and detector. Each branch is followed slowly, in the direction of the measurement and never across a jump. The
+    place of a jump is not used.
 
     Parameters
     ----------
     case
-        Instrument, sample and forces, where the fit starts; its table `[fit]` gives the defaults of all settings.
+        Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
-        A file, which is read and calibrated as the table `[data]` says; left out, the one that it names; or a curve over
-        `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
-        of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
-        -1 behind a jump),
+        A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
+        result of :func:`dforce.calibrate`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
+        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
         `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
@@ -81,14 +80,14 @@ def fit(
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
         in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and what repeats the fit. Stopped, it holds the best that was met, and ``attrs["interrupted"]`` is 1;
-        stopped on its way to the minimum it has no errors.
+        case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
+        ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises
     ------
     ParameterError
-        For parameters that the case does not have or use, parameters of which only a product can be known, more of them
-        than the data can tell, and data that lack something.
+        For parameters without effect in the case, parameters constrained only as a product, too many parameters for the data,
+        and incomplete data.
     """
     asked = settings_of(case, free, settings)
     data = measured_curve(case, data)
@@ -99,7 +98,7 @@ def fit(
     return to_dataset(found, data)
 
 
-def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, Any]) -> Fit:
+def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, object]) -> Fit:
     """Return the settings of a fit: what is given, else what the case says."""
     given = {key: value for key, value in settings.items() if value is not None}
     if free is not None:
@@ -115,7 +114,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     )
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
-        raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
+        raise ParameterError(f"the curve has tone {read.tones}, but the case has only {len(case.problem.tones)} tone")
     nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
@@ -129,19 +128,21 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
             case = case.replace(one.path, one.prior[0])
     for name in settings.profile:
         if name not in names:
-            raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
-    return _Search(case, settings, read, unknowns, tell).run()
+            raise ParameterError(f"profile has '{shorten(name)}', but the fit does not vary it")
+    return _FitRun(case, settings, read, unknowns, tell).run()
 
 
-class _Search:
+class _FitRun:
     """The way of a fit from its starts to its errors; what is there when it is stopped is kept."""
 
-    def __init__(self, case: Case, settings: Fit, data: Measured, unknowns: list[Unknown], tell: Progress) -> None:
+    def __init__(
+        self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], tell: Progress
+    ) -> None:
         self.case, self.settings, self.data, self.unknowns, self.tell = case, settings, data, unknowns, tell
         self.runs, self.chi2 = 0, np.inf
         self.starts: list[Start] = []
         self.minima: list[Minimum] = []
-        self.model = Model(case, unknowns, data, watch=self.watch)
+        self.model = CurveModel(case, unknowns, data, watch=self.watch)
         self.met: Minimum | None = None
         self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
@@ -218,7 +219,7 @@ class _Search:
         """Put parameters that the data do not see back to where they started, and minimize over the others once more."""
         best = self.minima[0]
         if best.prediction is None:
-            raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
+            raise ParameterError("no value of the fit is valid in the case; check its bounds and start")
         certain = certainty(self._derivatives(), self.unknowns)
         if certain.seen.all():
             return
@@ -237,7 +238,7 @@ class _Search:
             best, finer = self.minima[0], 2 * self.model.finer
             if best.prediction is None:
                 return change
-            fine = Model(self.case, self.unknowns, self.data, finer, watch=self.watch)
+            fine = CurveModel(self.case, self.unknowns, self.data, finer, watch=self.watch)
             there = fine.predict(best.varied)
             both = ~(there.lost | best.prediction.lost)
             apart = (fine.residuals(there) - self.model.residuals(best.prediction))[both]
@@ -323,7 +324,7 @@ class _Search:
         if not self.settings.given or best.prediction is None:
             return np.zeros(len(self.unknowns))
         fixed = given_values(self.case, self.data.tones, self.settings.given, ())
-        both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
+        both = CurveModel(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
         slopes = both.slopes(here, best.prediction) / both.sigma[..., None]

@@ -14,7 +14,7 @@ import pkgutil
 from dforce.core.entries import loaded
 from dforce.core.errors import ResultError
 from dforce.core.files import in_quotes, read_input
-from dforce.inverse.table import Reader, Table
+from dforce.inverse.table import MeasuredTable, Reader
 
 MOST_BYTES = 1_000_000_000  # of a file of curves
 READERS: list[Reader] = [
@@ -38,7 +38,7 @@ def content_of(path: str | os.PathLike[str]) -> tuple[bytes, str]:
     return read_input(path, "file of measured curves", MOST_BYTES, ResultError), in_quotes(path)
 
 
-def tables_in(content: bytes, name: str) -> list[Table]:
+def tables_in(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in a file, by its content and not by its name.
 
     Raises
@@ -55,7 +55,7 @@ def tables_in(content: bytes, name: str) -> list[Table]:
     for reader in sorted(READERS, key=lambda one: not one.maker):  # the makers' before formats of many programs
         if reader.is_one(content):
             return reader.tables(content, name)
-    raise ResultError(f"{name} is neither text nor a kind of file that dForce knows")
+    raise ResultError(f"{name} is neither text nor a known kind of file")
 
 
 def endings() -> tuple[str, ...]:

@@ -10,12 +10,12 @@ import io
 import logging
 import math
 import struct
-from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Texts
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, Reader, Table, Words
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, MeasuredTable, Reader
 
 UNITS = {
     "raw": "m",
@@ -55,7 +55,7 @@ def _fits(content: bytes) -> bool:
     return bool(HEADERS + points + sum(parts) <= len(content) + SPARE)
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curve in a binary wave.
 
     Raises
@@ -67,7 +67,7 @@ def read(content: bytes, name: str) -> list[Table]:
         from igor2 import binarywave
     except ImportError:
         raise ResultError(
-            f"{name} is a binary wave of Igor, which igor2 reads: python -m pip install 'dforce[readers]'"
+            f"{name} is a binary wave of Igor and needs igor2: python -m pip install 'dforce[readers]'"
         ) from None
     if not _fits(content):
         raise ResultError(f"{name} is damaged or was cut short")
@@ -79,17 +79,17 @@ def read(content: bytes, name: str) -> list[Table]:
         raise ResultError(f"{name} is damaged or was cut short") from error
     named = [_text(label) for label in (labels[1] if len(labels) > 1 else []) if label]
     if values.ndim != 2 or values.dtype.kind not in "fiu" or values.shape[1] != len(named):
-        raise ResultError(f"{name} holds no channels with names, as a curve of Asylum's software does")
+        raise ResultError(f"{name} contains no named channels, unlike a curve of Asylum's software")
     notes = _notes(_text(note))
     columns = []
     for number, label in enumerate(named):
         key = label.lower()
         columns.append(Column(NAMES.get(key, label), UNITS.get(key), np.array(values[:, number], dtype=float)))
     segments = _segments(notes, len(values))
-    return [Table(tuple(columns), notes, segments)]
+    return [MeasuredTable(tuple(columns), notes, segments)]
 
 
-def _text(content: Any) -> str:
+def _text(content: object) -> str:
     return content.decode("cp1252", "replace") if isinstance(content, bytes) else str(content)
 
 
@@ -98,7 +98,7 @@ def _notes(note: str) -> dict[str, str]:
     return {key.strip(): value.strip() for key, colon, value in lines if colon and value.strip()}
 
 
-def _segments(notes: dict[str, str], rows: int) -> Words | None:
+def _segments(notes: dict[str, str], rows: int) -> Texts | None:
     """Return the part that each row belongs to: the note lists where parts end, and which way each goes."""
     ends, ways = _numbers(notes.get("Indexes", "")), _numbers(notes.get("Direction", ""))
     if len(ends) < 2 or len(ends) != len(ways) or ends != sorted(ends) or not 0 <= ends[0] <= ends[-1] <= rows:
@@ -132,10 +132,11 @@ READER = Reader(
         "sensitivity": "AmpInvOLS",
         "instrument": "MicroscopeModel",
     },
-    how="by igor2, with the extra `dforce[readers]`",
-    seen="no: made by ourselves, after the layout of the format",
+    how="with igor2, the extra `dforce[readers]`",
+    seen="no: test files follow the layout of the format",
     export=(
-        "**Asylum Research (Igor).** Needed only without the extra `readers`. Save the waves of the force curve (`ZSnsr`, "
+        "**Asylum Research (Igor).** Text is needed only without the extra `readers`. Save the waves of the force curve "
+        "(`ZSnsr`, "
         "`Amp`, `Phase`) with *Data, Save Waves, Save Delimited Text*. `Amp` is in m, `ZSnsr` grows toward the sample: "
         '`height_grows="toward"`.'
     ),

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, case_of
+from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.instrument import Cantilever, Drive, ModeNumbers
-from dforce.inverse.reconstruction._law import Array
-from dforce.inverse.reconstruction._path import HARMONICS, Complex, Motions
+from dforce.inverse.reconstruction._path import HARMONICS, Motions
 from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 
 @dataclass(frozen=True)
-class Reading:
+class CurvePoints:
     """What was read at each point of a curve; one value each, in SI, angles in rad.
 
     Attributes
@@ -62,10 +62,10 @@ class Reading:
         height = self.errors.get("height", np.zeros(1))
         return float(np.hypot(np.median(self.errors["amplitude"]), np.median(height)))
 
-    def shifted(self, name: str) -> tuple[Reading, float]:
+    def shifted(self, name: str) -> tuple[CurvePoints, float]:
         """Return the reading with one quantity changed by a small part of its error, and that part."""
         values = getattr(self, name) + SHIFT * self.errors[name]
-        return Reading(**{**vars(self), name: values}), SHIFT
+        return CurvePoints(**{**vars(self), name: values}), SHIFT
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Balance:
     energy: Array
 
 
-def balance(reading: Reading, problem: Problem) -> Balance:
+def balance(reading: CurvePoints, problem: Problem) -> Balance:
     r"""Return virial and energy of the fundamental at each point.
 
     The force's own phasor is what the drive alone leaves unexplained of the reading X,
@@ -102,7 +102,7 @@ def balance(reading: Reading, problem: Problem) -> Balance:
     return _balance(reading.height, tip, force, frequency, problem)
 
 
-def _locked(reading: Reading, problem: Problem, shift: Array) -> Balance:
+def _locked(reading: CurvePoints, problem: Problem, shift: Array) -> Balance:
     """Return the balance of a curve whose phase is held; one mode, driven by a force."""
     mode = problem.modes[0]
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
@@ -135,26 +135,26 @@ def _lagging(mode: ModeNumbers, cotangent: Array) -> Array:
 
     for one in each:
         if not ahead(low, one) > 0.0 > ahead(high, one):
-            raise ParameterError("the curve holds a phase that the lever has nowhere near its resonance")
+            raise ParameterError("the curve contains a phase that the lever has nowhere near its resonance")
     found = [brentq(ahead, low, high, args=(one,), xtol=1e-12 * mode.f0, rtol=1e-14) for one in each]
     return np.array(found)[where]
 
 
-def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, problem: Problem) -> Balance:
+def _balance(height: Array, tip: Complexes, force: Complexes, frequency: Array, problem: Problem) -> Balance:
     response = np.stack([sum(_mode_responses(problem, order * frequency)) for order in range(HARMONICS + 1)], axis=1)
     mobility = sum(mode.oscillator[0] ** 2 / mode.k for mode in problem.modes) / frequency**2
     work = force * tip.conj()
     return Balance(Motions(height, np.abs(tip), frequency, response, mobility), 0.5 * work.real, -np.pi * work.imag)
 
 
-def _mode_responses(problem: Problem, frequency: Array) -> list[Complex]:
+def _mode_responses(problem: Problem, frequency: Array) -> list[Complexes]:
     """Return the answer of each mode to a force (m/N) at frequencies (Hz)."""
     return [np.asarray(1.0 / mode.stiffness(frequency), dtype=complex) for mode in problem.modes]
 
 
 def read_points(
     data: xr.Dataset, case: Case | None, amplitude_error: float | None, phase_error: float | None
-) -> tuple[Reading, Case]:
+) -> tuple[CurvePoints, Case]:
     """Return what a result of this program or a measured curve holds, and its case.
 
     Raises
@@ -166,11 +166,11 @@ def read_points(
     computed = "zc" in data.variables and "status" in data.variables
     if not computed and "height" not in data.variables:
         raise ParameterError(
-            "this is no curve over the distance: it has neither zc and status, as results of approach and branches, "
+            "this is not a curve over the distance: it has neither zc and status, as results of approach and branches, "
             "nor height, as a measured curve"
         )
     if data.attrs.get("kind") == "fit":
-        raise ParameterError("this is a fit; give the measured curve that it was made of")
+        raise ParameterError("this is a fit; pass its measured curve")
     reading, case = _computed(data, case) if computed else _measured(data, case)
     given = {"amplitude": amplitude_error, "phase": None if phase_error is None else float(np.deg2rad(phase_error))}
     errors = dict(reading.errors)
@@ -179,18 +179,18 @@ def read_points(
             errors[name] = np.full(len(reading.height), value)
     for name in ("amplitude", "phase"):
         if name not in errors:
-            raise ParameterError(f"the data do not say their {name}_error, so no error of the force follows; give it")
+            raise ParameterError(f"the data have no {name}_error, needed for the error of the force; pass it")
         if not (np.isfinite(errors[name]).all() and (errors[name] > 0.0).all()):
             raise ParameterError(f"{name}_error is not above 0")
-    reading = Reading(**{**vars(reading), "errors": errors})
+    reading = CurvePoints(**{**vars(reading), "errors": errors})
     _check(reading, case)
     return reading, case
 
 
-def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
+def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     """Return the points of a result that settled and repeat every period."""
     if case is not None:
-        raise ParameterError("a result carries its case; give none")
+        raise ParameterError("a result contains its case; pass no case")
     case = case_of(data)
     dims = set(data["amplitude"].dims) - {"tone"} if "amplitude" in data else set()
     if "zc" in data.dims and dims - {"direction"} == {"zc"}:
@@ -199,7 +199,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
     elif dims == {"point"} and "branch" in data:
         walk, group = data.rename(point="place"), data["branch"].values
     else:
-        raise ParameterError("this result is no single curve over the distance; choose one with .isel or .sel")
+        raise ParameterError("this result is not a single curve over the distance; choose one with .isel or .sel")
     walk = walk.transpose("place", ...)
     good = repeats(walk["status"].values)
     if "repeat_periods" in walk:
@@ -207,7 +207,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
     size = float(abs(case.problem.detected_free[0]))
     count = int(good.sum())
     plain = len(case.problem.modes) == 1 and case.problem.shaken is None and "virial" in walk
-    reading = Reading(
+    reading = CurvePoints(
         height=walk["zc"].values[good],
         amplitude=walk["amplitude"].values[good][:, 0],
         phase=np.deg2rad(walk["phase"].values[good][:, 0]),
@@ -220,7 +220,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
     return reading, case
 
 
-def _measured(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
+def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     """Return the points of a measured curve, and the instrument that its attributes or the given case say."""
     locked = "frequency_shift" in data.variables
     for name in ("height", "amplitude", *(() if locked else ("phase",))):
@@ -236,7 +236,7 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
         values = np.asarray(data[name].values, dtype=float)
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
-            raise ParameterError(f"'{name}' has no finite number at point {bad[0] + 1}; leave such points out")
+            raise ParameterError(f"'{name}' has no finite number at point {bad[0] + 1}; remove such points")
         return values
 
     group = np.zeros(count, dtype=int)
@@ -251,9 +251,9 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
     if locked:
         errors.setdefault("phase", np.full(count, 1e-12))  # held: the controller's own business
         if "shift" not in errors:
-            raise ParameterError("the data do not say their frequency_shift_error, so no error of the force follows")
+            raise ParameterError("the data have no frequency_shift_error, needed for the error of the force")
     _check_order(column("height", np.nan), group, float(data.attrs.get("height_error", 0.0)))
-    reading = Reading(
+    reading = CurvePoints(
         column("height", np.nan),
         column("amplitude", np.nan),
         np.deg2rad(column("phase", 90.0)),
@@ -279,7 +279,8 @@ def _check_order(height: Array, group: Any, error: float) -> None:
             )
         if error == 0.0 and np.any(step == 0.0):
             raise ParameterError(
-                f"point {places[np.flatnonzero(step == 0.0)[0] + 1] + 1} has the height of the one before; average such points"
+                f"point {places[np.flatnonzero(step == 0.0)[0] + 1] + 1} has the height of the point before; average such "
+                f"points"
             )
 
 
@@ -295,7 +296,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     missing += ["free_amplitude"] * (free is None)
     if missing or free is None:
         raise ParameterError(
-            f"the data do not say {' and '.join(missing)} of the instrument; give a case, or calibrate the data"
+            f"the data lack {' and '.join(missing)} of the instrument; pass a case, or calibrate the data"
         )
     drive = {"A0": float(free)} | (
         {"frequency": float(data.attrs["drive_frequency"])} if "drive_frequency" in data.attrs else {}
@@ -307,7 +308,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     )
 
 
-def _check(reading: Reading, case: Case) -> None:
+def _check(reading: CurvePoints, case: Case) -> None:
     """Raise ParameterError for curves that no force follows from."""
     problem, count = case.problem, len(reading.height)
     if len(problem.tones) > 1:
@@ -315,11 +316,11 @@ def _check(reading: Reading, case: Case) -> None:
             f"the curve has {len(problem.tones)} tones; a force is reconstructed from curves of one tone"
         )
     if count < LEAST_POINTS:
-        raise ParameterError(f"the curve has {count} points that can be used; a force needs {LEAST_POINTS} or more")
+        raise ParameterError(f"the curve has {count} usable points; a force needs {LEAST_POINTS} or more")
     if reading.amplitude.min() <= 0.0:
         raise ParameterError("the curve has an amplitude that is not above 0")
     if reading.shift is not None and (len(problem.modes) > 1 or problem.shaken is not None):
-        raise ParameterError("a curve of frequency shifts is taken for a lever of one mode, driven by a force")
+        raise ParameterError("a curve of frequency shifts needs a lever of one mode, driven by a force")
     free = float(abs(problem.detected_free[0]))
     largest = float(reading.amplitude.max())
     if reading.shift is None and problem.tones[0].frequency == problem.modes[0].f0 and largest > 1.05 * free:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._gaps import Gap
 from dforce.inverse.reconstruction._invert import Inverse
-from dforce.inverse.reconstruction._law import Array, Law, force_of
-from dforce.inverse.reconstruction._points import Reading
+from dforce.inverse.reconstruction._law import Law, force_of
+from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 DETERMINED, BLIND, UNCERTAIN = 0, 1, 2
 SENTENCES = (
     "the curve determines the force",
-    "no motion turned at this distance, so the curve does not tell the force",
+    "no turning point at this distance: the force is unknown",
     "the error of the force is above a tenth of its range: behind a gap, or by noise",
 )
 BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
@@ -44,7 +45,7 @@ PATH_DEPENDENT = (
 )
 
 
-def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
+def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
     """Return force, errors and what goes with them over the distance, and the points behind them."""
     import xarray as xr
 
@@ -122,7 +123,7 @@ def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
     return np.asarray(0.5 * np.ptp(force_of(law, law.force, np.clip(around, low, high)), axis=0))
 
 
-def classic_forces(inverse: Inverse, reading: Reading, case: Case, distance: Array) -> Array:
+def classic_forces(inverse: Inverse, reading: CurvePoints, case: Case, distance: Array) -> Array:
     """Return the force by each formula at distances, shape (formulas, distances); NaN where a formula does not reach.
 
     They need distances in order and no gap: so they stop at the first gap, or where the closest approach turns back.
@@ -170,27 +171,27 @@ def _known(case: Case, distance: Array) -> Array:
 
 def _doubts(source: xr.Dataset) -> list[str]:
     """Return what may be wrong with the curve itself."""
-    return [f"the measured curve is doubted: {text}" for text in doubts(source.attrs)]
+    return [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
 
 
-def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
+def _notes(inverse: Inverse, reading: CurvePoints, span: float) -> list[str]:
     """Return what a reader must know of the result, a sentence each."""
     found = [
-        f"no motion turned between {units.show(gap.low, 'm', 3)} and {units.show(gap.high, 'm', 3)}: the curve does not tell "
-        "the force there, and tells it with a larger error below"
+        f"No turning points from {units.show(gap.low, 'm', 3)} to {units.show(gap.high, 'm', 3)}: force unknown there, "
+        "less certain below."
         for gap in inverse.gaps
     ]
     if not inverse.fit.reached:
         per = inverse.fit.chi2 / len(reading.height)
         found.append(
-            f"chi2 is {per:.3g} times the number of points: the errors given are too small, or no force of the distance alone "
+            f"chi2 is {per:.3g} times the number of points: the errors are too small, or no force of the distance alone "
             "explains the curve"
         )
     moved = float(np.max(inverse.off / np.abs(inverse.balance.virial).max()))
     if moved > UNSETTLED:
         found.append(
             f"the paths did not settle: the last round still changed a virial by {100.0 * moved:.2g} % of the largest one, "
-            "which its error contains; the force is steep against the lever"
+            "and its error includes this. The force is steep relative to the lever"
         )
     virial = np.abs(inverse.balance.virial)
     far = float(virial[np.argmax(reading.height)] / virial.max())
@@ -202,7 +203,7 @@ def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
         )
     if inverse.damping is not None:
         found.append(
-            "the sample takes energy; the damping holds for a drag on the tip, not for adhesion hysteresis, whose loss "
+            "the sample dissipates energy; the damping is valid for a drag on the tip, not for adhesion hysteresis: its loss "
             "belongs to the whole path"
         )
     return found
