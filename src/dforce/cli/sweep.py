@@ -43,7 +43,7 @@ class SweepWorkers:
 
 
 @dataclass(frozen=True)
-class KeptQuantities:
+class QuantityOptions:
     """Which quantities stay."""
 
     keep: Annotated[
@@ -66,7 +66,7 @@ def sweep(
             "A store of any size, written block by block, or a file, written at the end.",
         ),
     ],
-    kept: KeptQuantities,
+    kept: QuantityOptions,
     by: SweepWorkers,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the sweep in OUT.")] = False,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw some of the cases.")] = None,
