@@ -78,9 +78,9 @@ def run(
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError("this result belongs to another case, so it cannot be continued with the present case")
     usable = resume if resume is not None and MOTION in resume else None
-    with late_stop_waits() as stop, watched(progress, case.title) as tell:
+    with late_stop_waits() as stop, watched(progress, case.title) as report_progress:
         get_ready()
-        data = carry_out(case, tell, usable)
+        data = carry_out(case, report_progress, usable)
         data.attrs = provenance(text, case.title) | data.attrs
         with_scales(data, case.problem)
         data.attrs |= attributes(advice(case, data))
@@ -89,14 +89,14 @@ def run(
     return data
 
 
-def carry_out(case: Case, tell: Progress, earlier: xr.Dataset | None = None) -> xr.Dataset:
+def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None = None) -> xr.Dataset:
     """Carry out the experiment of a case, and return its result with units, words and a status for each point.
 
     The experiment names the function that does so: a function of the case, the experiment, `tell` and `earlier`.
 
     Parameters
     ----------
-    tell
+    report_progress
         Called with the points done, the points in all and a note; it stops the run by raising KeyboardInterrupt, and what
         was computed is returned.
     earlier
@@ -108,7 +108,7 @@ def carry_out(case: Case, tell: Progress, earlier: xr.Dataset | None = None) -> 
     assert case.experiment is not None
     module, name = case.experiment.procedure.split(":")
     procedure = getattr(importlib.import_module(f"dforce.{module}"), name)
-    data: xr.Dataset = describe(procedure(case, case.experiment, tell, earlier))
+    data: xr.Dataset = describe(procedure(case, case.experiment, report_progress, earlier))
     keep_promise(data, case.solver.accuracy)
     return data
 
@@ -376,24 +376,24 @@ def watched(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
 def _ended(progress: Progress) -> Progress:
     """Return a progress function that lets a stop wait once all points are done."""
 
-    def told(done: int, total: int, note: str) -> None:
+    def report(done: int, total: int, note: str) -> None:
         progress(done, total, note)
         at_end(done == total)
 
-    return told
+    return report
 
 
 def throttled(progress: Progress | None) -> Progress:
     """Return a progress function that passes on few enough calls."""
     if progress is None:
         return lambda done, total, note: None
-    tell, last = progress, -math.inf  # the clock may have started just now
+    report_progress, last = progress, -math.inf  # the clock may have started just now
 
     def passed_on(done: int, total: int, note: str) -> None:
         nonlocal last
         now = time.monotonic()
         if now - last >= 1.0 / LOOKS_A_SECOND or done == total:
             last = now
-            tell(done, total, note)
+            report_progress(done, total, note)
 
     return passed_on

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.solvers.integrator import Motion
 
-CHUNK = 64  # periods between looks at the watch
+CHUNK = 64  # periods between checks for a stop
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
 MOST_SEED = 2**62
 
@@ -93,10 +93,10 @@ def noisy_motion(
     if band is not None:
         integrator.read_by(*band)
     lanes = integrator.lanes([start] * len(given), given)
-    with watched(progress, f"noisy motion: {asked.title}") as tell:
-        parts, lanes = march(integrator, lanes, wait + periods, tell)
+    with watched(progress, f"noisy motion: {asked.title}") as report_progress:
+        parts, lanes = march(integrator, lanes, wait + periods, report_progress)
         c = read_out(integrator, parts, given, band)[:, wait:]
-        tell(wait + periods, wait + periods, "")
+        report_progress(wait + periods, wait + periods, "")
     turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
     times = (np.arange(c.shape[1]) + 0.5) / problem.tones[0].frequency
     data = xr.Dataset(
@@ -168,15 +168,15 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complexes, Lanes]:
-    """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
+def march(integrator: Langevin, lanes: Lanes, periods: int, report_progress: Any) -> tuple[Complexes, Lanes]:
+    """Advance lanes and check for a stop now and then; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.
     """
     parts, done = [np.empty((len(lanes.y), 0, len(integrator.tones)), dtype=complex)], 0
     try:
         while done < periods:
-            tell(done, periods, "periods")
+            report_progress(done, periods, "periods")
             count = min(CHUNK, periods - done)
             lanes, c = integrator.run(lanes, count)
             parts.append(c)

@@ -56,10 +56,10 @@ def fit_many(
     asked = settings_of(case, free, settings)
     done: dict[str, xr.Dataset | str] = {}
     stopped = True
-    with late_stop_waits(), watched(progress, case.title) as tell, until_stopped():
+    with late_stop_waits(), watched(progress, case.title) as report_progress, until_stopped():
         every = _every(case, curves)
         for number, (name, curve) in enumerate(every.items()):
-            tell(number, len(every), name)
+            report_progress(number, len(every), name)
             try:
                 if isinstance(curve, Exception):
                     raise curve
@@ -75,7 +75,7 @@ def fit_many(
             done[name] = one
         else:
             stopped = False
-            tell(len(every), len(every), "")
+            report_progress(len(every), len(every), "")
     if stopped and not done:
         raise KeyboardInterrupt
     return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})
