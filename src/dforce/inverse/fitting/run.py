@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 import numpy as np
 
@@ -41,13 +41,29 @@ POOR = 10.0  # of chi2 for each number: a worse model tells no errors, and ends 
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
 
 
+class FitSettings(TypedDict, total=False):
+    """Settings of a fit, as under `[fit]`."""
+
+    nuisance: Sequence[str] | None
+    priors: Mapping[str, object] | None
+    bounds: Mapping[str, object] | None
+    start: Mapping[str, object] | None
+    given: Mapping[str, object] | None
+    errors: Mapping[str, object] | None
+    branch: Literal["measured", "attractive", "repulsive"] | None
+    margin: int | None
+    search: bool | None
+    profile: Sequence[str] | None
+    bootstrap: int | None
+
+
 @checked
 def fit(
     case: Case,
     data: xr.Dataset | str | os.PathLike[str] | None = None,
     free: Sequence[str] | None = None,
     progress: Progress | bool | None = None,
-    **settings: Any,
+    **settings: Unpack[FitSettings],
 ) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
