@@ -171,15 +171,15 @@ def look() -> None:
     """
     if _in_main_thread():
         _ending.look()
-    watch = _watching.get()
-    if watch is not None:
-        watch()
+    check_cancelled = _watching.get()
+    if check_cancelled is not None:
+        check_cancelled()
 
 
 @contextlib.contextmanager
-def watching(watch: Callable[[], None]) -> Iterator[None]:
+def watching(check_cancelled: Callable[[], None]) -> Iterator[None]:
     """Let each :func:`look` in this thread call a function as well, which raises when the work is to stop."""
-    token = _watching.set(watch)
+    token = _watching.set(check_cancelled)
     try:
         yield
     finally:

@@ -10,16 +10,22 @@ import functools
 import hashlib
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.core.places import not_own, user_folder
 
 if TYPE_CHECKING:
     import pint
+
+# What is given for a quantity: a number in SI, or text with a unit; several in an array, a list, or a grid.
+Length: TypeAlias = "float | str"
+Time: TypeAlias = "float | str"
+Lengths: TypeAlias = "Length | Iterable[Length] | Mapping[str, object]"
+Frequencies: TypeAlias = "float | str | Iterable[float | str] | Mapping[str, object]"
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*?)\s*", re.DOTALL)
 # What a unit is: names, 1, and groups of them, multiplied or divided, each with at most one small power. pint sees nothing

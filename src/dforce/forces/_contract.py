@@ -20,6 +20,12 @@ ROOT_RATES = (0.0, -1e-3, 1e-3)  # m/s
 ROOT_SHARE, ROUNDING = 1.0 / 30.0, 1e-10
 REGISTRY: dict[str, type[Force]] = {}
 
+OF_ADHESION = dict.fromkeys(
+    ("gamma", "W", "work_of_adhesion", "adhesion", "adhesion_energy"),
+    "write surface_energy = gamma, half of the work of adhesion W = 2 gamma",
+)
+"""What a force with a surface energy answers to other names for it."""
+
 INTERACTIONS = (
     "van der Waals",
     "elastic contact",

@@ -10,7 +10,7 @@ import pydantic
 
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import MaybeNumber, param, shared
-from dforce.forces._contract import Force
+from dforce.forces._contract import OF_ADHESION, Force
 
 
 class DMT(Force):
@@ -42,6 +42,7 @@ class DMT(Force):
     hamaker: MaybeNumber = param(
         None, unit="J", low="0 J", symbol="H", doc="Hamaker constant; default: from the surface energy"
     )
+    hints: ClassVar[Mapping[str, str]] = OF_ADHESION
     surface_energy: MaybeNumber = param(
         None,
         unit="J/m^2",

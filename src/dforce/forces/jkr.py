@@ -7,7 +7,7 @@ from math import pi, sqrt
 from typing import Any, ClassVar
 
 from dforce.core.parameters import Number, param, shared
-from dforce.forces._contract import Force
+from dforce.forces._contract import OF_ADHESION, Force
 
 Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
 DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))
@@ -42,6 +42,7 @@ class JKR(Force):
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
+    hints: ClassVar[Mapping[str, str]] = OF_ADHESION
     surface_energy: Number = param(
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.core.parameters import MaybeNumber, Number, param, shared
-from dforce.forces._contract import Force
+from dforce.forces._contract import OF_ADHESION, Force
 
 TERMS = 20
 FARTHEST = 49.0  # root of the depth above pull-off to which the force is fitted
@@ -50,6 +50,7 @@ class MaugisDugdale(Force):
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
+    hints: ClassVar[Mapping[str, str]] = OF_ADHESION
     surface_energy: Number = param(
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )

@@ -41,19 +41,20 @@ def sweep(
 ) -> xr.Dataset:
     """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
-    A single run is a block of one case; a sweep solves blocks of many cases with the same solver. Cases whose forces have no
-    memory and no branches are integrated side by side in vector lanes. Threads share the blocks.
+    A single approach or dwell is a block of one case; a sweep solves blocks of many cases with the same solver. Cases whose
+    forces have no memory and no branches are integrated side by side in vector lanes. Other experiments are done case by case.
+    Threads share the work.
 
     Parameters
     ----------
     case
-        The case; its experiment is an approach or a dwell. A dwell keeps only its scalars.
+        The case, with any experiment. A dwell and a thermal spectrum keep their numbers, not their records.
     over
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
         SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
-        all combinations are computed. Any parameter of the case is possible, and ``experiment.zc`` of a dwell. Numbers of the
-        instrument, the sample and the forces cost next to nothing a case; every value of another parameter (a choice, a setting
-        of the solver) builds the case again. Default, without `rows`: the table ``[sweep]`` of the case.
+        all combinations are computed. Any parameter of the case is possible, and ``experiment.zc`` if it is one distance.
+        Numbers of the instrument, the sample and the forces cost next to nothing a case; every value of another parameter (a
+        choice, a setting of the solver) builds the case again. Default, without `rows`: the table ``[sweep]`` of the case.
     workers
         Number of threads; default: one for each core.
     progress
@@ -85,14 +86,15 @@ def sweep(
     -------
     xarray.Dataset
         First the dimensions of the sweep, in your order and named by the last word of each path (the whole path if ambiguous),
-        or `case` for single cases. Then `zc` and `direction` of an approach. Distances as shares of A0 lie along `zc_ratio` if
-        A0 varies, with the coordinate `zc` of each case. Each point has a status. The jumps of the curves lie along `jump`;
-        shorter lists end in NaN (and empty directions). A store is opened: its numbers are read on use.
+        or `case` for single cases. Then the dimensions of the experiment, such as `zc` and `direction`. Distances as shares of
+        A0 lie along `zc_ratio` if A0 varies, with the coordinate `zc` of each case. Each point has a status; branches have the
+        largest status of each case. Jumps of curves lie along `jump`, states of basins along `state`, points of branches along
+        `point`; cases with fewer are filled up (NaN, 0, False or empty text). A store is opened: its numbers are read on use.
 
     Raises
     ------
     ParameterError
-        For an unknown path, a value that is not allowed, a case with another experiment, or a `resume` of another sweep.
+        For an unknown path, a value that is not allowed, a case without an experiment, or a `resume` of another sweep.
     CaseError
         When the file with the rows cannot be read.
     ResultError
@@ -131,8 +133,8 @@ def sweep(
             announce("this sweep is complete; nothing was computed")
             return resume
     kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
-    with watched(progress, case.title) as tell:
-        crew = Crew(points, paced(tell), workers)
+    with watched(progress, case.title) as report_progress:
+        crew = Crew(points, paced(report_progress), workers)
         crew.add(0 if resume is None else cases.take(resume))
         done = cases.compute(crew, kept if set_point is None else kept | NEEDED)
     data = cases.result(asked)

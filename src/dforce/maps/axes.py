@@ -42,7 +42,7 @@ class Axis:
         Its values: SI numbers, or whatever the case takes.
     quantity
         What is declared about it, where its values are plain numbers of the instrument, the sample or a force, or the
-        distance of a dwell; None for a choice, which is validated with the whole case.
+        one distance of an experiment; None for a choice, which is validated with the whole case.
     """
 
     path: str

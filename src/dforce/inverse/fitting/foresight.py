@@ -205,7 +205,7 @@ def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
     curves = ModelBranches(case.problem, [], case.solver, len(case.problem.tones))
     block = Block.of_one(case.problem, curves.settings, 1, points=curves.samples)
     count = len(block.memory_scale), block.hysteresis
-    start = States(block.lot.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
+    start = States(block.batch.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
     walk = Walk(block, along[None], start, lambda points: None)
     walk.run()
     if not walk.jumps[0] or not walk.points.is_orbit[0, -1]:

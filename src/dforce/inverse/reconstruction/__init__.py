@@ -82,9 +82,9 @@ def reconstruct(
     error = np.sqrt(sum(((one.virial - balance.virial) / share) ** 2 for one, share in shifted))
     _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial / error)
     lossy = bool(np.isfinite(balance.energy).all())
-    with watched(progress, case.title) as tell, one_blas_thread():
-        inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, ROUNDS, ""))
-        tell(ROUNDS, ROUNDS, "")
+    with watched(progress, case.title) as report_progress, one_blas_thread():
+        inverse = invert(reading, balance, shifted, lossy, lambda done: report_progress(done - 1, ROUNDS, ""))
+        report_progress(ROUNDS, ROUNDS, "")
     most = _most_together(inverse.rows.closest, [gap.high for gap in inverse.gaps])
     if most < LEAST_POINTS:
         raise ParameterError(
