@@ -7,9 +7,9 @@ import xarray as xr
 import dforce as df
 from dforce.checks.validation.draws import draw
 from dforce.observables.deviation import DEVIATIONS, deviations
-from dforce.results.status import keep_promise
+from dforce.results.status import keep_promise, repeats
 from dforce.solvers.integrator import sample_count
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
 VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples leave 1e-3 of the peak force
@@ -56,9 +56,9 @@ DECEIVING = {
 
 def off(result, exact, problem):
     """Return how far results of one point are apart, as a share of each quantity's scale."""
-    lot = Lot.of([problem])
+    batch = ProblemBatch.of([problem])
     columns = [{name: one[name].values[None] for name in DEVIATIONS if name in one} for one in (result, exact)]
-    return deviations(problem, lot.numbers, lot.tones, *columns)[0]
+    return deviations(problem, batch.numbers, batch.tones, *columns)[0]
 
 
 @pytest.mark.parametrize("number", range(12))
@@ -115,6 +115,13 @@ def test_no_motion_is_called_ok_beyond_its_accuracy(case):
         error = off(found, exact, case.problem).max()
         assert error < case.solver.accuracy
         assert error / 3.0 < float(found.error_estimate) < case.solver.accuracy
+
+
+@pytest.mark.xfail(strict=True, reason="steps longer than the wall is wide make the motion seem not to repeat")
+@pytest.mark.parametrize("settings", [[], ["solver.points_per_period=1024", "solver.accuracy=1e-4"]])
+def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):
+    case = WALL.replace("solver", {}).set(*settings)
+    assert repeats(df.run(case).status)
 
 
 def test_an_estimate_above_the_accuracy_is_never_ok(monkeypatch):
@@ -207,4 +214,4 @@ def test_last_bits_of_a_frequency_do_not_decide_how_many_samples_are_taken(ulps)
     problem = df.Case(cantilever={"modes": modes}, drive={"A0": 10e-9}).problem
     settings = df.SolverSettings(points_per_period=64)
     assert sample_count(problem, settings) == 256
-    assert Lot.of([problem]).samples(settings)[0] == 256
+    assert ProblemBatch.of([problem]).samples(settings)[0] == 256

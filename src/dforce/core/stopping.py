@@ -171,15 +171,15 @@ def look() -> None:
     """
     if _in_main_thread():
         _ending.look()
-    watch = _watching.get()
-    if watch is not None:
-        watch()
+    check_cancelled = _watching.get()
+    if check_cancelled is not None:
+        check_cancelled()
 
 
 @contextlib.contextmanager
-def watching(watch: Callable[[], None]) -> Iterator[None]:
+def watching(check_cancelled: Callable[[], None]) -> Iterator[None]:
     """Let each :func:`look` in this thread call a function as well, which raises when the work is to stop."""
-    token = _watching.set(watch)
+    token = _watching.set(check_cancelled)
     try:
         yield
     finally:
@@ -226,11 +226,10 @@ def unbroken() -> Iterator[None]:
 
 @contextlib.contextmanager
 def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
-    """Raise KeyboardInterrupt at the first SIGTERM while the context lasts; later ones must not disturb what keeps the results.
+    """Raise KeyboardInterrupt at the first SIGTERM in the context; later signals do not disturb the saving of results.
 
-    A handler that the program has set itself stays, and so does Python's own where this is not the main thread. What the
-    context gives says whether this is the outermost one that hears stops. Where a stop `ends_program` it breaks off a
-    compilation as well, which nothing that follows needs.
+    A handler of the program itself is kept, and outside the main thread Python's handler, too. The context returns whether it
+    is the outermost handler of stops. With `ends_program` a stop also cancels a compilation.
     """
     usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
     ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 import pydantic
 
+from dforce.core.arrays import Array
 from dforce.core.parameters import Part, param, part
 from dforce.experiments.base import (
     PROTOCOL,
@@ -54,7 +55,7 @@ class Approach(DistanceExperiment, CurveExperiment):
         refuse_fresh_starts(self.protocol, self.carry_state)
         return self
 
-    def distances(self, A0: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def distances(self, A0: float = 1.0) -> Array:
         """Return the average distances (m) in your order; shares refer to `A0` (m)."""
         if isinstance(self.zc, RelativeGrid):
             return np.asarray(self.zc.values() * A0)

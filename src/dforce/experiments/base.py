@@ -297,12 +297,12 @@ def initial_motions(block: Block, at: Array, start: Start) -> list[Motion]:
     """
     from dforce.solvers.block import FREQUENCY
 
-    tones = block.lot.example.tones
+    tones = block.batch.example.tones
     if block.parameter == FREQUENCY or len(tones) > 1:
         return [initial_motion(block.integrator(case, value), start) for case, value in enumerate(at.tolist())]
-    lot, rest = block.lot.at_heights(at), initial_motion(block.integrator(0, float(at[0])), "rest")
+    batch, rest = block.batch.at_heights(at), initial_motion(block.integrator(0, float(at[0])), "rest")
     if isinstance(start, InitialMotion):
-        rows = lot.moving(tones[0].mode, start.amplitude, start.phase)
+        rows = batch.moving(tones[0].mode, start.amplitude, start.phase)
     else:
-        rows = lot.free() if start == "free" else lot.moving(tones[0].mode, 0.0, 0.0)
+        rows = batch.free() if start == "free" else batch.moving(tones[0].mode, 0.0, 0.0)
     return [replace(rest, y=tuple(row)) for row in rows.tolist()]

@@ -8,6 +8,7 @@ import numpy as np
 import pydantic
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Number, Parameters, Part, param, part
 from dforce.experiments.base import (
@@ -38,7 +39,7 @@ class FrequencyGrid(Parameters):
     stop: Number = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="last frequency")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of frequencies")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the frequencies (Hz)."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -58,7 +59,7 @@ class FrequencySweep(CurveExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
     The force produces the free amplitude `A0` at the drive frequency of the case, as on an instrument with a constant drive
-    signal: `A0` is the amplitude of the free curve at this frequency.
+    signal. `A0` is the amplitude of the free curve at this frequency.
     """
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
@@ -87,7 +88,7 @@ class FrequencySweep(CurveExperiment):
         refuse_fresh_starts(self.protocol, self.carry_state)
         return self
 
-    def frequencies(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def frequencies(self) -> Array:
         """Return the frequencies (Hz) in your order."""
         return self.frequency.values() if isinstance(self.frequency, FrequencyGrid) else np.array(self.frequency)
 

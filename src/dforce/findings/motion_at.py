@@ -84,7 +84,7 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     start = _start(integrator, point)
     looked = time.monotonic()
 
-    def watch() -> None:
+    def check_cancelled() -> None:
         nonlocal looked
         if progress is not None and time.monotonic() - looked > 1.0 / LOOKS_A_SECOND:
             looked = time.monotonic()
@@ -95,7 +95,7 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     if found is None and "stable" in point and not bool(point["stable"]):
         raise ResultError("this state is unstable, and its motion was not found again")
     if found is None:
-        found = steady(integrator, start, watch)
+        found = steady(integrator, start, check_cancelled)
         if status not in REPEATING:
             note = UNSETTLED
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:

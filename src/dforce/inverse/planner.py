@@ -71,10 +71,10 @@ def plan(
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
-        `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
-        the margins; default 5 % and 0.03), `recommended` (the allowed point with the most room, if any), `best` and `pareto`
-        with a goal, `least_violation` if nothing is allowed. Along `edge` the located boundaries. Along `time` the motion at
-        the recommended point.
+        `others`, `allowed`, `limit_hit` (the first limit that fails). `room` is the distance from the nearest boundary, in
+        units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room, if any. With a goal
+        also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located boundaries. Along `time`
+        the motion at the recommended point.
 
     Raises
     ------
@@ -89,16 +89,16 @@ def plan(
     _check(case, axes, shares)
     bare = case.model_copy(update={"sweep": None, "experiment": None})
     grid = np.array(list(itertools.product(*(axis.values for axis in axes))), dtype=float)
-    with watched(progress, case.title) as tell:
-        tell(0, STAGES, "curves")
+    with watched(progress, case.title) as report_progress:
+        report_progress(0, STAGES, "curves")
         rows = {axis.path: column for axis, column in zip(axes, grid.T, strict=True)}
-        curves = curves_of(bare, rows, float(shares.min()), lambda *_: tell(0, STAGES, "curves"))
+        curves = curves_of(bare, rows, float(shares.min()), lambda *_: report_progress(0, STAGES, "curves"))
         if curves.interrupted:
             raise KeyboardInterrupt
-        work = _Work(bare, axes, shares, wishes, grid, curves, tell)
+        work = _Work(bare, axes, shares, wishes, grid, curves, report_progress)
         data = work.run()
         if not data.attrs.get("interrupted"):
-            tell(STAGES, STAGES, "")
+            report_progress(STAGES, STAGES, "")
     return data
 
 
@@ -125,22 +125,29 @@ class _Work:
     """A plan while it is made."""
 
     def __init__(
-        self, case: Case, axes: list[Axis], shares: Array, wishes: Wishes, grid: Array, curves: Curves, tell: Progress
+        self,
+        case: Case,
+        axes: list[Axis],
+        shares: Array,
+        wishes: Wishes,
+        grid: Array,
+        curves: Curves,
+        report_progress: Progress,
     ) -> None:
         self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
-        self.grid, self.curves, self.tell, self.stage = grid, curves, tell, "branches"
+        self.grid, self.curves, self.report_progress, self.stage = grid, curves, report_progress, "branches"
         self.number = 1
-        self.solver = Solver(case, [axis.path for axis in axes], curves, self.watch)
+        self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
 
-    def watch(self) -> None:
+    def check_cancelled(self) -> None:
         """Tell how far the plan is."""
-        self.tell(self.number, STAGES, self.stage)
+        self.report_progress(self.number, STAGES, self.stage)
 
     def next(self, stage: str) -> None:
         """Begin another stage."""
         self.stage, self.number = stage, self.number + 1
-        self.watch()
+        self.check_cancelled()
 
     def run(self) -> xr.Dataset:
         """Return the plan."""
@@ -170,7 +177,7 @@ class _Work:
         """Follow the branches of all cases, where these are few."""
         if len(self.grid) <= MOST_WALKED:
             for number, values in enumerate(self.grid):
-                walk(self.curves, number, self.solver.case_at(values), self.watch)
+                walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
 
     def _states(self) -> PlannedPoints:
         """Return where all stable states at the set points are, each once."""

@@ -258,7 +258,7 @@ class ParameterRange:
         monodromy = (ends[: self.size] - here).T / FD_STEP
         monodromy[:, : self._motion] = 0.5 * (ends[: self._motion] - ends[self.size :]).T / FD_STEP
         by_parameter = self._by_parameter(x, value, kept.branch, repeats, here[0])
-        gaps = slots.rows[0, :, measure.D_MIN].min() - block.lot.kinks[0]
+        gaps = slots.rows[0, :, measure.D_MIN].min() - block.batch.kinks[0]
         residual = float(np.abs(here - x).max())
         return Orbit(
             np.append(x, value / self.span),

@@ -14,6 +14,7 @@ from dforce.core.arrays import Complexes
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
+from dforce.core.units import Length
 from dforce.instrument.noise import detector_readings, time_constant
 from dforce.observables.complex_numbers import phase_lag
 from dforce.procedures.motion import motion_of
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.solvers.integrator import Motion
 
-CHUNK = 64  # periods between looks at the watch
+CHUNK = 64  # periods between checks for a stop
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
 MOST_SEED = 2**62
 
@@ -92,10 +93,10 @@ def noisy_motion(
     if band is not None:
         integrator.read_by(*band)
     lanes = integrator.lanes([start] * len(given), given)
-    with watched(progress, f"noisy motion: {asked.title}") as tell:
-        parts, lanes = march(integrator, lanes, wait + periods, tell)
+    with watched(progress, f"noisy motion: {asked.title}") as report_progress:
+        parts, lanes = march(integrator, lanes, wait + periods, report_progress)
         c = read_out(integrator, parts, given, band)[:, wait:]
-        tell(wait + periods, wait + periods, "")
+        report_progress(wait + periods, wait + periods, "")
     turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
     times = (np.arange(c.shape[1]) + 0.5) / problem.tones[0].frequency
     data = xr.Dataset(
@@ -130,7 +131,7 @@ def _lag(c: Complexes) -> Any:
     return phase_lag(c)
 
 
-def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float, Motion]:
+def start_of(case: Case | xr.Dataset, zc: Length | None) -> tuple[Case, Problem, float, Motion]:
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
@@ -167,15 +168,15 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complexes, Lanes]:
-    """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
+def march(integrator: Langevin, lanes: Lanes, periods: int, report_progress: Any) -> tuple[Complexes, Lanes]:
+    """Advance lanes and check for a stop now and then; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.
     """
     parts, done = [np.empty((len(lanes.y), 0, len(integrator.tones)), dtype=complex)], 0
     try:
         while done < periods:
-            tell(done, periods, "periods")
+            report_progress(done, periods, "periods")
             count = min(CHUNK, periods - done)
             lanes, c = integrator.run(lanes, count)
             parts.append(c)

@@ -81,15 +81,15 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     tones = len(case.problem.tones)
     found = {name: np.full((*shape, tones), np.nan) for name in ("amplitude_noise", "phase_noise")}
     places, interrupted = list(np.ndindex(shape)), False
-    with watched(progress, f"noise: {case.title}") as tell:
+    with watched(progress, f"noise: {case.title}") as report_progress:
         try:
             for number, place in enumerate(places):
-                tell(number, len(places), "noise")
+                report_progress(number, len(places), "noise")
                 point = slim.isel(dict(zip(curve["status"].dims, place, strict=True)))
                 numbers = _at(case, point, curve.attrs.get("samples_per_period"), band, count)
                 if numbers is not None:
                     found["amplitude_noise"][place], found["phase_noise"][place] = numbers
-            tell(len(places), len(places), "")
+            report_progress(len(places), len(places), "")
         except KeyboardInterrupt:
             heard()
             interrupted = True

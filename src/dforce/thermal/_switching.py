@@ -106,15 +106,15 @@ def switching_rate(
         raise ParameterError("a rate needs at least one lane and one period")
     given = _temperatures(problem, temperature)
     counts = []
-    with watched(progress, f"switching: {case.title}") as tell:
+    with watched(progress, f"switching: {case.title}") as report_progress:
         for number, kelvin in enumerate(given):
             warm = dataclasses.replace(problem, noise=dataclasses.replace(problem.noise, temperature=kelvin))
 
-            def told(done: int, total: int, number: int = number) -> None:
-                tell(number * total + done, len(given) * total, "periods")
+            def report_run(done: int, total: int, number: int = number) -> None:
+                report_progress(number * total + done, len(given) * total, "periods")
 
-            counts.append(_count(case, warm, zc, start, goal, lanes, periods, told))
-        tell(1, 1, "")
+            counts.append(_count(case, warm, zc, start, goal, lanes, periods, report_run))
+        report_progress(1, 1, "")
     low, high = zip(*(count.interval() for count in counts), strict=True)
     data = xr.Dataset(
         {
@@ -148,7 +148,7 @@ def _temperatures(problem: Problem, given: object) -> list[float]:
 
 
 def _count(
-    case: Case, problem: Problem, zc: float, start: Motion, goal: Motion, lanes: int, periods: int, told: Any
+    case: Case, problem: Problem, zc: float, start: Motion, goal: Motion, lanes: int, periods: int, report_run: Any
 ) -> Count:
     """Return how many of the lanes switch, and for how long all of them were at risk."""
     quiet = RK4(problem, case.solver.replace(method="transient", integrator="rk4"), 1)
@@ -162,7 +162,7 @@ def _count(
     running = integrator.lanes([start] * lanes, range(seed, seed + lanes))
     wait, done, events, at_risk = settling_periods(problem, None), 0, 0, 0
     while done < wait + periods and len(running.y):
-        told(done, wait + periods)
+        report_run(done, wait + periods)
         count = min(CHUNK, wait - done if done < wait else wait + periods - done)
         running, c = integrator.run(running, count)
         arrived = np.linalg.norm(c - far, axis=-1) < ARRIVED * way

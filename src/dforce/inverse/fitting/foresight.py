@@ -80,10 +80,10 @@ def identify(
     Returns
     -------
     xarray.Dataset
-        Over `curve` (approach alone, approach and retract, each branch alone, and improvements), `known` (``sample``: the
-        instrument exactly; ``prior``: free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees; ``all``: these are
-        free, too) and `parameter`: `error` (relative of positive parameters, else m or degrees), `verdict`; `worst_pair` and
-        `worst_correlation`; `products`, if only products are constrained.
+        Over `curve` (approach alone, approach and retract, each branch alone, and improvements), `known` and `parameter`:
+        `error` (relative for positive parameters, else m or degrees), `verdict`. `known` is ``sample`` (exact instrument),
+        ``prior`` (free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees) or ``all`` (these are also free). Also
+        `worst_pair` and `worst_correlation`; `products`, if only products are constrained.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
     curves = ModelBranches(case.problem, [], case.solver, len(case.problem.tones))
     block = Block.of_one(case.problem, curves.settings, 1, points=curves.samples)
     count = len(block.memory_scale), block.hysteresis
-    start = States(block.lot.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
+    start = States(block.batch.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
     walk = Walk(block, along[None], start, lambda points: None)
     walk.run()
     if not walk.jumps[0] or not walk.points.is_orbit[0, -1]:

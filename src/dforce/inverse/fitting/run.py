@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 import numpy as np
 
@@ -41,13 +41,29 @@ POOR = 10.0  # of chi2 for each number: a worse model tells no errors, and ends 
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
 
 
+class FitSettings(TypedDict, total=False):
+    """Settings of a fit, as under `[fit]`."""
+
+    nuisance: Sequence[str] | None
+    priors: Mapping[str, object] | None
+    bounds: Mapping[str, object] | None
+    start: Mapping[str, object] | None
+    given: Mapping[str, object] | None
+    errors: Mapping[str, object] | None
+    branch: Literal["measured", "attractive", "repulsive"] | None
+    margin: int | None
+    search: bool | None
+    profile: Sequence[str] | None
+    bootstrap: int | None
+
+
 @checked
 def fit(
     case: Case,
     data: xr.Dataset | str | os.PathLike[str] | None = None,
     free: Sequence[str] | None = None,
     progress: Progress | bool | None = None,
-    **settings: Any,
+    **settings: Unpack[FitSettings],
 ) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
@@ -62,9 +78,9 @@ def fit(
         Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
         A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
-        result of :func:`dforce.calibrate`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
-        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
-        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
+        result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag,
+        90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1 before, -1 behind a
+        jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
@@ -79,8 +95,8 @@ def fit(
     xarray.Dataset
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
-        in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
+        in standard deviations. The attributes contain `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the
+        best case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
         ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises
@@ -91,9 +107,9 @@ def fit(
     """
     asked = settings_of(case, free, settings)
     data = measured_curve(case, data)
-    with late_stop_waits() as stop, watched(progress, case.title) as tell:
-        found = fitted(case, data, asked, tell)
-        tell(USUAL_RUNS, USUAL_RUNS, "")
+    with late_stop_waits() as stop, watched(progress, case.title) as report_progress:
+        found = fitted(case, data, asked, report_progress)
+        report_progress(USUAL_RUNS, USUAL_RUNS, "")
     found.interrupted |= stop.is_heard
     return to_dataset(found, data)
 
@@ -106,7 +122,7 @@ def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, o
     return Fit(**given) if case.fit is None else case.fit.replace(**given)
 
 
-def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitted:
+def fitted(case: Case, data: xr.Dataset, settings: Fit, report_progress: Progress) -> Fitted:
     """Return what a fit finds."""
     use = case.data.use if case.data is not None else {}
     reading = checked_reading(
@@ -129,34 +145,40 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     for name in settings.profile:
         if name not in names:
             raise ParameterError(f"profile has '{shorten(name)}', but the fit does not vary it")
-    return _FitRun(case, settings, read, unknowns, tell).run()
+    return _FitRun(case, settings, read, unknowns, report_progress).run()
 
 
 class _FitRun:
     """The way of a fit from its starts to its errors; what is there when it is stopped is kept."""
 
     def __init__(
-        self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], tell: Progress
+        self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], report_progress: Progress
     ) -> None:
-        self.case, self.settings, self.data, self.unknowns, self.tell = case, settings, data, unknowns, tell
+        self.case, self.settings, self.data, self.unknowns, self.report_progress = (
+            case,
+            settings,
+            data,
+            unknowns,
+            report_progress,
+        )
         self.runs, self.chi2 = 0, np.inf
         self.starts: list[Start] = []
         self.minima: list[Minimum] = []
-        self.model = CurveModel(case, unknowns, data, watch=self.watch)
+        self.model = CurveModel(case, unknowns, data, check_cancelled=self.check_cancelled)
         self.met: Minimum | None = None
         self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
 
-    def watch(self) -> None:
+    def check_cancelled(self) -> None:
         note = f"chi2 {self.chi2:.6g}" if np.isfinite(self.chi2) else "looking for starts"
-        self.tell(min(self.runs, USUAL_RUNS - 1), USUAL_RUNS, note)
+        self.report_progress(min(self.runs, USUAL_RUNS - 1), USUAL_RUNS, note)
 
     def on_run(self, objective: Objective) -> None:
         best = objective.best
         self.runs, self.chi2 = self.runs + 1, min(self.chi2, best.chi2)
         if objective.model is self.model and (self.met is None or best.chi2 < self.met.chi2):
             self.met = best
-        self.watch()
+        self.check_cancelled()
 
     def run(self) -> Fitted:
         """Return what was found."""
@@ -210,7 +232,7 @@ class _FitRun:
     def _find(self) -> None:
         given = set(self.settings.start)
         first = first_guess(self.data, self.unknowns, given)
-        self.watch()
+        self.check_cancelled()
         self.starts = searched(self.model, first) if self.settings.search else [Start(first, np.nan)]
         self.minima = refined(self.model, self.starts, self.on_run)
         self._leave_unseen()
@@ -238,7 +260,7 @@ class _FitRun:
             best, finer = self.minima[0], 2 * self.model.finer
             if best.prediction is None:
                 return change
-            fine = CurveModel(self.case, self.unknowns, self.data, finer, watch=self.watch)
+            fine = CurveModel(self.case, self.unknowns, self.data, finer, check_cancelled=self.check_cancelled)
             there = fine.predict(best.varied)
             both = ~(there.lost | best.prediction.lost)
             apart = (fine.residuals(there) - self.model.residuals(best.prediction))[both]
@@ -263,7 +285,7 @@ class _FitRun:
 
         def done(so_far: Bootstrap) -> None:
             self.redrawn = so_far
-            self.tell(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
+            self.report_progress(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
 
         seen = np.flatnonzero(self._certainty()[0].seen).tolist()
         bootstrap(self.model, self.minima[0], seen, count, done)
