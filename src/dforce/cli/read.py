@@ -124,9 +124,9 @@ def read(
     """Read a measured curve, calibrate it, and list the steps.
 
     Files: HDF5 (.h5, .hdf5), text (.csv, .tsv, .txt, .dat, .asc), Igor binary wave of Asylum Research (.ibw). Also
-    Nanosurf .nid, result of dForce (.nc), text of Bruker's NanoScope and text of JPK (.txt). Packages may add others. Some need the
-    extra dforce[readers]. If something is missing, dForce asks; it never guesses. Options here replace settings of the case.
-    Exit code 1: the curve was read, but not calibrated.
+    Nanosurf .nid, result of dForce (.nc), text of Bruker's NanoScope and text of JPK (.txt). Packages may add others. Some
+    need the extra dforce[readers]. If something is missing, dForce asks; it never guesses. Options here replace settings of
+    the case. Exit code 1: the curve was read, but not calibrated.
     """
     from dforce.case import Data
     from dforce.inverse.fitting.load import calibration_of, reading_of
