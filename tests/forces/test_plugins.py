@@ -7,6 +7,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from compiled import compose
 from typer.testing import CliRunner
 
 import dforce as df
@@ -15,7 +16,6 @@ from dforce.core import log
 from dforce.core.errors import CaseError, ForceError, ParameterError
 from dforce.core.files import beside
 from dforce.forces import REGISTRY, _plugins
-from dforce.kernel.codegen import compose
 
 GOOD = '''
 from math import exp
