@@ -60,6 +60,13 @@ class Block:
 
     predicted, wanted = PREDICTED, ALL
 
+    def __new__(cls, lot, problem, settings, *given, **named):  # type: ignore[no-untyped-def]
+        if settings.integrator == "engine" and cls is Block:
+            from dforce.solvers.engine_block import EngineBlock
+
+            return super().__new__(EngineBlock)
+        return super().__new__(cls)
+
     def __init__(
         self,
         lot: Lot,

@@ -19,7 +19,7 @@ class SolverSettings(Parameters):
         default="periodic",
         description="periodic: find the periodic orbit itself (by rk4); transient: integrate until the motion has settled",
     )
-    integrator: Literal["rk4", "lsoda", "adaptive", "langevin"] = pydantic.Field(
+    integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
         description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks; langevin: "
         "fixed steps with thermal motion, for a dwell",
@@ -94,7 +94,7 @@ class SolverSettings(Parameters):
 
     @pydantic.model_validator(mode="after")
     def _method_and_integrator_agree(self) -> Self:
-        if self.method == "periodic" and self.integrator != "rk4":
+        if self.method == "periodic" and self.integrator not in ("rk4", "engine"):
             raise ParameterError(
                 f'solver.integrator = {self.integrator} goes with method = "transient"; periodic orbits are found with rk4'
             )
@@ -106,4 +106,4 @@ class SolverSettings(Parameters):
 
 
 def _asks_for_transient(given: dict[str, Any]) -> bool:
-    return bool(given.get("integrator", "rk4") != "rk4" or given.get("settle", "converged") != "converged")
+    return bool(given.get("integrator", "rk4") not in ("rk4", "engine") or given.get("settle", "converged") != "converged")
