@@ -17,10 +17,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
+from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.problem import Problem
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 TOLERANCE = 1e-11  # of a step, relative
 STEPS = 200  # a period at least: a tap is not stepped over
 LOOKS = 6  # instants of a step at which extremes are looked for

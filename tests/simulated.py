@@ -14,7 +14,7 @@ import dforce as df
 from dforce.gui.document import Document
 from dforce.gui.pages import Page
 from dforce.gui.session import Session
-from dforce.gui.view import Curve
+from dforce.gui.view import DrawnResult
 
 CASE = "figure-3-air"  # its curve takes some 20 ms
 
@@ -63,7 +63,7 @@ def send(element, name, args=None):
 
 def show(page, result):
     """Show a result as if it had just been computed, and return its figure."""
-    page.view.curve = Curve(page.view.document, result)
+    page.view.curve = DrawnResult(page.view.document, result)
     figure = page.view.compose(result)
     page.view.show_beside()
     return figure

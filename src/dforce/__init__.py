@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
+    from dforce.library.materials import materials
     from dforce.maps import regimes, sweep
     from dforce.results.files import read, write
     from dforce.results.status import Status
@@ -84,6 +85,7 @@ _HOMES = {
     "kernel.cache": ("clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
+    "library.materials": ("materials",),
     "maps": ("regimes", "sweep"),
     "results.files": ("read", "write"),
     "results.status": ("Status",),
@@ -151,6 +153,7 @@ __all__ = [
     "load_case",
     "load_plan",
     "load_plugin",
+    "materials",
     "motion_at",
     "noise",
     "noisy_motion",

@@ -8,11 +8,12 @@ import functools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Complexes
 from dforce.core.errors import ForceError, ParameterError, checked, nearest
 from dforce.core.parameters import Parameters
 from dforce.forces import REGISTRY, Force
@@ -36,6 +37,18 @@ from dforce.instrument import (
 )
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
+
+
+class Instrument(NamedTuple):
+    """The parts of an instrument as a user gives them."""
+
+    cantilever: Cantilever
+    drive: Drive
+    tip: Tip = Tip()
+    sample: Sample = Sample()
+    contact: Contact = Contact()
+    medium: Medium = Medium()
+    readout: Readout = Readout()
 
 
 @dataclass(frozen=True)
@@ -83,18 +96,7 @@ class Problem:
     heights: Heights | None = None
 
     @classmethod
-    def build(
-        cls,
-        cantilever: Cantilever,
-        drive: Drive,
-        tip: Tip | None = None,
-        sample: Sample | None = None,
-        contact: Contact | None = None,
-        medium: Medium | None = None,
-        forces: Iterable[Force] = (),
-        readout: Readout | None = None,
-        noise: Noise | None = None,
-    ) -> Self:
+    def build(cls, instrument: Instrument, forces: Iterable[Force] = (), noise: Noise | None = None) -> Self:
         """Return the problem of an instrument, with every default filled in.
 
         Raises
@@ -103,8 +105,7 @@ class Problem:
             When a force needs a value that is not given, two forces count one interaction, a tone drives a
             mode that is not there, or a number is too small or large to compute with.
         """
-        tip, sample, readout = tip or Tip(), sample or Sample(), readout or Readout()
-        contact, medium = contact or Contact(), medium or Medium()
+        cantilever, drive, tip, sample, contact, medium, readout = instrument
         if tip.radius is None and cantilever.tip_radius is not None:
             tip = tip.model_copy(update={"radius": cantilever.tip_radius})
         modes = cantilever.resolve(medium)
@@ -140,7 +141,7 @@ class Problem:
         return dataclasses.replace(problem, readout=dataclasses.replace(numbers, turns=turns))
 
     @functools.cached_property
-    def drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def drive(self) -> Complexes:
         r"""Complex amplitude (N) of the force of each tone on each mode, shape (tones, modes).
 
         Under a force :math:`F_j e^{-i\lambda_j}` on all modes, or on the tone's own; over a shaken base what
@@ -158,7 +159,7 @@ class Problem:
         return force
 
     @functools.cached_property
-    def base(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def base(self) -> Complexes:
         r"""Complex amplitude (m) of the base at each tone, :math:`Y = \mathrm{Re} \sum_j Y_j e^{i (\omega_j t + \theta_j)}`."""
         base = np.zeros(len(self.tones), dtype=complex)
         if self.shaken is not None:
@@ -168,7 +169,7 @@ class Problem:
         return base
 
     @functools.cached_property
-    def tip_drive(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def tip_drive(self) -> Complexes:
         r"""Complex amplitude (N) of forces that move the tip as the drive does, shape (tones, modes).
 
         The force on the tip knows only d. So the base's motion at a tone may be counted to the deflection of the tone's own
@@ -207,7 +208,7 @@ class Problem:
         return [tone.mode for tone in self.tones]
 
     @functools.cached_property
-    def free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def free(self) -> Complexes:
         r"""Steady motion without tip–sample forces, complex amplitudes (m) of shape (tones, modes).
 
         Mode n moves as :math:`z_n = \mathrm{Re} \sum_j X_{jn} e^{i \omega_j t}` with
@@ -223,7 +224,7 @@ class Problem:
         return motion
 
     @functools.cached_property
-    def detected_free(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def detected_free(self) -> Complexes:
         """Complex amplitude (m) that the detector reads at each tone without tip–sample forces, shape (tones,)."""
         phases = np.exp(1j * np.array([tone.phase for tone in self.tones]))
         read = np.asarray((self.free * self.readout.weights).sum(axis=1) + self.readout.base * self.base * phases)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import math
 import os
 import time
@@ -60,7 +61,6 @@ def run(
     from dforce.results.files import read
     from dforce.results.provenance import provenance
     from dforce.results.significance import with_scales
-    from dforce.results.status import keep_promise
 
     if not isinstance(case, Case):
         name, case = case, load_case(case)
@@ -79,13 +79,36 @@ def run(
     usable = resume if resume is not None and MOTION in resume else None
     with late_stop_waits() as stop, watched(progress, case.title) as tell:
         get_ready()
-        data = case.experiment.run(case.problem, case.solver, tell, usable, case)
-        keep_promise(data, case.solver.accuracy)
+        data = carry_out(case, tell, usable)
         data.attrs = provenance(text, case.title) | data.attrs
         with_scales(data, case.problem)
         data.attrs |= attributes(advice(case, data))
         if stop.is_heard:
             data.attrs["interrupted"] = 1
+    return data
+
+
+def carry_out(case: Case, tell: Progress, earlier: xr.Dataset | None = None) -> xr.Dataset:
+    """Carry out the experiment of a case, and return its result with units, words and a status for each point.
+
+    The experiment names the function that does so: a function of the case, the experiment, `tell` and `earlier`.
+
+    Parameters
+    ----------
+    tell
+        Called with the points done, the points in all and a note; it stops the run by raising KeyboardInterrupt, and what
+        was computed is returned.
+    earlier
+        An interrupted result of the same case, to be continued.
+    """
+    from dforce.results.dataset import describe
+    from dforce.results.status import keep_promise
+
+    assert case.experiment is not None
+    module, name = case.experiment.procedure.split(":")
+    procedure = getattr(importlib.import_module(f"dforce.{module}"), name)
+    data: xr.Dataset = describe(procedure(case, case.experiment, tell, earlier))
+    keep_promise(data, case.solver.accuracy)
     return data
 
 

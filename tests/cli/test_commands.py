@@ -14,6 +14,7 @@ import jsonschema
 import numpy as np
 import pytest
 import synthetic
+from every import every
 from typer.testing import CliRunner
 
 import dforce as df
@@ -297,11 +298,10 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
     assert float(found[1]) == pytest.approx(points, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
+@every(
     [
         (["run", "missing.toml"], "there is no file 'missing.toml'"),
-        (["run", "figure-3-ari"], "there is no example 'figure-3-ari'; did you mean 'figure-3-air'?"),
+        (["run", "figure-3-ari"], "there is no file 'figure-3-ari'; did you mean the example 'figure-3-air'?"),
         (["run", "."], "is a folder"),
         (["run", "case.toml", "-o", "out.xlsx"], "ends in '.xlsx'"),
         (["run", "case.toml", "-o", "no/out.nc"], "there is no folder"),
@@ -319,9 +319,9 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
         (["curve", "figure-3-air", "--from", "2 kHz"], "--from is '2 kHz', which is a frequency, not a length"),
         (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; give two distances"),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),
-    ],
+    ]
 )
-def test_a_mistake_is_one_sentence_and_nothing_is_written(here, ran, words, sentence):
+def test_a_mistake_is_one_sentence_and_nothing_is_written(words, sentence, here, ran):
     ran(synthetic.dwell)
     done = invoke(*words)
     assert done.exit_code == 2 and sentence in done.stderr
@@ -354,7 +354,7 @@ def test_models_are_listed_with_their_parameters():
     assert viscosity["unit"] == "Pa s" and viscosity["low"] == "0 Pa s"
 
 
-@pytest.mark.parametrize("name", df.forces.REGISTRY)
+@every(df.forces.REGISTRY)
 def test_every_model_has_a_page(name):
     done = invoke("models", name)
     assert done.exit_code == 0 and done.stdout.startswith(name) and "source:" in done.stdout

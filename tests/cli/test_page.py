@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from every import every
 
 import dforce as df
 from dforce.cli._page import readable
@@ -49,7 +50,7 @@ def test_a_docstring_loses_its_marks():
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("model", df.forces.REGISTRY.values(), ids=list(df.forces.REGISTRY))
+@every(df.forces.REGISTRY.values())
 def test_no_model_leaves_latex_on_the_page(model):
     page = readable(model.__doc__ or "")
     assert "\\" not in page and ":math:" not in page and "{" not in page

@@ -51,6 +51,25 @@ def test_a_measured_text_is_read_as_the_case_says_and_refused_without_one(tmp_pa
     assert read.attrs["amplitude_error"] > 0.0
 
 
+def found_with(status):
+    """Return a reconstructed force whose distances have a status each."""
+    zeros = np.zeros(len(status))
+    return xr.Dataset(
+        dict.fromkeys(("force", "force_error", "sample_energy"), ("distance", zeros))
+        | {"force_status": ("distance", np.array(status, np.int8)), "sample_energy": ("point", np.zeros(9))},
+        {"distance": np.arange(len(status)) * 1e-10, "gap_low": ("gap", []), "gap_high": ("gap", [])},
+        {"chi2": 9.0, "notes": ""},
+    )
+
+
+@pytest.mark.parametrize(("status", "code"), [((0, 1, 2), 0), ((1, 2, 2), 1)])
+def test_a_gap_is_no_failure_and_a_curve_that_determines_nothing_is(curve, monkeypatch, status, code):
+    monkeypatch.setattr(df, "reconstruct", lambda *given, **more: found_with(status), raising=False)
+    answer = CliRunner().invoke(app, ["reconstruct", str(curve), "--json"])
+    assert answer.exit_code == code
+    assert f'"exit_code": {code}' in answer.output
+
+
 def test_the_lowest_force_that_is_told_is_one_that_the_curve_determines():
     distance, point = np.linspace(0.0, 3e-10, 4), np.zeros(9)
     columns = {"force": [-9e-9, np.nan, -2e-9, -1e-9], "force_error": [5e-9, np.nan, 1e-10, 1e-10]}

@@ -71,7 +71,16 @@ def test_states_at_a_set_point_are_kept_alone():
         "sweep", "map.toml", "-o", "map.nc", "--at-set-point", "0.8", "--keep", "peak_force", "--workers", "1"
     )
     assert done.exit_code == 0, done.output
-    assert df.read("map.nc").peak_force.dims == ("youngs_modulus", "crossing")
+    kept = df.read("map.nc")
+    assert kept.peak_force.dims == ("youngs_modulus", "crossing")
+    lines = [line for line in done.stdout.splitlines() if line.startswith("youngs_modulus ")]
+    assert len(lines) == np.isfinite(kept.peak_force).sum()
+    assert "youngs_modulus 500 MPa, zc " in lines[0]
+    again = dforce("sweep", "map.toml", "-o", "map.nc", "--at-set-point", "80 %", "--json")
+    states = json.loads(again.stdout)["at_set_point"]
+    found = kept.peak_force.values
+    assert [state["peak_force"] for state in states] == found[np.isfinite(found)].tolist()
+    assert df.summary(df.read("map.nc"))
 
 
 def test_a_store_is_written_read_and_repeated():

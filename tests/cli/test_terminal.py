@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import subprocess
@@ -9,6 +10,7 @@ import sys
 
 import pytest
 import synthetic
+from every import every
 from typer.testing import CliRunner
 
 import dforce as df
@@ -59,9 +61,8 @@ PRINTED = {
 }
 
 
-@pytest.mark.parametrize("columns", [60, 100])
-@pytest.mark.parametrize("name", PRINTED)
-def test_no_word_is_split_at_the_edge_of_a_terminal(ran, name, columns):
+@every(itertools.product([60, 100], PRINTED))
+def test_no_word_is_split_at_the_edge_of_a_terminal(columns, name, ran):
     shown, wide = (invoke(*PRINTED[name], columns=room).output for room in (columns, 1000))
     # the terminal itself splits what is too long for it
     assert [line for line in shown.split("\n") if len(line) > columns] == []
@@ -115,7 +116,7 @@ def test_the_width_is_that_of_the_terminal():
     ("words", "sentence"),
     [
         (["rnu", "figure-3-air"], "there is no command 'rnu'; did you mean 'run'?"),
-        (["run", "figure-3-ari"], "there is no example 'figure-3-ari'; did you mean 'figure-3-air'?"),
+        (["run", "figure-3-ari"], "there is no file 'figure-3-ari'; did you mean the example 'figure-3-air'?"),
         (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
         (["run", "figure-3-air", "--plto", "x.png"], "there is no option '--plto'; did you mean '--plot'?"),
         (["--versoin"], "there is no option '--versoin'; did you mean '--version'?"),
@@ -136,7 +137,7 @@ def test_the_program_alone_shows_what_there_is():
     assert invoke().exit_code == 0 and invoke().stdout == invoke("--help").stdout
 
 
-@pytest.mark.parametrize("command", ["", *(command.name or "" for command in app.registered_commands)])
+@every(["", *(command.name or "" for command in app.registered_commands)])
 def test_help_shows_no_types_of_a_programming_language(command):
     shown = invoke(*filter(None, [command]), "--help").stdout
     assert shown and not re.search(r"<\w+>|\bbool\b|\bTEXT\b|\bINTEGER\b|\{\w+\}", shown)
@@ -158,13 +159,12 @@ def test_models_with_their_parameters_are_the_long_list():
         assert all(re.search(rf"^      {key}\b", long, re.MULTILINE) for key in model.keys())  # noqa: SIM118 a method
 
 
-def test_what_is_compiled_in_parts_is_told_once(tmp_path, monkeypatch):
+def test_what_is_compiled_in_parts_is_told_once(workdir, monkeypatch):
     def run(case, progress=None, resume=None):
         for name in ("hertz", "the solvers") * 2:
             log.announce(f"Compiling {name}")
         return synthetic.approach()
 
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(df, "run", run)
     said = invoke("run", "figure-3-air").stderr.splitlines()
     assert [line for line in said if line.startswith("Compiling")] == ["Compiling hertz", "Compiling the solvers"]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, attraction_that_stops, dmt_with_drag, hertz, jkr
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 
 F0, K, FREE, A0, PERIODS = 5e4, 0.9, 10e-9, 0.165e-9, 6
@@ -26,9 +26,14 @@ TIGHT = {
 
 def build(modes, tones, forces, radius, modulus, **drive):
     return Problem.build(
-        df.Cantilever(modes=[{"f0": f0, "k": k, "Q": Q} for f0, k, Q in modes]), df.Drive(tones=tones, **drive),
-        df.Tip(radius=radius), df.Sample(youngs_modulus=modulus), forces=forces,
-    )  # fmt: skip
+        Instrument(
+            df.Cantilever(modes=[{"f0": f0, "k": k, "Q": Q} for f0, k, Q in modes]),
+            df.Drive(tones=tones, **drive),
+            df.Tip(radius=radius),
+            df.Sample(youngs_modulus=modulus),
+        ),
+        forces=forces,
+    )
 
 
 def check(problem, equation, integrators=tuple(TIGHT), rtol=1e-12, slack=1.0):

@@ -11,6 +11,7 @@ from pathlib import Path
 import jsonschema
 import matplotlib.pyplot as plt
 import pytest
+from every import every
 
 import dforce as df
 from dforce.case import case_schema
@@ -100,7 +101,7 @@ SECTIONS = {
 }
 
 
-@pytest.mark.parametrize("place", sorted({place for places, _ in glossary() for place in places}))
+@every(sorted({place for places, _ in glossary() for place in places}))
 def test_every_place_in_the_glossary_exists(place):
     if place.startswith("kind"):
         assert tomllib.loads(f"[experiment]\n{place}")["experiment"]["kind"] in str(case_schema())
@@ -113,7 +114,7 @@ def test_every_place_in_the_glossary_exists(place):
         assert steps[1] in SECTIONS[steps[0]].model_fields
 
 
-@pytest.mark.parametrize("name", sorted({name for _, names in glossary() for name in names}))
+@every(sorted({name for _, names in glossary() for name in names}))
 def test_every_quantity_in_the_glossary_exists(name):
     known = {**OBSERVABLES, **TRACES, **JUMPS, **AXES}
     assert name in known or hasattr(df, name.removeprefix("df."))

@@ -6,7 +6,7 @@ import functools
 
 import dforce as df
 from dforce.gui.compare import color_of, differences, name_of
-from dforce.gui.document import Kept
+from dforce.gui.document import KeptResult
 
 
 @functools.cache
@@ -44,4 +44,4 @@ def test_no_two_results_have_one_name():
 
 
 def test_the_next_color_is_one_that_is_not_used():
-    assert color_of([Kept("a", "a", 1), Kept("b", "b", 3)]) == 2
+    assert color_of([KeptResult("a", "a", 1), KeptResult("b", "b", 3)]) == 2

@@ -146,7 +146,7 @@ def test_the_event_loop_is_free_while_a_thread_computes():
 def test_runs_wait_for_their_turn_in_order(monkeypatch):
     """One worker, three runs: they come one after the other, as they were asked for."""
     order = []
-    monkeypatch.setattr(compute, "TURNS", compute.Turns(1))
+    monkeypatch.setattr(compute, "TURNS", compute.ComputeQueue(1))
 
     def remembering(case, progress):
         order.append(case.title)
@@ -165,7 +165,7 @@ def test_runs_wait_for_their_turn_in_order(monkeypatch):
 
 def in_looks(monkeypatch, order):
     """Let a run be a count of looks at its progress, the number in its title, some 10 ms apart."""
-    monkeypatch.setattr(compute, "TURNS", compute.Turns(1))
+    monkeypatch.setattr(compute, "TURNS", compute.ComputeQueue(1))
     monkeypatch.setattr(compute, "TURN", 0.05)
     result = df.dwell(df.example("figure-3-air"), zc="5 nm")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from every import every
 
 import dforce as df
 from dforce.gui.document import Document, Slider, path_of
@@ -66,7 +67,7 @@ OUT_OF_BOUNDS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", OUT_OF_BOUNDS)
+@every(OUT_OF_BOUNDS)
 def test_a_document_out_of_bounds_is_refused_in_a_sentence(name):
     assert Document.from_plain(PLAIN) == Document.first()
     with pytest.raises(df.CaseError, match="cannot be read"):

@@ -17,11 +17,11 @@ from simulated import element, send, until, window
 
 import dforce as df
 from dforce.gui import explore, files, project, uploads
-from dforce.gui.atlas import SECTIONS, Over, sweep_job
 from dforce.gui.document import Document
-from dforce.gui.explore_panel import Panel
+from dforce.gui.explore_panel import ExplorePanel
+from dforce.gui.parameter_study import SECTIONS, Over, sweep_job
 from dforce.gui.parameters import rows_of
-from dforce.gui.results import Shelf
+from dforce.gui.results import ResultStore
 from dforce.validity import advice_in
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=41")
@@ -104,7 +104,7 @@ def test_a_limit_shades_what_it_allows_and_says_where_it_holds():
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
     force = result["peak_force"].values
     between = 0.5 * float(np.nanmax(force[1]) + np.nanmax(force[2]))
-    limit = explore.Limit(between)
+    limit = explore.DrawnLimit(between)
     figure = explore.figure(result, choice, limit)
     line, shade = figure["layout"]["shapes"]
     scale = explore.scale_of(result, choice)[0]
@@ -125,7 +125,7 @@ def test_a_file_over_parameters_is_opened_and_a_click_takes_its_settings_over(tm
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open(data, "map.nc")
-            panel, explorer = element(user, Panel), page.plots.explorer
+            panel, explorer = element(user, ExplorePanel), page.plots.explorer
             await until(lambda: explorer.chart.revision > 0)
             assert panel.props["quantities"] and panel.props["x"] == explorer.choice.x
             explorer.choice = explore.fitting(make(), explore.Choice("peak_force", "A0", ""))
@@ -145,15 +145,15 @@ def test_a_project_brings_a_result_over_parameters_back_and_what_it_was_computed
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             monkeypatch.setattr(files.ui.download, "content", lambda data, *_: saved.append(data), raising=False)
-            atlas = page.view.session.atlas
+            study = page.view.session.study
             for over in (Over(swept()), Over(states(), row, document)):
-                atlas.take(over.result, over.row, over.document)
+                study.take(over.result, over.row, over.document)
                 await page.files.save_project()
-                atlas.take(planned())
+                study.take(planned())
                 await page.files.open(saved[-1])
-                xr.testing.assert_equal(atlas.result, over.result)
-                assert (atlas.row, atlas.document) == (over.row, over.document)
-                assert element(user, Panel).props["quantities"]
+                xr.testing.assert_equal(study.result, over.result)
+                assert (study.row, study.document) == (over.row, over.document)
+                assert element(user, ExplorePanel).props["quantities"]
 
     asyncio.run(flow())
 
@@ -161,7 +161,7 @@ def test_a_project_brings_a_result_over_parameters_back_and_what_it_was_computed
 @pytest.mark.parametrize("origin", [{"row": "drive.A0"}, {"row": "drive.A0", "document": {"table": []}}])
 def test_a_project_with_a_broken_result_over_parameters_is_refused(tmp_path, origin):
     document = Document.of(CASE)
-    data = project.packed(document, Shelf(tmp_path), Shelf(tmp_path), Over(swept()))
+    data = project.packed(document, ResultStore(tmp_path), ResultStore(tmp_path), Over(swept()))
     broken = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(broken, "w") as new:
         plain = json.loads(old.read(project.DOCUMENT)) | {"over": {"origin": origin}}
@@ -173,7 +173,7 @@ def test_a_project_with_a_broken_result_over_parameters_is_refused(tmp_path, ori
 
 def test_a_result_over_parameters_that_is_too_large_is_left_out_of_a_project(tmp_path, monkeypatch):
     monkeypatch.setattr(project, "has_room", lambda over: False)
-    data = project.packed(Document.of(CASE), Shelf(tmp_path), Shelf(tmp_path), Over(swept()))
+    data = project.packed(Document.of(CASE), ResultStore(tmp_path), ResultStore(tmp_path), Over(swept()))
     assert project.unpacked(data, tmp_path).over is None
 
 
@@ -188,22 +188,22 @@ def test_states_are_computed_against_a_number_of_the_case(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             page.view.edit(Document.of(CASE), anew=True)
-            explorer, atlas = page.plots.explorer, page.view.session.atlas
+            explorer, study = page.plots.explorer, page.view.session.study
             explorer.open()
-            panel = element(user, Panel)
+            panel = element(user, ExplorePanel)
             assert "sample.youngs_modulus" in [row["name"] for row in panel.props["rows"]]
             send(panel, "suggest", "drive.A0")
             assert (panel.props["suggested"]["low"], panel.props["suggested"]["high"]) == ("5 nm", "20 nm")
             send(panel, "compute", {"path": "drive.A0", "low": "8 nm", "high": "12 nm", "points": 3})
-            await until(lambda: atlas.result is not None, 60.0)
+            await until(lambda: study.result is not None, 60.0)
             shares = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 41}
             case = CASE.replace("experiment.zc", shares)
             wanted = df.sweep(case, over={"drive.A0": ["8 nm", "10 nm", "12 nm"]}, at_set_point=0.8)
-            assert np.allclose(atlas.result["phase"], wanted["phase"], equal_nan=True)
+            assert np.allclose(study.result["phase"], wanted["phase"], equal_nan=True)
             await until(lambda: panel.props["quantity"] == "peak_force" and panel.props["y"] == "")
             send(panel, "limit", {"on": True})
             explorer._dragged(1.0)
-            scale = explore.scale_of(atlas.result, explorer.choice)[0]
+            scale = explore.scale_of(study.result, explorer.choice)[0]
             assert explorer.limit.value == pytest.approx(scale)
             page.view.edit(page.view.document.put(("drive", "A0"), "9 nm"))
             assert panel.props["note"] == ""
@@ -249,11 +249,11 @@ async def opened(user, page, result, quantity="peak_force"):
     """Return the panel after a result that was computed here against the free amplitude is shown in it."""
     document = page.view.document
     row = next(row for row in rows_of(document, SECTIONS) if row.name == "drive.A0")
-    page.view.session.atlas.take(result, row, document)
+    page.view.session.study.take(result, row, document)
     page.plots.explorer.open()
     page.plots.explorer._changed()
-    await until(lambda: element(user, Panel).props["quantity"] == quantity)
-    return element(user, Panel)
+    await until(lambda: element(user, ExplorePanel).props["quantity"] == quantity)
+    return element(user, ExplorePanel)
 
 
 @pytest.mark.xfail(
@@ -292,7 +292,7 @@ def test_the_panel_shows_its_set_point_and_dims_when_another_one_is_chosen(tmp_p
 def test_the_sentence_of_a_limit_says_which_states_are_meant():
     result = states()
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
-    said = explore.allowed(result, choice, explore.Limit(float(result["peak_force"].max())))
+    said = explore.allowed(result, choice, explore.DrawnLimit(float(result["peak_force"].max())))
     assert "approach" in said or "branches" in said
 
 
@@ -315,11 +315,11 @@ def test_a_computation_that_is_stopped_is_no_end_of_the_window(tmp_path):
         async with window(tmp_path, live=False) as (user, page):
             page.view.edit(Document.of(CASE), anew=True)
             page.plots.explorer.open()
-            panel, atlas = element(user, Panel), page.view.session.atlas
+            panel, study = element(user, ExplorePanel), page.view.session.study
             send(panel, "compute", {"path": "drive.A0", "low": "8 nm", "high": "12 nm", "points": 101})
-            await until(lambda: atlas.busy)
+            await until(lambda: study.busy)
             send(panel, "stop")
-            await until(lambda: not atlas.busy)
-            assert atlas.job.state == "stopped"
+            await until(lambda: not study.busy)
+            assert study.job.state == "stopped"
 
     asyncio.run(flow())

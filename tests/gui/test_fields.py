@@ -62,7 +62,7 @@ def test_every_experiment_starts_with_values_that_suit_the_instrument(name):
     assert case.replace(experiment=kind(**kind.suggested(case.problem))).experiment.kind == name
 
 
-@pytest.mark.parametrize("name", list(df.forces.REGISTRY))
+@every(list(df.forces.REGISTRY))
 def test_every_force_starts_with_values_that_it_accepts(name):
     model = df.forces.REGISTRY[name]
     assert model(**model.example)

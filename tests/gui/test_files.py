@@ -22,9 +22,9 @@ import dforce as df
 from dforce.gui import error_messages, files, project, uploads
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer, picture
-from dforce.gui.results import Shelf
+from dforce.gui.results import ResultStore
 from dforce.gui.session import Session
-from dforce.gui.view import Curve
+from dforce.gui.view import DrawnResult
 from dforce.results import hdf5
 from dforce.results.curves import Picture, drawable, pictures_of
 
@@ -161,7 +161,7 @@ def test_a_result_that_cannot_be_shown_or_kept_changes_nothing(tmp_path, name):
             before = session.document
             with pytest.raises(df.ResultError, match="cannot be used here"):
                 await page.files.open(changed(tmp_path, STRANGE[name]))
-            assert (session.document, session.shelf.names(), session.steps) == (before, [], [])
+            assert (session.document, session.results.names(), session.steps) == (before, [], [])
 
     asyncio.run(flow())
 
@@ -186,14 +186,14 @@ def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypa
                     disk.setattr(place, name, full)
                     await page.files._attempt("the file could not be opened", lambda: page.files.open(netcdf()))
                 assert said.pop().endswith("no space left on device.")
-                assert (session.document, session.shelf.names(), session.steps) == (before, [], [])
+                assert (session.document, session.results.names(), session.steps) == (before, [], [])
 
     asyncio.run(flow())
 
 
 def unwritable(result, path, **_):
     """Do as `df.write` on a full disk, for results of the window alone."""
-    if path.parent.name == "shelf":
+    if path.parent.name == "store":
         raise df.ResultError(f"'{path}' could not be written: no space left on device") from OSError(
             errno.ENOSPC, "No space left"
         )
@@ -205,19 +205,19 @@ write = df.write
 
 def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path, monkeypatch):
     async def flow():
-        async with window(tmp_path / "shelf", live=False) as (_, page):
+        async with window(tmp_path / "store", live=False) as (_, page):
             session, before = page.view.session, page.view.document
             monkeypatch.setattr(df, "write", unwritable)
             with pytest.raises(df.ResultError, match="no space left"):
                 await page.files.open(netcdf())
-            assert (session.document, session.shelf.names(), session.steps) == (before, [], [])
+            assert (session.document, session.results.names(), session.steps) == (before, [], [])
 
     asyncio.run(flow())
 
 
 def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_path, monkeypatch):
     async def flow():
-        async with window(tmp_path / "shelf", live=False) as (user, page):
+        async with window(tmp_path / "store", live=False) as (user, page):
             shown = []
             page.view.show_result = shown.append
             monkeypatch.setattr(df, "write", unwritable)
@@ -225,7 +225,7 @@ def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_p
             await page.view.run()
             assert shown == [page.view.session.job.result]
             await user.should_see("this result could not be kept: no space left")
-            page.view.curve = Curve(page.view.document, shown[0])
+            page.view.curve = DrawnResult(page.view.document, shown[0])
             said = []
             monkeypatch.setattr(error_messages, "say", said.append)
             await page.plots.kept._keep()
@@ -265,7 +265,7 @@ def made(tmp_path_factory):
         await session.keep(result())
         session.look(Document.from_plain(session.document.to_plain() | {"plots": [
             {"x": "zc", "y": ["phase"], "together": False, "logarithmic": False}]}))  # fmt: skip
-        return project.packed(session.document, session.shelf, session.bench.shelf), session.document
+        return project.packed(session.document, session.results, session.measured.results), session.document
 
     return asyncio.run(make())
 
@@ -284,7 +284,7 @@ def test_a_project_comes_back_with_all_that_was_typed_and_its_results(tmp_path, 
             assert second.name == document.results[0].name
             assert session.document.table == document.table
             assert session.document.plots == document.plots
-            xr.testing.assert_equal(session.shelf.take(second.id), result())
+            xr.testing.assert_equal(session.results.take(second.id), result())
             session.undo()
             assert len(session.document.results) == 2
 
@@ -293,22 +293,22 @@ def test_a_project_comes_back_with_all_that_was_typed_and_its_results(tmp_path, 
 
 def test_results_that_end_together_are_all_in_the_list_in_their_order(tmp_path, monkeypatch):
     first, second = (result().assign_attrs(title=title) for title in ("first", "second"))
-    written, keep = threading.Event(), Shelf.keep
+    written, keep = threading.Event(), ResultStore.keep
 
-    def keep_slowly(shelf, given):
+    def keep_slowly(store, given):
         if given is first:
             written.wait(1.0)  # for the second, had it not to wait for its turn
-        name = keep(shelf, given)
+        name = keep(store, given)
         if given is second:
             written.set()
         return name
 
-    monkeypatch.setattr(Shelf, "keep", keep_slowly)
+    monkeypatch.setattr(ResultStore, "keep", keep_slowly)
 
     async def flow():
         session = Session({}, tmp_path)
         await asyncio.gather(session.keep(first), session.keep(second))
-        titles = [session.shelf.take(kept.id).attrs["title"] for kept in session.document.results]
+        titles = [session.results.take(kept.id).attrs["title"] for kept in session.document.results]
         assert titles == ["first", "second"]
         assert len({kept.color for kept in session.document.results}) == 2
 
@@ -374,10 +374,10 @@ def test_a_project_whose_forms_cannot_be_made_changes_nothing(tmp_path, made):
         async with window(tmp_path / "two", live=False) as (_, page):
             session = page.view.session
             await session.keep(result())
-            before, shelf = session.document, session.shelf.names()
+            before, store = session.document, session.results.names()
             with pytest.raises(df.CaseError, match="cannot be shown"):
                 await page.files.open(repacked(made[0], **broken))
-            assert (session.document, session.shelf.names(), session.steps) == (before, shelf, [])
+            assert (session.document, session.results.names(), session.steps) == (before, store, [])
 
     asyncio.run(flow())
 

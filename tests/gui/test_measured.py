@@ -16,11 +16,11 @@ from simulated import element, send, show, until, window
 
 import dforce as df
 from dforce.gui import confirming, fitting, measured, overlay, project, uploads
-from dforce.gui.document import Document, Measured
+from dforce.gui.document import Document, MeasuredData
 from dforce.gui.error_messages import as_sentence
 from dforce.gui.figures import Layer, picture
 from dforce.gui.files import figure_file, script_of, stem, written
-from dforce.gui.measured_panel import Panel, matched
+from dforce.gui.measured_panel import MeasuredPanel, matched
 from dforce.gui.saving import SaveForm
 from dforce.gui.session import Session
 from dforce.results import hdf5
@@ -152,13 +152,12 @@ def test_a_figure_that_is_saved_has_the_measured_points(monkeypatch, wanted):
     assert "peak_force" not in by_name or not any("measured" in str(x.get_label()) for x in by_name["peak_force"].lines)
 
 
-def test_the_script_of_the_window_draws_the_measured_points(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "curve.csv").write_bytes(csv())
+def test_the_script_of_the_window_draws_the_measured_points(workdir, monkeypatch):
+    (workdir / "curve.csv").write_bytes(csv())
     drawn = []
     monkeypatch.setattr(df.plot, "save", lambda axes, path, *how: drawn.append((path, np.ravel(axes))))
     settings = LAG | {"calibrate": {"baseline": "none"}}
-    document = dataclasses.replace(Document.of(CASE), measured=Measured("1", "curve.csv", settings, 1.5e-9, 2.0))
+    document = dataclasses.replace(Document.of(CASE), measured=MeasuredData("1", "curve.csv", settings, 1.5e-9, 2.0))
     exec(script_of(document), {})
     path, (_, lower) = drawn[-1]
     assert path == f"{stem(CASE.title)}-measured.png" and len(drawn) == 2
@@ -173,7 +172,7 @@ def test_the_script_of_the_window_draws_the_measured_points(tmp_path, monkeypatc
 
 
 def test_the_script_of_the_window_turns_the_phases_of_all_tones(tmp_path):
-    script = script_of(dataclasses.replace(Document.of(CASE), measured=Measured("1", "curve.csv", LAG, 0.0, 2.0)))
+    script = script_of(dataclasses.replace(Document.of(CASE), measured=MeasuredData("1", "curve.csv", LAG, 0.0, 2.0)))
     _, _, moves = script.rpartition("df.read_measured")
     lines = moves.splitlines()[1:-1]
     measured = {"phase": np.array([90.0]), "phase_2": np.array([80.0])}
@@ -184,7 +183,7 @@ def test_the_script_of_the_window_turns_the_phases_of_all_tones(tmp_path):
 @pytest.mark.parametrize("table", ["read", "calibrate"])
 def test_no_key_of_a_foreign_project_becomes_code_of_a_script(table):
     settings = LAG | {table: {"x=1); raise SystemExit(": 1}}
-    document = dataclasses.replace(Document.of(CASE), measured=Measured("1", "curve.csv", settings))
+    document = dataclasses.replace(Document.of(CASE), measured=MeasuredData("1", "curve.csv", settings))
     with pytest.raises(df.ParameterError, match=table):
         script_of(document)
 
@@ -207,7 +206,7 @@ async def dropped(page, data=None, name="curve.csv"):
     """Drop a file whose phases are known."""
     page.view.edit(page.view.document.put(("data",), LAG))
     await page.files.open(csv() if data is None else data, name)
-    await until(lambda: page.view.session.bench.curve is not None)
+    await until(lambda: page.view.session.measured.curve is not None)
 
 
 def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
@@ -221,11 +220,11 @@ def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
             again = Session(session.store, tmp_path)
             session._write()
             again = Session(session.store, tmp_path)
-            await again.bench.load(again.document)
-            assert again.bench.curve.identical(session.bench.curve)
-            send(element(user, Panel), "remove")
-            await until(lambda: session.document.measured is None and session.bench.curve is None)
-            assert session.bench.shelf.names() == []
+            await again.measured.load(again.document)
+            assert again.measured.curve.identical(session.measured.curve)
+            send(element(user, MeasuredPanel), "remove")
+            await until(lambda: session.document.measured is None and session.measured.curve is None)
+            assert session.measured.results.names() == []
             assert of(show(page, df.run(CASE)), "measured amplitude") == []
 
     asyncio.run(flow())
@@ -237,9 +236,9 @@ def test_a_second_curve_takes_the_place_of_the_first(tmp_path):
             await dropped(page)
             await dropped(page, csv(points=80), "second.csv")
             session = page.view.session
-            await until(lambda: session.bench.curve.sizes["point"] == 80)
+            await until(lambda: session.measured.curve.sizes["point"] == 80)
             assert session.document.measured.name == "second.csv"
-            assert session.bench.shelf.names() == [session.document.measured.id]
+            assert session.measured.results.names() == [session.document.measured.id]
 
     asyncio.run(flow())
 
@@ -289,10 +288,10 @@ def test_a_curve_is_calibrated_anew_for_another_instrument(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
             await dropped(page)
-            before = page.view.session.bench.curve.attrs["k"]
+            before = page.view.session.measured.curve.attrs["k"]
             page.view.edit(page.view.document.put(("cantilever", "k"), "3 N/m"))
             await page.view.draw()
-            assert before != page.view.session.bench.curve.attrs["k"] == 3.0
+            assert before != page.view.session.measured.curve.attrs["k"] == 3.0
 
     asyncio.run(flow())
 
@@ -304,16 +303,16 @@ def test_a_project_holds_the_measured_curve_with_its_shift_and_fit(tmp_path):
             session = page.view.session
             await dropped(page)
             page.plots.measured._change(shift=0.4e-9)
-            fit = fitted_curves.result().assign_attrs(session.bench.curve.attrs, **fitted_curves.result().attrs)
-            session.look(await session.bench.keep_fit(session.document, fit))
-            data = project.packed(session.document, session.shelf, session.bench.shelf)
+            fit = fitted_curves.result().assign_attrs(session.measured.curve.attrs, **fitted_curves.result().attrs)
+            session.look(await session.measured.keep_fit(session.document, fit))
+            data = project.packed(session.document, session.results, session.measured.results)
         async with window(tmp_path / "two", live=False) as (_, page):
             await page.files.open(data)
             session = page.view.session
-            await session.bench.load(session.document)
+            await session.measured.load(session.document)
             assert session.document.measured.shift == 0.4e-9
-            assert session.bench.curve.sizes["point"] == 120
-            assert session.bench.fit.attrs["chi2"] == fitted_curves.result().attrs["chi2"]
+            assert session.measured.curve.sizes["point"] == 120
+            assert session.measured.fit.attrs["chi2"] == fitted_curves.result().attrs["chi2"]
 
     asyncio.run(flow())
 
@@ -324,8 +323,8 @@ def test_a_project_with_settings_of_no_reader_says_so_and_draws_no_curve(tmp_pat
             await dropped(page)
             page.plots.measured._change(settings={"calibrate": {"evil": "1"}})
             await page.view.draw()
-            assert page.view.session.bench.curve is None
-            assert "no setting 'evil'" in page.view.session.bench.wrong
+            assert page.view.session.measured.curve is None
+            assert "no setting 'evil'" in page.view.session.measured.wrong
 
     asyncio.run(flow())
 
@@ -353,7 +352,7 @@ def test_a_fit_stays_shut_until_lever_and_tip_are_confirmed(tmp_path):
 
     async def flow():
         async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
-            session, panel = page.view.session, element(user, Panel)
+            session, panel = page.view.session, element(user, MeasuredPanel)
             await dropped(page, data, "stiff.csv")
             page.plots.measured.show()
             assert panel.props["lever"] == "f0 = 70 kHz, k = 2.7 N/m, Q = 180, R = 8 nm"
@@ -406,7 +405,7 @@ def test_a_file_with_too_few_columns_is_not_asked_for_the_missing_ones(tmp_path)
 
 
 def test_a_confirmed_lever_is_kept_with_the_document():
-    measured_curve = Measured("1", "curve.csv", LAG, confirmed={"k": "2.7 N/m"})
+    measured_curve = MeasuredData("1", "curve.csv", LAG, confirmed={"k": "2.7 N/m"})
     document = dataclasses.replace(Document.of(CASE), measured=measured_curve)
     assert Document.from_plain(document.to_plain()) == document
 
@@ -424,15 +423,15 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
 
     async def flow():
         async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
-            session, panel = page.view.session, element(user, Panel)
+            session, panel = page.view.session, element(user, MeasuredPanel)
             await dropped(page, data, "stiff.csv")
             page.plots.measured.show()
             rows = {row["name"]: row for row in panel.props["rows"]}
             assert [name for name, row in rows.items() if row["free"]] == ["sample.youngs_modulus"]
             send(panel, "confirm")
             send(panel, "fit")
-            await until(lambda: session.bench.fit is not None, 60.0)
-            fit = session.bench.fit
+            await until(lambda: session.measured.fit is not None, 60.0)
+            fit = session.measured.fit
             value, error = (float(fit[name].sel(parameter="sample.youngs_modulus")) for name in ("value", "error"))
             assert abs(value - 2e9) < 3.0 * error
             page.plots.measured.show()
@@ -450,9 +449,9 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             # with what was taken over the model passes through the measured points
             best = df.Case.from_toml(fit.attrs["case"]).experiment
             model = df.run(page.view.document.case().replace(experiment=best)).sel(direction="retract")
-            turned = session.bench.curve["phase"].values - page.view.document.measured.turn
-            near = np.flatnonzero((session.bench.curve["branch"].values == -1) & used)
-            zc = session.bench.curve["height"].values + page.view.document.measured.shift
+            turned = session.measured.curve["phase"].values - page.view.document.measured.turn
+            near = np.flatnonzero((session.measured.curve["branch"].values == -1) & used)
+            zc = session.measured.curve["height"].values + page.view.document.measured.shift
             order = np.argsort(model["zc"].values)
             told = np.interp(zc[near], model["zc"].values[order], np.ravel(model["phase"].values)[order])
             assert abs(np.mean(turned[near] - told)) < 4.0 * 0.3 / np.sqrt(len(near))
@@ -472,17 +471,17 @@ def test_a_fit_that_is_stopped_keeps_the_best_so_far(tmp_path):
         session.document = session.document.put(("fit", "search"), True)
         async with window(tmp_path, session, live=False) as (user, page):
             await dropped(page, data, "stiff.csv")
-            send(element(user, Panel), "confirm")
+            send(element(user, MeasuredPanel), "confirm")
             running = asyncio.create_task(session.fit(page.view.document))
             await until(lambda: session.fitting is not None and (session.fitting.done > 0 or running.done()), 60.0)
             assert session.fitting.error == ""
-            send(element(user, Panel), "stop")
+            send(element(user, MeasuredPanel), "stop")
             await asyncio.wait_for(running, 60.0)
-            assert session.bench.fit is None or session.bench.fit.attrs["interrupted"]
-            await session.bench.load(session.document)
-            assert session.bench.fit.attrs["interrupted"]
+            assert session.measured.fit is None or session.measured.fit.attrs["interrupted"]
+            await session.measured.load(session.document)
+            assert session.measured.fit.attrs["interrupted"]
             page.plots.measured.show()
-            assert "stopped" in element(user, Panel).props["summary"]
+            assert "stopped" in element(user, MeasuredPanel).props["summary"]
 
     asyncio.run(flow())
 
@@ -511,7 +510,7 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
     async def flow():
         async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
             await dropped(page, data, "stiff.csv")
-            panel = element(user, Panel)
+            panel = element(user, MeasuredPanel)
             send(panel, "confirm")
             send(panel, "free", {"name": "tip.radius", "free": True})
             send(panel, "fit")
@@ -519,7 +518,7 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
             page.plots.measured.show()
             notes = {row["name"]: row["note"] for row in panel.props["rows"]}
             assert "product" in notes["tip.radius"] or "tip" in notes["tip.radius"].lower()
-            assert notes["tip.radius"] and page.view.session.bench.fit is None
+            assert notes["tip.radius"] and page.view.session.measured.fit is None
 
     asyncio.run(flow())
 
@@ -533,7 +532,7 @@ def test_advice_on_a_fit_names_only_what_the_window_has_a_field_for(tmp_path):
     async def flow():
         async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
             await dropped(page, data, "stiff.csv")
-            panel = element(user, Panel)
+            panel = element(user, MeasuredPanel)
             send(panel, "confirm")
             send(panel, "free", {"name": "tip.radius", "free": True})
             send(panel, "fit")
@@ -571,10 +570,10 @@ def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open(data, "fit.nc")
             session = page.view.session
-            await session.bench.load(session.document)
-            assert session.bench.curve.sizes["point"] == fit.sizes["point"]
+            await session.measured.load(session.document)
+            assert session.measured.curve.sizes["point"] == fit.sizes["point"]
             page.plots.measured.show()
-            panel = element(user, Panel)
+            panel = element(user, MeasuredPanel)
             assert not panel.props["stale"] and panel.props["report"] == df.fit_report(fit)
             send(panel, "take")
             value = float(fit["value"].sel(parameter="sample.youngs_modulus"))
@@ -589,8 +588,8 @@ def test_a_measured_curve_as_dforce_wrote_it_is_opened(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
             await page.files.open(data, "curve.nc")
-            await page.view.session.bench.load(page.view.document)
-            assert page.view.session.bench.curve.sizes["point"] == 120
+            await page.view.session.measured.load(page.view.document)
+            assert page.view.session.measured.curve.sizes["point"] == 120
 
     asyncio.run(flow())
 

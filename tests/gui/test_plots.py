@@ -9,9 +9,9 @@ import pytest
 from simulated import click, element, send, show, until, window
 
 import dforce as df
-from dforce.gui.kept import Strip, Table
+from dforce.gui.kept import DifferencesTable, Strip
 from dforce.gui.motion import Drawing
-from dforce.gui.numbers import Sheet
+from dforce.gui.numbers import NumbersTable
 from dforce.gui.plots import Picker
 from dforce.gui.session import Session
 from dforce.results.curves import Picture
@@ -121,13 +121,13 @@ def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
             send(strip, "rename", {"id": kept.id, "name": "<b>first</b>"})
             send(strip, "compare")
             show(page, page.view.result)
-            table = element(user, Table)
+            table = element(user, DifferencesTable)
             assert table.props["names"] == ["<b>first</b>", "now"]
             assert [row["values"] for row in table.props["rows"] if row["path"] == "drive.A0"] == [("10 nm", "5 nm")]
             send(strip, "shown", {"id": kept.id, "shown": False})
             assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == ["now"]
             send(strip, "remove", kept.id)
-            await until(lambda: not session.shelf.names())
+            await until(lambda: not session.results.names())
             assert session.document.results == ()
 
     asyncio.run(flow())
@@ -150,7 +150,7 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
             session.close()
             again = Session(store, tmp_path)
             assert (again.document.results, again.document.plots) == kept
-            assert again.shelf.take(kept[0][0].id).sizes["zc"] == 23
+            assert again.results.take(kept[0][0].id).sizes["zc"] == 23
 
     asyncio.run(flow())
 
@@ -160,7 +160,7 @@ def test_the_numbers_behind_the_curves_stand_in_a_table_when_asked_for(tmp_path)
         async with window(tmp_path, live=False) as (user, page):
             result = df.run(CASE)
             show(page, result)
-            sheet = element(user, Sheet)
+            sheet = element(user, NumbersTable)
             assert not sheet.visible
             page.plots.numbers._toggle()
             show(page, result)
@@ -184,7 +184,7 @@ def test_the_table_of_states_has_the_stable_and_the_unstable_apart(tmp_path):
             page.plots.numbers._toggle()
             result = df.run(df.example("figure-3-branches"))
             show(page, result)
-            words = [row[0] for row in element(user, Sheet).props["rows"]]
+            words = [row[0] for row in element(user, NumbersTable).props["rows"]]
             assert list(dict.fromkeys(words)) == ["stable", "unstable"]
             # each piece reaches the next point of the curve
             assert result.sizes["point"] <= len(words) <= result.sizes["point"] + 6

@@ -15,7 +15,7 @@ from dforce.core.units import parse
 from dforce.gui.document import Document
 from dforce.gui.figures import Layer
 from dforce.gui.session import Session
-from dforce.gui.setpoint import Readout, states_of, table_of, three_digits
+from dforce.gui.setpoint import SetPointTable, states_of, table_of, three_digits
 from dforce.results.curves import Picture
 
 
@@ -26,7 +26,7 @@ def states():
 
 def rows(user):
     """Return what the table says: a dict by the words above its columns for each row."""
-    props = element(user, Readout).props
+    props = element(user, SetPointTable).props
     heads = [column["label"] for column in props["columns"]]
     return [
         dict(zip(heads, row["cells"], strict=True)) | {"state": row["state"], "ways": row["ways"]}
@@ -87,7 +87,7 @@ def test_another_set_point_is_read_off_at_once_and_kept(tmp_path):
         async with window(tmp_path, session, live=False) as (user, page):
             show(page, states())
             before = rows(user)
-            send(element(user, Readout), "percent", 50)
+            send(element(user, SetPointTable), "percent", 50)
             show(page, page.view.result)
             assert [row["state"] for row in rows(user)] == [row["state"] for row in before]
             assert [row["amplitude"] for row in rows(user)] == ["5 nm", "5 nm", "5 nm"]
@@ -115,7 +115,7 @@ def test_where_the_curve_begins_too_near_the_surface_it_says_so(tmp_path):
             case = df.example("figure-3-air").set("experiment.zc.start=6 nm", "experiment.zc.points=12")
             show(page, df.run(case))
             assert rows(user) == []
-            assert "farther from the surface" in element(user, Readout).props["text"]
+            assert "farther from the surface" in element(user, SetPointTable).props["text"]
 
     asyncio.run(flow())
 
@@ -126,7 +126,7 @@ def test_what_is_no_curve_has_no_set_point(tmp_path, name):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             show(page, df.run(df.example(name)))
-            assert not element(user, Readout).visible
+            assert not element(user, SetPointTable).visible
 
     asyncio.run(flow())
 
@@ -136,7 +136,7 @@ def test_a_set_point_out_of_range_is_not_taken(tmp_path):
         async with window(tmp_path, live=False) as (user, page):
             show(page, states())
             for percent in (0, 101, -3):
-                send(element(user, Readout), "percent", percent)
+                send(element(user, SetPointTable), "percent", percent)
             assert page.view.document.set_point == 0.8
 
     asyncio.run(flow())

@@ -16,7 +16,7 @@ from dforce.gui.compute import Live
 from dforce.gui.document import Document
 from dforce.gui.motion import Drawing
 from dforce.gui.session import Session
-from dforce.gui.shown import Part, Shown
+from dforce.gui.shown import PagePart, ShownParts
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=23")
 DOCUMENT = Document.of(CASE)
@@ -81,7 +81,7 @@ def test_a_result_never_stands_under_the_title_of_a_case_that_was_opened_meanwhi
             # the first one's is not lost; a result may be drawn before its file is written
             await until(lambda: len(page.view.document.results) == 2)
             kept = page.view.document.results
-            assert [(page.view.session.shelf.take(one.id).attrs["title"], one.shown) for one in kept] == [
+            assert [(page.view.session.results.take(one.id).attrs["title"], one.shown) for one in kept] == [
                 (first, False),
                 (second, True),
             ]
@@ -119,7 +119,7 @@ def test_the_motion_of_one_case_does_not_run_on_beside_another(tmp_path):
         async with window(tmp_path, live=False) as (user, page):
             page.view.session.document = DOCUMENT
             show(page, result())
-            page.view.shown.show(Part.CURVES, DOCUMENT)
+            page.view.shown.show(PagePart.CURVES, DOCUMENT)
             click(page, curve=0, index=11)
             drawing = element(user, Drawing)
             await until(lambda: drawing.props.get("motion"))
@@ -182,7 +182,7 @@ def test_a_step_back_to_the_case_shown_computes_nothing(tmp_path, monkeypatch):
 
     async def flow():
         async with window(tmp_path) as (_, page):
-            await until(lambda: page.view.shown.of(Part.CURVES))
+            await until(lambda: page.view.shown.of(PagePart.CURVES))
             page.view.edit(page.view.document.put(("drive", "A0"), "9 nm"))
             await until(lambda: page.view.status == views.TOO_LONG)
             page.view.session.undo()
@@ -201,7 +201,7 @@ def test_a_page_that_is_opened_again_shows_the_result_of_the_run(tmp_path, monke
         session.document = DOCUMENT
         await session.run(DOCUMENT)
         async with window(tmp_path, session) as (_, page):
-            await until(lambda: page.view.shown.of(Part.CURVES))
+            await until(lambda: page.view.shown.of(PagePart.CURVES))
             assert page.view.result is session.job.result
 
     asyncio.run(flow())
@@ -213,7 +213,7 @@ def test_a_curve_is_asked_for_again_at_once_after_something_was_compiled(tmp_pat
 
     async def flow():
         async with window(tmp_path) as (_, page):
-            await until(lambda: page.view.shown.of(Part.CURVES), 10.0)  # against 20 s
+            await until(lambda: page.view.shown.of(PagePart.CURVES), 10.0)  # against 20 s
             assert page.view.status == ""
 
     asyncio.run(flow())
@@ -228,7 +228,7 @@ def test_a_curve_that_took_too_long_is_tried_once_more_by_itself(tmp_path, monke
         async with window(tmp_path) as (_, page):
             await until(lambda: page.view.status == views.TOO_LONG)
             assert page.plots.waiting.text.text == views.TOO_LONG  # in the middle of the empty plot
-            await until(lambda: page.view.shown.of(Part.CURVES))
+            await until(lambda: page.view.shown.of(PagePart.CURVES))
             assert (page.view.status, page.plots.waiting.frame.visible) == ("", False)
             await asyncio.sleep(0.3)
             page.view.edit(page.view.document.put(("drive", "A0"), "9 nm"))
@@ -255,7 +255,7 @@ def test_the_last_drawing_is_of_what_is_to_be_shown_last(tmp_path):
             show(page, result())
             page.plots.redraw()
             await asyncio.sleep(0.05)
-            page.view.curve = views.Curve(DOCUMENT, result("5 nm"))
+            page.view.curve = views.DrawnResult(DOCUMENT, result("5 nm"))
             later = asyncio.create_task(page.view.draw())
             page.plots.redraw()
             await asyncio.sleep(0.05)
@@ -283,15 +283,15 @@ def test_a_click_on_a_figure_that_was_replaced_shows_no_motion_of_another(tmp_pa
 def test_a_part_is_behind_when_its_case_is_another_and_not_for_its_title(change, behind):
     async def flow():
         current = [DOCUMENT]
-        shown, marks = Shown(lambda: current[0]), []
-        shown.mark(Part.CURVES, marks.append)
-        shown.show(Part.CURVES, DOCUMENT)
+        shown, marks = ShownParts(lambda: current[0]), []
+        shown.mark(PagePart.CURVES, marks.append)
+        shown.show(PagePart.CURVES, DOCUMENT)
         current[0] = DOCUMENT.put(change[:1], change[1])
         shown.look()
         assert marks == []  # not at once
-        await asyncio.sleep(Part.CURVES.patience + 0.1)
+        await asyncio.sleep(PagePart.CURVES.patience + 0.1)
         assert marks == [True] * behind
-        shown.show(Part.CURVES, current[0])
+        shown.show(PagePart.CURVES, current[0])
         assert marks == [True, False] * behind
 
     asyncio.run(flow())

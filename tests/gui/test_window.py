@@ -196,7 +196,7 @@ def test_a_run_keeps_its_result(tmp_path):
             session = page.view.session
             assert session.job.state == "done"
             (kept,) = session.document.results
-            assert session.shelf.take(kept.id).sizes["zc"] == 221
+            assert session.results.take(kept.id).sizes["zc"] == 221
 
     asyncio.run(flow())
 
@@ -216,7 +216,7 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
             assert asyncio.get_running_loop().time() - begun < 1.2  # and a look every 0.15 s
             await run  # on a busy machine the result comes a little later
             (kept,) = session.document.results
-            result = session.shelf.take(kept.id)
+            result = session.results.take(kept.id)
             # errors of the last points may not be known yet
             assert 0 < int(repeats(result["status"].values).sum()) < 4002
 

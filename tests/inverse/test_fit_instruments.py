@@ -6,8 +6,8 @@ import pytest
 from fitted_curves import E, H
 
 import dforce as df
-from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.model import CurveModel
+from dforce.inverse.fitting.points import PointSelection, measured
 from dforce.inverse.fitting.unknowns import make_unknowns
 
 HEIGHTS = np.linspace(9.2e-9, 2e-9, 31)
@@ -72,7 +72,7 @@ def test_forces_with_two_branches_are_followed_anew_on_both_sides() -> None:
     )  # fmt: skip
     data = fc.dataset(HEIGHTS[::4] - OFFSET, np.full(8, 8e-9), np.full(8, 90.0), np.ones(8), (0.016e-9, 0.3))
     unknowns = make_unknowns(case, 1, [E], ("zc_offset",), {}, {}, {})
-    model = Model(case, unknowns, measured(data, Reading(margin=0)))
+    model = CurveModel(case, unknowns, measured(data, PointSelection(margin=0)))
     varied = np.array([one.varied(one.start) for one in unknowns])
     told = model.predict(varied)
     assert not model.curves.is_smooth and not told.lost.any()

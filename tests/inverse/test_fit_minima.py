@@ -10,8 +10,8 @@ import xarray as xr
 import dforce as df
 from dforce.inverse.fitting.folds import fold_beside, lowest
 from dforce.inverse.fitting.minimize import Objective, jacobian
-from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.model import CurveModel
+from dforce.inverse.fitting.points import PointSelection, measured
 from dforce.inverse.fitting.unknowns import make_unknowns
 from dforce.validity import advice_in
 
@@ -32,10 +32,10 @@ def two_minima(sets: dict[int, Set]) -> xr.Dataset:
     return df.fit(sets[7].start, sets[7].data, free=FREE)
 
 
-def model_of(made: Set) -> tuple[Model, np.ndarray]:
+def model_of(made: Set) -> tuple[CurveModel, np.ndarray]:
     """Return the model of a set, and what is varied at the truth."""
     unknowns = make_unknowns(made.start, 1, FREE, NUISANCE, {}, {}, {})
-    return Model(made.start, unknowns, measured(made.data, Reading())), np.array(
+    return CurveModel(made.start, unknowns, measured(made.data, PointSelection())), np.array(
         [one.varied(made.truth[one.name]) for one in unknowns]
     )
 

@@ -8,10 +8,10 @@ from fitted_curves import ETA, E, H
 import dforce as df
 from dforce.inverse.fitting import starts
 from dforce.inverse.fitting.certainty import certainty
-from dforce.inverse.fitting.curves import BESIDE_END, Curves, beyond
+from dforce.inverse.fitting.curves import BESIDE_END, ModelBranches, beyond
 from dforce.inverse.fitting.minimize import jacobian
-from dforce.inverse.fitting.model import Model, Prediction
-from dforce.inverse.fitting.points import Reading, measured
+from dforce.inverse.fitting.model import CurveModel, Prediction
+from dforce.inverse.fitting.points import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 
@@ -19,21 +19,23 @@ NUISANCE = ("zc_offset", "A0", "phase_offset")
 Q = "cantilever.Q"
 
 
-def model_of(name: str, free: list[str], priors: dict[str, object] | None = None) -> tuple[Model, np.ndarray]:
+def model_of(name: str, free: list[str], priors: dict[str, object] | None = None) -> tuple[CurveModel, np.ndarray]:
     """Return the model of a shipped curve, and what is varied at the truth."""
-    case, data = fc.case_of(name), measured(fc.data_of(name), Reading(margin=0))
+    case, data = fc.case_of(name), measured(fc.data_of(name), PointSelection(margin=0))
     unknowns = make_unknowns(case, 1, free, NUISANCE, priors or {}, {}, {})
     truth = dict(zip((E, H, ETA, *NUISANCE), fc.TRUTH[name], strict=True)) | {Q: case.problem.modes[0].Q}
-    return Model(case, unknowns, data), np.array([one.varied(truth[one.name]) for one in unknowns])
+    return CurveModel(case, unknowns, data), np.array([one.varied(truth[one.name]) for one in unknowns])
 
 
 @pytest.fixture(scope="module")
-def stiff() -> tuple[Model, np.ndarray, Prediction]:
+def stiff() -> tuple[CurveModel, np.ndarray, Prediction]:
     model, varied = model_of("stiff", [E, H, ETA], {Q: (180.0, 3.6)})
     return model, varied, model.predict(varied)
 
 
-def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Model, np.ndarray, Prediction]) -> None:
+def test_derivatives_are_those_of_curves_that_are_followed_anew(
+    stiff: tuple[CurveModel, np.ndarray, Prediction],
+) -> None:
     model, varied, told = stiff
     slopes = model.slopes(varied, told)
     for i, one in enumerate(model.unknowns):
@@ -48,7 +50,7 @@ def test_derivatives_are_those_of_curves_that_are_followed_anew(stiff: tuple[Mod
 
 
 def test_differences_to_one_side_are_as_good_and_half_the_work(
-    stiff: tuple[Model, np.ndarray, Prediction], monkeypatch: pytest.MonkeyPatch
+    stiff: tuple[CurveModel, np.ndarray, Prediction], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, varied, told = stiff
     counts, read = [], model.curves.read
@@ -66,9 +68,11 @@ def test_differences_to_one_side_are_as_good_and_half_the_work(
 def test_curves_that_fit_one_branch_badly_are_not_followed_along_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     model, varied = model_of("stiff", [E, H, ETA])
     followed: list[int] = []
-    solve = Curves.solve
+    solve = ModelBranches.solve
     monkeypatch.setattr(
-        Curves, "solve", lambda self, problems, *rest: followed.append(len(problems)) or solve(self, problems, *rest)
+        ModelBranches,
+        "solve",
+        lambda self, problems, *rest: followed.append(len(problems)) or solve(self, problems, *rest),
     )
     found = searched(model, varied)
     assert followed[0] == 64 and sum(followed[1:]) < 50
@@ -78,13 +82,13 @@ def test_curves_that_fit_one_branch_badly_are_not_followed_along_the_other(monke
         assert (one.varied == other.varied).all() and one.chi2 == pytest.approx(other.chi2, rel=1e-12)
 
 
-def test_a_phase_offset_has_the_derivative_one(stiff: tuple[Model, np.ndarray, Prediction]) -> None:
+def test_a_phase_offset_has_the_derivative_one(stiff: tuple[CurveModel, np.ndarray, Prediction]) -> None:
     model, varied, told = stiff
     column = model.slopes(varied, told)[:, :, [one.name for one in model.unknowns].index("phase_offset")]
     assert (column[:, 1] == 1.0).all() and (column[:, 0] == 0.0).all()
 
 
-def test_errors_at_the_truth_are_those_of_the_reference(stiff: tuple[Model, np.ndarray, Prediction]) -> None:
+def test_errors_at_the_truth_are_those_of_the_reference(stiff: tuple[CurveModel, np.ndarray, Prediction]) -> None:
     model, varied, told = stiff
     found = certainty(jacobian(model, varied, told), model.unknowns)
     slope = np.array([1.0 if one.is_log else one.scale for one in model.unknowns])
@@ -119,10 +123,10 @@ def same(case: df.Case, changes: dict[str, float]) -> None:
     other = case
     for path, value in changes.items():
         other = other.replace(path, value)
-    data = measured(fc.data_of("stiff"), Reading(margin=0))
+    data = measured(fc.data_of("stiff"), PointSelection(margin=0))
     told = []
     for one in (case, other):
-        model = Model(one, make_unknowns(one, 1, [E], ["zc_offset"], {}, {}, {}), data)
+        model = CurveModel(one, make_unknowns(one, 1, [E], ["zc_offset"], {}, {}, {}), data)
         told.append(model.predict(np.array([model.unknowns[0].varied(model.unknowns[0].start), 0.35 / 30.0])).values)
     assert told[1][:, 0] == pytest.approx(told[0][:, 0], rel=1e-9)
     assert told[1][:, 1] == pytest.approx(told[0][:, 1], abs=np.degrees(1e-9))

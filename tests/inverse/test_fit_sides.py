@@ -7,7 +7,7 @@ import xarray as xr
 from fitted_curves import ETA, E, H
 
 import dforce as df
-from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import checked_reading, measured
 from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
 
@@ -60,5 +60,5 @@ def test_no_curve_beside_the_best_loses_a_branch_at_an_edge_of_the_map() -> None
     unknowns = make_unknowns(case, 1, [E, H, ETA], NUISANCE, {}, {}, {"zc_offset": 0.35e-9, "phase_offset": 1.2})
     best = start_vector(unknowns)
     places = best + 0.7 * np.array(ERRORS) * np.random.default_rng(5).standard_normal((150, len(best)))
-    lost = [int(told.lost.sum()) for told in Model(case, unknowns, data).predict_many(places)]
+    lost = [int(told.lost.sum()) for told in CurveModel(case, unknowns, data).predict_many(places)]
     assert max(lost) < 3  # one or two lie behind the fold; a branch cut at an edge loses a dozen

@@ -148,11 +148,10 @@ def small_hdf5(folder):
     return path
 
 
-def test_hdf5_is_read_in_a_folder_whose_files_have_the_names_of_libraries(tmp_path, monkeypatch):
+def test_hdf5_is_read_in_a_folder_whose_files_have_the_names_of_libraries(workdir):
     for name in ("dforce", "h5py", "numpy"):
-        (tmp_path / f"{name}.py").write_text("raise SystemExit(1)")
-    monkeypatch.chdir(tmp_path)
-    curve = df.read_measured(small_hdf5(tmp_path), phase_convention="lag")
+        (workdir / f"{name}.py").write_text("raise SystemExit(1)")
+    curve = df.read_measured(small_hdf5(workdir), phase_convention="lag")
     np.testing.assert_array_equal(curve.height, HEIGHT)
 
 

@@ -343,8 +343,7 @@ def dforce(*words: str):
     return CliRunner().invoke(app, ["plan", *words])
 
 
-def test_a_plan_file_becomes_a_table_a_file_and_a_picture(tmp_path: Path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_plan_file_becomes_a_table_a_file_and_a_picture(workdir):
     Path("plan.toml").write_text(TEXT)
     done = dforce("plan.toml", "-o", "map.nc", "--plot", "map.png")
     assert done.exit_code == 0, done.output
@@ -363,8 +362,7 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(tmp_path: Path, monkey
     assert "least violation: A0" in none.stdout
 
 
-def test_a_stopped_plan_keeps_the_states_that_are_solved(tmp_path: Path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_stopped_plan_keeps_the_states_that_are_solved(workdir: Path, monkeypatch):
     Path("plan.toml").write_text(TEXT.replace("100 pN", "150 pN") + "margin = { set_point = 0.1 }\n")
     assert dforce("plan.toml", "-o", "whole.nc").exit_code == 0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import measured_curve
 import numpy as np
 import pytest
+from every import every
 
 import dforce as df
 
@@ -211,9 +212,7 @@ def shuffled():
     return "\n".join([heading, *np.random.default_rng(1).permutation(rows).tolist(), ""])
 
 
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
+@every([
         ("", "is empty"),
         ("only words\nand more\n", "holds no table of numbers"),
         (changed(50, 1, "nan"), "no finite number for the amplitude in line 50"),
@@ -237,9 +236,8 @@ def shuffled():
         (b"\x00\x01\x02\x03" * 100, "neither text nor a kind of file"),
         (b"PK\x03\x04" + b"x" * 100, "an archive, as JPK writes them; export the curve as text"),
         (b"\\*File list\r\n\\Version: 0x09", "Bruker's NanoScope; export the curve as text"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_read_is_one_sentence(tmp_path, content, sentence):
+    ])  # fmt: skip
+def test_what_cannot_be_read_is_one_sentence(content, sentence, tmp_path):
     with pytest.raises(df.DForceError, match=sentence) as error:
         read(tmp_path, content)
     assert "\n" not in str(error.value)

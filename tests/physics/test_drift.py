@@ -207,15 +207,14 @@ def test_a_fit_finds_the_sample_below_a_lever_that_drifts():
     assert other.attrs["chi2"] > 1e3
 
 
-def test_drift_comes_from_the_columns_of_a_file(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "seen.csv").write_text("# from afar\nheight [nm],Q,A0 (nm)\n1000,3,12\n20,2.2,9\n0,2,8\n")
+def test_drift_comes_from_the_columns_of_a_file(workdir):
+    (workdir / "seen.csv").write_text("# from afar\nheight [nm],Q,A0 (nm)\n1000,3,12\n20,2.2,9\n0,2,8\n")
     given = case({"file": "seen.csv"})
     assert given.cantilever.drift == df.Drift(**DRIFT)
-    (tmp_path / "seen.csv").unlink()
+    (workdir / "seen.csv").unlink()
     assert df.Case.from_toml(given.to_toml()) == given  # the case holds what the file says
     many = "height [nm],Q\n" + "".join(f"{i},{2 + 1e-3 * i}\n" for i in range(1001))
-    (tmp_path / "many.csv").write_text(many)
+    (workdir / "many.csv").write_text(many)
     lever = case({"file": "many.csv"}).problem
     assert pytest.approx(2.0075, rel=1e-6) == lever.at_height(7.5e-9).modes[0].Q
 
@@ -235,15 +234,13 @@ def test_drift_comes_from_the_columns_of_a_file(tmp_path, monkeypatch):
         ("height [nm]\n0\n1\n", "neither Q nor A0"),
     ],
 )
-def test_a_mistake_in_a_file_is_one_sentence(text, words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "seen.csv").write_text(text)
+def test_a_mistake_in_a_file_is_one_sentence(text, words, workdir):
+    (workdir / "seen.csv").write_text(text)
     with pytest.raises(ParameterError, match=re.escape(words)):
         df.Drift(file="seen.csv")
 
 
-def test_a_file_that_is_none_and_one_beside_numbers_are_refused(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_file_that_is_none_and_one_beside_numbers_are_refused(workdir):
     for given, words in (
         ({"file": "none.csv"}, "there is no such file"),
         ({"file": "seen.txt"}, "its name has to end in .csv"),

@@ -15,7 +15,7 @@ from dforce.integrators.loops import phases, tabulate
 from dforce.integrators.rk4 import advance as advance_rk4
 from dforce.kernel.codegen import compose
 from dforce.observables.measure import F_V, FIRST, F, Z, measure
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers.integrator import INTEGRATORS, sample_count
 
 TAU = 2 * math.pi
@@ -31,11 +31,13 @@ CHANGES = {"power_law": {"modulus_at_reference": "300 MPa", "reference_time": "1
 def lever(*forces):
     """Return a lever so stiff that no neck or adhesion holds it: its spring pulls back with k A0 = 100 nN."""
     return Problem.build(
-        df.Cantilever(f0=50e3, k=5.0, Q=5.0),
-        df.Drive(A0=20e-9),
-        df.Tip(radius=10e-9, youngs_modulus=170e9, poisson_ratio=0.28, half_angle="20 deg"),
-        df.Sample(youngs_modulus=1e9, poisson_ratio=0.3, thickness=500e-9, radius=50e-9),
-        medium=df.Medium(temperature=298.15, permittivity=78.5),
+        Instrument(
+            df.Cantilever(f0=50e3, k=5.0, Q=5.0),
+            df.Drive(A0=20e-9),
+            df.Tip(radius=10e-9, youngs_modulus=170e9, poisson_ratio=0.28, half_angle="20 deg"),
+            df.Sample(youngs_modulus=1e9, poisson_ratio=0.3, thickness=500e-9, radius=50e-9),
+            medium=df.Medium(temperature=298.15, permittivity=78.5),
+        ),
         forces=forces,
     )
 

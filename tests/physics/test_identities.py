@@ -15,7 +15,7 @@ from dforce.checks.validation.comparison import mean_squares
 from dforce.checks.validation.identities import closures, limit
 from dforce.checks.validation.motions import averages
 from dforce.experiments.base import initial_motion
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers.integrator import INTEGRATORS
 from dforce.solvers.transient import steady
 
@@ -76,9 +76,11 @@ def test_identities_hold_with_a_viscous_contact(integrator, points):
 
 def lever(modes, tones, forces, radius=2e-9, modulus=1e9):
     return Problem.build(
-        df.Cantilever(modes=modes), df.Drive(tones=tones), df.Tip(radius=radius), df.Sample(youngs_modulus=modulus),
+        Instrument(
+            df.Cantilever(modes=modes), df.Drive(tones=tones), df.Tip(radius=radius), df.Sample(youngs_modulus=modulus)
+        ),
         forces=forces,
-    )  # fmt: skip
+    )
 
 
 @settings(max_examples=8, derandomize=True, deadline=None)

@@ -9,7 +9,7 @@ import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag, jkr
 from dforce.observables.complex_numbers import modulus, phase_lag, product
 from dforce.observables.finish import finish
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers.integrator import INTEGRATORS
 
 A0 = 0.165e-9
@@ -37,17 +37,21 @@ AVERAGES = MEASURED[:3]
 
 def viscous():
     problem = Problem.build(
-        df.Cantilever(f0=5e4, k=0.9, Q=100), df.Drive(A0=10e-9), df.Tip(radius=10e-9), df.Sample(youngs_modulus=1e8),
+        Instrument(
+            df.Cantilever(f0=5e4, k=0.9, Q=100), df.Drive(A0=10e-9), df.Tip(radius=10e-9), df.Sample(youngs_modulus=1e8)
+        ),
         forces=[df.forces.DMT(hamaker=1e-20), df.forces.KelvinVoigt(viscosity=100.0)],
-    )  # fmt: skip
+    )
     return problem, 6e-9, dmt_with_drag(10e-9, 1e8 / 0.91, 1e-20, 100.0, A0), Region(A0, A0)
 
 
 def sticky():
     problem = Problem.build(
-        df.Cantilever(f0=7e4, k=2.0, Q=150), df.Drive(A0=20e-9), df.Tip(radius=10e-9), df.Sample(youngs_modulus=1e9),
+        Instrument(
+            df.Cantilever(f0=7e4, k=2.0, Q=150), df.Drive(A0=20e-9), df.Tip(radius=10e-9), df.Sample(youngs_modulus=1e9)
+        ),
         forces=[df.forces.JKR(surface_energy=0.03)],
-    )  # fmt: skip
+    )
     return problem, 15e-9, *jkr(0.03, 10e-9, 1e9 / 0.91, A0)
 
 

@@ -12,7 +12,6 @@ from scipy.linalg import solve_discrete_lyapunov
 
 import dforce as df
 from dforce.core.errors import ParameterError, ResultError
-from dforce.experiments.motion import motion_of
 from dforce.instrument import ModeNumbers
 from dforce.instrument.noise import (
     BOLTZMANN,
@@ -22,6 +21,7 @@ from dforce.instrument.noise import (
     thermal_density,
     time_constant,
 )
+from dforce.procedures.motion import motion_of
 from dforce.solvers.integrator import RK4, free_amplitudes, with_amplitudes
 from dforce.solvers.langevin import Langevin, linear_step, step_noise
 from dforce.solvers.linear_noise import linear_noise

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.checks.validation import published, validation_page
-from dforce.checks.validation.checks import compare, half_a_digit
+from dforce.checks.validation.checks import Check, deviation, half_a_digit
 from dforce.checks.validation.disagreements import Tally
 from dforce.checks.validation.draws import FAMILIES, draw
 from dforce.cli.app import app
@@ -32,10 +32,15 @@ def test_a_limit_wider_than_the_digits_has_its_reason():
 def test_a_value_is_met_to_half_a_unit_of_its_last_digit():
     assert half_a_digit("-2.50e-9") == pytest.approx(0.005 / 2.5)
     assert half_a_digit("120") == pytest.approx(0.5 / 120)
-    assert compare("", "", 2.5049e-9, "2.50e-9", "m").met
-    assert not compare("", "", 2.5051e-9, "2.50e-9", "m").met
-    assert not compare("", "", math.nan, "2.50e-9", "m").met
-    assert compare("", "", 1e-12, "0.0", "m", within=1e-3, of=1e-9).met
+
+    def met(*numbers, **limits):
+        error, limit = deviation(*numbers, **limits)
+        return Check("", "", numbers[0], float(numbers[1]), "m", error, limit).met
+
+    assert met(2.5049e-9, "2.50e-9")
+    assert not met(2.5051e-9, "2.50e-9")
+    assert not met(math.nan, "2.50e-9")
+    assert met(1e-12, "0.0", within=1e-3, of=1e-9)
 
 
 def test_random_cases_hold_every_shipped_force_and_come_back_by_number():

@@ -17,7 +17,7 @@ from dforce import kernel
 from dforce.core import first_answer
 from dforce.core.first_answer import early_answers
 from dforce.kernel import behind
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.solvers import beside
 from dforce.solvers.integrator import CALLED, load_kernels
 
@@ -70,7 +70,7 @@ def test_solvers_are_compiled_for_the_very_arguments_of_runs(name, started, monk
     assert {solver for solver, count in ran.items() if count} >= {"follow", "remeasure", "find_orbits", "march"}
     assert max(ran.values()) == 1
     beside.compile_beside(case.problem)
-    beside.compile_behind(case.problem, Tip(load_kernels(case.problem)[0], case.problem, CALLED))
+    beside.compile_behind(case.problem, TipFunctions(load_kernels(case.problem)[0], case.problem, CALLED))
     for name in ("give_way", "end_in_time"):  # this process does neither
         monkeypatch.setattr(behind, name, lambda: None)
     for code, arguments, _ in started:

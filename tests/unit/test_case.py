@@ -8,6 +8,7 @@ import tomllib
 import jsonschema
 import numpy as np
 import pytest
+from every import every
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -62,8 +63,7 @@ def test_a_case_is_checked_as_a_whole_when_it_is_made():
 # --- changing one value
 
 
-@pytest.mark.parametrize(
-    ("case", "path", "value", "read", "expected"),
+@every(
     [
         (AIR, "sample.youngs_modulus", "2 GPa", lambda c: c.sample.youngs_modulus, 2e9),
         (AIR, "forces.dmt.hamaker", 1e-20, lambda c: c.forces[0].hamaker, 1e-20),
@@ -84,8 +84,7 @@ def test_a_case_is_checked_as_a_whole_when_it_is_made():
         (AIR, "solver.points_per_period", 512, lambda c: c.solver.points_per_period, 512),
         (AIR, "title", "new", lambda c: c.title, "new"),
         (AIR, "about.shows", "new", lambda c: c.about.shows, "new"),
-    ],
-    ids=range(19),
+    ]
 )
 def test_replacing_changes_the_value_at_a_path_and_nothing_else(case, path, value, read, expected):
     new = case.replace(path, value)
@@ -143,8 +142,7 @@ def test_a_mode_given_in_a_list_may_stand_without_its_number_when_it_is_alone():
     assert single.replace("drive.A0", "2 nm").drive.tones[0].A0 == 2e-9
 
 
-@pytest.mark.parametrize(
-    ("case", "path", "message"),
+@every(
     [
         (AIR, "sample.youngs", "no parameter 'sample.youngs'; did you mean 'sample.youngs_modulus'?"),
         (AIR, "samples.youngs_modulus", "no parameter 'samples'; did you mean 'sample'?"),
@@ -164,15 +162,13 @@ def test_a_mode_given_in_a_list_may_stand_without_its_number_when_it_is_alone():
         (BIMODAL, "cantilever.Q", "'cantilever.Q' could be any of 2 modes; write cantilever.modes.1.Q, say"),
         (BIMODAL, "drive.A0", "could be any of 2 tones"),
         (BIMODAL, "cantilever.modes.3.Q", "no 'cantilever.modes.3'; it has 2 of them"),
-    ],
-    ids=shorten,
+    ]
 )
 def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
     assert message in refusal(ParameterError, case.replace, path, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "message"),
+@every(
     [
         ("tip.radius", -2e-9, "tip.radius = -2 nm is not above 0 nm"),
         ("tip.radius", math.nan, "tip.radius is nan, which is not a finite number"),
@@ -206,8 +202,7 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("title", "x" * 100_000, "is longer than 300 characters"),
         ("title", 3, "title = 3 is not text"),
         ("medium", "watr", "medium = 'watr' is not known; did you mean 'water'?"),
-    ],
-    ids=shorten,
+    ]
 )
 def test_a_value_that_is_not_allowed_is_one_sentence_with_its_path(path, value, message):
     assert message in refusal(ParameterError, AIR.replace, path, value)

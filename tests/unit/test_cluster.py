@@ -150,14 +150,13 @@ def test_the_command_uses_a_running_cluster_and_goes_on_without_it(processes, cl
 
 
 @pytest.mark.long
-def test_a_plug_in_travels_with_its_case(client, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "spring.py").write_text(PLUGIN)
+def test_a_plug_in_travels_with_its_case(client, workdir):
+    (workdir / "spring.py").write_text(PLUGIN)
     swept = case(plugins=["spring.py"], forces=[{"model": "spring_of_a_cluster"}])
     over = {"forces.1.stiffness": [0.01, 0.02, 0.03]}
-    cluster = df.sweep(swept, over, store=tmp_path / "cluster.zarr", client=client)
+    cluster = df.sweep(swept, over, store=workdir / "cluster.zarr", client=client)
     assert "notes" not in cluster.attrs
-    same(cluster, df.sweep(swept, over, store=tmp_path / "threads.zarr"))
+    same(cluster, df.sweep(swept, over, store=workdir / "threads.zarr"))
 
 
 @pytest.mark.long

@@ -1,15 +1,17 @@
 """Text of strangers costs what its length costs, whatever it means: towers of powers, brackets, long products, headings."""
 
+import itertools
 import time
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from every import every
 
 import dforce as df
 from dforce.core import units
 from dforce.core.columns import read_columns
-from dforce.core.errors import DForceError, shorten
+from dforce.core.errors import DForceError
 from dforce.core.notation import html_symbol, plain_math
 from dforce.core.toml import read_toml
 from dforce.gui.document import Document
@@ -77,29 +79,25 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("unit", UNITS, ids=shorten)
-@pytest.mark.parametrize("way", WAYS)
-def test_a_unit_costs_next_to_nothing_wherever_it_is_typed(way, unit):
+@every(itertools.product(UNITS, WAYS))
+def test_a_unit_costs_next_to_nothing_wherever_it_is_typed(unit, way):
     assert 'A0 = "10 nm"' in OWN
     assert cpu_time(lambda: WAYS[way](unit)) < MOST_CPU
 
 
-@pytest.mark.parametrize("unit", UNITS[:21])
+@every(UNITS[:21])
 def test_a_tower_of_powers_never_reaches_what_computes_it(unit, monkeypatch):
     monkeypatch.setattr(units, "_pint_unit", lambda unit: pytest.fail(f"pint was given {unit}"))
     with pytest.raises(df.UnitError, match="is not a unit"):
         units.unit_scale(unit)
 
 
-@pytest.mark.parametrize(
-    ("written", "scale"),
-    [
+@every([
         ("N/m", 1.0), ("N / m", 1.0), ("kg m^-3", 1.0), ("J/(m^2)", 1.0), ("m**-2", 1.0), ("N.m", 1.0), ("mPa·s", 1e-3),
         ("Hz^(1/2)", 1.0), ("m^(-1)", 1.0), ("nm^0.5", 1e-9**0.5), ("1/(m s)", 1.0),
         ("(nm)^2", 1e-18), ("µm²", 1e-12), ("%", 0.01),
         ("mN/(nm s)", 1e6), ("V/µm", 1e6),
-    ],
-)  # fmt: skip
+    ])  # fmt: skip
 def test_the_units_of_the_field_are_read_in_every_spelling(written, scale):
     assert units.unit_scale(written)[0] == pytest.approx(scale, rel=1e-12)
 
@@ -136,7 +134,7 @@ def read_columns_of(text: str) -> None:
     read_columns(file, "cantilever.drift.file", {"height": "m"})
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@every(TEXTS)
 def test_a_short_text_costs_little_in_every_parser(name, tmp_path):
     FOLDER["place"] = tmp_path
     assert cpu_time(TEXTS[name]) < MOST_CPU

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.problem import Problem
+from dforce.runs import carry_out
 from dforce.solvers import transient
 from dforce.solvers.integrator import INTEGRATORS
 
@@ -72,9 +72,9 @@ def test_start_of_a_retract_chooses_the_branch():
 
 def test_progress_counts_the_points():
     seen = []
-    experiment = df.experiments.Approach(zc=[9e-9, 8e-9, 7e-9])
     case = tapping(settle="fixed", periods=2, measured_periods=1)
-    experiment.run(case.problem, case.solver, lambda *call: seen.append(call))
+    case = case.replace(experiment=df.experiments.Approach(zc=[9e-9, 8e-9, 7e-9]))
+    carry_out(case, lambda *call: seen.append(call))
     assert [done for done, _, _ in seen] == sorted(done for done, _, _ in seen)
     assert {done for done, _, _ in seen} == {0, 1, 2, 3}
     assert seen[-1][:2] == (3, 3)
@@ -127,14 +127,16 @@ def test_results_do_not_depend_on_how_often_the_watch_is_looked_at(monkeypatch):
 # --- points that fail ------------------------------------------------------------------------------------------------
 
 
-def with_hole(**solver):
-    """Return a problem without a force, but with nothing that is a number below 6.5 nm; no case can hold it."""
-    problem = Problem.build(
-        df.Cantilever(f0="50 kHz", k="1 N/m", Q=5), df.Drive(A0="1 nm"), df.Tip(radius="2 nm"),
-        df.Sample(youngs_modulus="1 GPa"), contact=df.Contact(a0="6.5 nm"), forces=[df.forces.Hertz()],
+def with_hole(experiment, **solver):
+    """Return a case without a force, but with nothing that is a number below 6.5 nm, which no user can write."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="50 kHz", k="1 N/m", Q=5), drive=df.Drive(A0="1 nm"), tip=df.Tip(radius="2 nm"),
+        sample=df.Sample(youngs_modulus="1 GPa"), contact=df.Contact(a0="6.5 nm"), forces=[df.forces.Hertz()],
+        experiment=experiment, solver=df.SolverSettings(**solver),
     )  # fmt: skip
-    hole = problem.forces[0].model_copy(update={"E_eff": math.nan})
-    return dataclasses.replace(problem, forces=(hole,)), df.SolverSettings(**solver)
+    hole = case.problem.forces[0].model_copy(update={"E_eff": math.nan})
+    case.__dict__["problem"] = dataclasses.replace(case.problem, forces=(hole,))
+    return case
 
 
 @pytest.mark.parametrize("solver", [{}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str)
@@ -143,9 +145,8 @@ def with_hole(**solver):
 )
 def test_a_point_that_fails_is_nan_and_the_run_goes_on(solver, motion):
     # near the edge the orbit runs into the hole; then far again, on the way back
-    problem, settings = with_hole(**solver)
     experiment = df.experiments.Approach(zc=["8 nm", "7.2 nm", "7.1 nm"], direction="both", **motion)
-    curve = experiment.run(problem, settings, quiet)
+    curve = carry_out(with_hole(experiment, **solver), quiet)
     status = curve.status.transpose("direction", "zc").values
     assert status.tolist() == [[STATUS.OK, STATUS.FAILED, STATUS.FAILED]] * 2
     failed = curve.status == STATUS.FAILED
@@ -157,8 +158,7 @@ def test_a_point_that_fails_is_nan_and_the_run_goes_on(solver, motion):
 
 
 def test_a_dwell_that_fails_has_no_traces_and_does_not_raise():
-    problem, settings = with_hole(**TRANSIENT)
-    result = df.experiments.Dwell(zc="7 nm").run(problem, settings, quiet)
+    result = carry_out(with_hole(df.experiments.Dwell(zc="7 nm"), **TRANSIENT), quiet)
     assert int(result.status) == STATUS.FAILED
     assert np.isnan(float(result.amplitude[0]))
     assert "deflection" not in result
@@ -223,9 +223,9 @@ def test_memory_does_not_grow_with_points_times_periods():
 
     def peak(points, periods):
         case = tapping(settle="fixed", periods=periods, measured_periods=4)
-        experiment = df.experiments.Approach(zc=np.linspace(9e-9, 8e-9, points))
+        case = case.replace(experiment=df.experiments.Approach(zc=np.linspace(9e-9, 8e-9, points)))
         tracemalloc.start()
-        experiment.run(case.problem, case.solver, quiet)
+        carry_out(case, quiet)
         size = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return size

@@ -19,9 +19,7 @@ TEXT = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8
 @pytest.fixture
 def settling(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Add the experiment that CONTRIBUTING shows."""
-    [written] = [
-        block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "(MotionExperiment)" in block
-    ]
+    [written] = [block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "(CurveExperiment)" in block]
     file = tmp_path / "settling.py"
     file.write_text(written, encoding="utf-8")
     spec = importlib.util.spec_from_file_location("dforce.experiments.settling", file)
@@ -40,6 +38,10 @@ def test_the_experiment_of_contributing_runs_from_a_case_and_agrees_with_an_appr
     assert (result["settling_periods"] > 100).all()  # Q is 255
     np.testing.assert_allclose(result["amplitude"][0], known["amplitude"][0], rtol=1e-5)  # free: one state
     assert df.report(result).findings
+    grid = df.sweep(case, over={"sample.youngs_modulus": ["0.5 GPa", "1 GPa"], "drive.A0": ["9 nm", "10 nm"]})
+    alone = df.run(case.replace("sample.youngs_modulus", "0.5 GPa").replace("drive.A0", "9 nm"))
+    np.testing.assert_array_equal(grid["settling_periods"][0, 0], alone["settling_periods"])
+    np.testing.assert_array_equal(grid["amplitude"][0, 0], alone["amplitude"])
 
 
 USED = """

@@ -23,7 +23,7 @@ from dforce.core.first_answer import early_answers, may_be_early
 from dforce.core.parallel import Crew
 from dforce.gui.compute import Job, live_curve
 from dforce.kernel import behind, cache
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.solvers import beside
 from dforce.solvers.integrator import CALLED, load_kernels
 
@@ -149,7 +149,7 @@ def new():
 def test_a_new_combination_is_answered_without_its_own_code(begun):
     asked = new()
     own, _ = load_kernels(asked.problem)
-    Tip(own, asked.problem, CALLED).prepare(LANES)
+    TipFunctions(own, asked.problem, CALLED).prepare(LANES)
     result = early(lambda: df.run(asked))
     assert np.isfinite(result.amplitude).all()
     assert not [name for name in CALLED if getattr(own.module, name).signatures]
@@ -177,7 +177,7 @@ def test_the_own_code_answers_where_nothing_can_be_done_in_the_background(nothin
 def test_a_run_goes_over_to_its_own_code_once_that_is_there(nothing_compiled, monkeypatch):
     asked = case()
     own, _ = load_kernels(asked.problem)
-    tip = Tip(own, asked.problem, CALLED)
+    tip = TipFunctions(own, asked.problem, CALLED)
     tip.prepare(LANES)
     p, names = kernel.parameters(asked.problem, 6e-9), ("advance_lanes",)
     first = early(lambda: tip.at(p, names))

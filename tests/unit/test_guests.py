@@ -12,7 +12,7 @@ import pytest
 import dforce as df
 from dforce.core import files
 from dforce.core.marks import FileName, Words, file_name, holds_text, words
-from dforce.core.parameters import Parameters, Quantity, Shared, param
+from dforce.core.parameters import ParameterQuantity, Parameters, Shared, param
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
 
@@ -45,7 +45,7 @@ def test_every_key_that_may_hold_text_says_whether_it_names_a_file():
         key
         for key, field in keys().items()
         if holds_text(field.annotation)
-        and not isinstance(field.json_schema_extra, FileName | Words | Quantity | Shared)
+        and not isinstance(field.json_schema_extra, FileName | Words | ParameterQuantity | Shared)
         and key != "experiment.kind"  # of the class that all experiments are made from: each has a choice of one
     ]
     assert unsaid == []
@@ -77,8 +77,7 @@ def test_it_is_known_how_each_file_that_a_case_names_is_read():
 
 
 @pytest.mark.parametrize("key", READ)
-def test_the_owner_of_the_computer_is_told_what_is_wrong_with_a_file(key, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_owner_of_the_computer_is_told_what_is_wrong_with_a_file(key, workdir):
     Path("there.csv").write_text(SECRET)
     Path("there.py").write_text(SECRET)
     ending = ".py" if key == "case.plugins" else ".csv"
@@ -102,15 +101,14 @@ def noting(function: Callable[..., Any], places: list[object]) -> Callable[..., 
 
 
 @pytest.mark.parametrize("key", READ)
-def test_a_guest_learns_no_cell_of_a_file_nor_whether_it_exists(key, tmp_path, monkeypatch, guests):
-    monkeypatch.chdir(tmp_path)
+def test_a_guest_learns_no_cell_of_a_file_nor_whether_it_exists(key, workdir, monkeypatch, guests):
     for ending in (".csv", ".py"):
         Path(f"there{ending}").write_text(SECRET)
     looked_at: list[object] = []
     for function in ("stat", "open"):
         monkeypatch.setattr(os, function, noting(getattr(os, function), looked_at))
     sentences = []
-    for name in ("there.csv", "missing.csv", str(tmp_path / "there.csv"), "../there.csv", "there.py", "/etc/passwd"):
+    for name in ("there.csv", "missing.csv", str(workdir / "there.csv"), "../there.csv", "there.py", "/etc/passwd"):
         with pytest.raises(df.ParameterError) as raised:
             READ[key](name)
         sentences.append(str(raised.value))
@@ -142,8 +140,7 @@ def test_a_guest_may_set_words_of_a_plug_in(guests, monkeypatch):
     assert type("OfWords", (df.Force,), space)(note="as seen").note == "as seen"
 
 
-def test_a_case_that_holds_what_its_library_says_is_open_to_guests(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_case_that_holds_what_its_library_says_is_open_to_guests(workdir, monkeypatch):
     Path("own.csv").write_text("name,f0,k,Q\nmine,48.9 kHz,0.9 N/m,255\n")
     case = built({"cantilever": {"name": "mine", "library": "own.csv"}})
     monkeypatch.setattr(files, "guests_only", True)

@@ -28,7 +28,7 @@ LEVELS = (
     ("results",),
     ("experiments",),
     ("case",),
-    ("validity", "plot"),
+    ("validity", "plot", "procedures"),
     ("runs", "findings", "spectroscopy", "maps", "thermal"),
     ("inverse",),
     ("checks",),

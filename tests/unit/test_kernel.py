@@ -24,7 +24,7 @@ from dforce.integrators.lanes import LANES, advance_lanes
 from dforce.kernel import cache
 from dforce.kernel.codegen import OTHERS, compose
 from dforce.observables.measure import FIRST
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.period_map import MOTION, NOTHING
@@ -66,9 +66,14 @@ if __name__ == "__main__":
 def problem(forces=(), modes=1, Q=10.0, zc_modulus=1e9, hamaker=2e-20, viscosity=50.0):
     forces = forces or [df.forces.DMT(hamaker=hamaker), df.forces.KelvinVoigt(viscosity=viscosity)]
     return Problem.build(
-        df.Cantilever(modes=[{"f0": 5e4 * 6.3**n, "k": 0.9 * 39**n, "Q": Q} for n in range(modes)]),
-        df.Drive(A0="10 nm"), df.Tip(radius="2 nm"), df.Sample(youngs_modulus=zc_modulus), forces=forces,
-    )  # fmt: skip
+        Instrument(
+            df.Cantilever(modes=[{"f0": 5e4 * 6.3**n, "k": 0.9 * 39**n, "Q": Q} for n in range(modes)]),
+            df.Drive(A0="10 nm"),
+            df.Tip(radius="2 nm"),
+            df.Sample(youngs_modulus=zc_modulus),
+        ),
+        forces=forces,
+    )
 
 
 MARCHES = {"march_rk4": rk4.march, "march_adaptive": adaptive.march}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from every import every
 
 import dforce as df
 from dforce.core import units
@@ -76,7 +77,7 @@ MEANT = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", MEANT)
+@every(MEANT)
 def test_the_likeliest_mistake_is_met_with_what_was_meant(name):
     path, given, sentence = MEANT[name]
     with pytest.raises(df.ParameterError) as raised:

@@ -45,8 +45,7 @@ def test_a_unit_of_another_kind_is_a_unit_error_in_every_class(model, name):
         model(**{**needed, **model.example, name: WRONG})
 
 
-@pytest.mark.parametrize(
-    "call",
+@every(
     [
         lambda: df.Case(cantilever={"f0": WRONG, "k": 1.0, "Q": 100.0}, drive={"A0": "10 nm"}),
         lambda: CASE.replace("tip.radius", WRONG),
@@ -67,7 +66,7 @@ def test_a_unit_of_another_kind_is_a_unit_error_in_every_class(model, name):
         lambda: df.sweep(CASE, over={"tip.radius": ["1 nm", WRONG]}),
         lambda: df.plot.check_width(WRONG),
         lambda: parse(WRONG, "m"),
-    ],
+    ]
 )
 def test_a_unit_of_another_kind_is_a_unit_error_wherever_it_is_given(call):
     with pytest.raises(df.UnitError, match="2 cd"):

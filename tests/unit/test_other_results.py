@@ -52,9 +52,9 @@ def test_where_there_is_no_picture_a_sentence_says_so() -> None:
 
 
 def test_the_window_says_that_it_does_not_show_other_results(tmp_path: Path) -> None:
-    rehearsal = pytest.importorskip("dforce.gui.rehearsal")
+    checks = pytest.importorskip("dforce.gui.upload_checks")
     with pytest.raises(df.ResultError, match="another kind \\(identification\\)"):
-        rehearsal.rehearse(identification(), tmp_path)
+        checks.validate_upload(identification(), tmp_path)
 
 
 def test_every_row_of_the_kinds_leads_to_its_functions() -> None:

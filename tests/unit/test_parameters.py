@@ -4,6 +4,7 @@ import math
 
 import pydantic
 import pytest
+from every import every
 
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Parameters, param, shared
@@ -55,8 +56,7 @@ def test_replacing_makes_a_new_validated_object():
     assert refusal(knob.replace, size=-1) == "knob.size = -1 m is not above 0 nm"
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
+@every(
     [
         ({"size": "-2 nm"}, "knob.size = -2 nm is not above 0 nm"),
         ({"size": "0 nm"}, "knob.size = 0 m is not above 0 nm"),
@@ -83,8 +83,7 @@ def test_replacing_makes_a_new_validated_object():
         ({"xyz": 1}, "knob has no parameter 'xyz'; known: count, free, many, rate, ratio, size"),
         ({"x" * 100_000: 1}, "knob has no parameter 'xxx"),
         ({"given": 1}, "knob takes 'given' from the instrument: give tip.radius instead"),
-    ],
-    ids=shorten,
+    ]
 )
 def test_what_is_not_allowed_is_one_sentence_with_what_and_why(given, message):
     assert message in refusal(Knob, **given)

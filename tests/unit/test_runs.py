@@ -264,8 +264,7 @@ def test_settings_given_in_python_override_those_of_the_case():
         df.approach(case, zc="4.5 nm", harmonic=3)
 
 
-def test_a_run_takes_what_the_command_takes(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_run_takes_what_the_command_takes(workdir):
     case = approach()
     df.save_case(case, "case.toml")
     whole, part = df.run(case), df.run(case, stop_after(2))

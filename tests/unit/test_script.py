@@ -7,6 +7,7 @@ import sys
 
 import pytest
 import xarray as xr
+from every import every
 
 import dforce as df
 
@@ -21,7 +22,7 @@ def test_the_script_of_every_example_builds_the_same_case(name):
     assert names["case"].to_toml() == df.example(name).to_toml()
 
 
-@pytest.mark.parametrize("model", sorted(df.forces.REGISTRY))
+@every(sorted(df.forces.REGISTRY))
 def test_the_script_holds_every_force(model):
     force = df.forces.REGISTRY[model]
     table = {"model": model, **force.example}

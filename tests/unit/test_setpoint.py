@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 import xarray as xr
+from every import every
 from synthetic import approach
 
 import dforce as df
@@ -156,7 +157,7 @@ def by_hand(curve, way, set_point):
             yield x[i] + share * (x[i + 1] - x[i]), lag[i][0] + share * np.degrees(np.angle(turn))
 
 
-@pytest.mark.parametrize("seed", range(60))
+@every(range(60))
 def test_states_are_those_found_point_by_point(seed):
     curve = random_curve(np.random.default_rng(seed))
     states = df.at_set_point(curve, 0.6, ["harmonic_phase"])
@@ -238,3 +239,28 @@ def test_what_cannot_be_asked_is_said_in_a_sentence(name, set_point, names, word
 def test_a_motion_without_forces_is_in_no_regime():
     case = df.example("figure-3-air").replace("forces", ()).set("solver.method=transient")
     assert set_point.regime(df.dwell(case, zc="20 nm")) == ""
+
+
+@pytest.mark.parametrize(
+    ("ratios", "sentence"),
+    [
+        ([1.0, 0.95, 0.4, 0.3], "the amplitude jumps across this set point"),
+        ([1.0, 0.95], "A/A0 on this curve is 95 to 100 %. Let experiment.zc stop nearer to the sample."),
+        ([0.75, 0.5], "A/A0 on this curve is 50 to 75 %. Let experiment.zc start farther from the sample."),
+        ([np.nan, 0.5], "Let experiment.zc start farther"),
+        ([np.nan, np.nan], "no motion on this curve settled"),
+    ],
+)
+def test_a_set_point_without_a_state_has_its_reason(ratios, sentence):
+    status = np.where(np.isnan(ratios), df.Status.FAILED, df.Status.OK).astype(np.int8)
+    curve = xr.Dataset({"amplitude_ratio": ("zc", ratios), "status": ("zc", status)})
+    assert sentence in set_point.why_none(curve, 0.8)
+
+
+def test_one_case_of_a_sweep_shows_its_states_at_the_set_point():
+    case = df.example("figure-3-air").set("experiment.zc.points=23", "experiment.direction=approach")
+    grid = df.sweep(case, over={"drive.A0": [8e-9, 10e-9]})
+    (row,) = (line for line in df.summary(grid.isel(A0=1)) if line.name == "at_set_point")
+    assert row.label == "peak force at 80 %"
+    assert row.text.startswith("none at ")
+    assert f"{1e9 * float(df.at_set_point(grid.isel(A0=1), 0.8).zc[0]):.3g} nm" in row.text

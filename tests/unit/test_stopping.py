@@ -294,6 +294,7 @@ def slow_estimates(monkeypatch):
             time.sleep(0.01)
 
     monkeypatch.setattr("dforce.solvers.accuracy.assure", without_end)
+    monkeypatch.setattr("dforce.procedures.curve.assure", without_end)
     monkeypatch.setattr("dforce.solvers.accuracy.GRACE", 0.2)
     return seen
 

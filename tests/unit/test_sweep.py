@@ -242,10 +242,10 @@ def test_a_mistake_is_one_sentence(over, sentence):
         df.sweep(case(), over=over)
 
 
-def test_only_an_approach_or_a_dwell_can_be_swept():
-    with pytest.raises(df.ParameterError, match="repeats an approach or a dwell"):
+def test_a_sweep_needs_an_experiment_and_leaves_its_range_of_distances_alone():
+    with pytest.raises(df.ParameterError, match="repeats an experiment; give the case one"):
         df.sweep(case(experiment=None), over={"drive.A0": [1e-9]})
-    with pytest.raises(df.ParameterError, match="can be swept over in a dwell only"):
+    with pytest.raises(df.ParameterError, match="can be swept over where it is one distance"):
         df.sweep(case(experiment=df.experiments.Approach(zc=["9 nm"])), over={"experiment.zc": [1e-9]})
 
 

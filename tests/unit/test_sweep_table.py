@@ -53,10 +53,9 @@ def test_one_case_of_a_sweep_is_a_case_of_its_own():
     assert float(df.motion_at(one).amplitude[0]) == pytest.approx(float(one.amplitude[0]), rel=1e-8)
 
 
-def test_rows_are_cases_one_by_one(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_rows_are_cases_one_by_one(workdir):
     text = "# three samples\nsample.youngs_modulus,drive.A0\n1e9,6 nm\n0.5 GPa,7 nm\n2e9,8e-9\n"
-    (tmp_path / "cases.csv").write_text(text)
+    (workdir / "cases.csv").write_text(text)
     rows = df.sweep(case(sweep={"rows": "cases.csv"}))
     assert rows.amplitude.dims == ("case", "zc", "tone")
     assert rows.A0.dims == ("case",)
@@ -131,10 +130,9 @@ def test_a_mistake_in_values_is_one_sentence(values, sentence):
         (None, "there is no file '.*cases.csv'"),
     ],
 )
-def test_a_mistake_in_a_file_of_rows_is_one_sentence(text, sentence, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_mistake_in_a_file_of_rows_is_one_sentence(text, sentence, workdir):
     if text is not None:
-        (tmp_path / "cases.csv").write_text(text)
+        (workdir / "cases.csv").write_text(text)
     with pytest.raises(df.CaseError, match=sentence):
         df.sweep(case(sweep={"rows": "cases.csv"}))
 

@@ -59,11 +59,10 @@ def test_the_seed_of_the_case_chooses_the_noise():
     assert not np.array_equal(other.spectral_density, result().spectral_density)
 
 
-def test_a_command_runs_draws_and_keeps_it_and_its_file_repeats_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tune.toml").write_text(CASE, encoding="utf-8")
+def test_a_command_runs_draws_and_keeps_it_and_its_file_repeats_it(workdir):
+    (workdir / "tune.toml").write_text(CASE, encoding="utf-8")
     done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
-    assert done.exit_code == 0 and (tmp_path / "tune.png").stat().st_size > 0
+    assert done.exit_code == 0 and (workdir / "tune.png").stat().st_size > 0
     for words in ("fitted f0 of mode 2", "k of mode 2, by its own calibration", "k, static, 0.817", "k, each mode"):
         assert words in done.stdout
     again = invoke("run", "tune.nc", "-o", "again.nc", "--json")
@@ -205,12 +204,12 @@ def test_a_sweep_of_it_is_refused():
 
 
 def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
-    rehearsal = pytest.importorskip("dforce.gui.rehearsal")
+    checks = pytest.importorskip("dforce.gui.upload_checks")
     from simulated import show, window
 
     from dforce.gui.figures import Layer
 
-    rehearsal.rehearse(result(), tmp_path)
+    checks.validate_upload(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
     assert row_of(result(), "spring_constant") == ""  # a table, no curve
 

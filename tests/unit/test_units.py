@@ -9,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from every import every
 from hypothesis import given
 from hypothesis import strategies as st
 
 from dforce.core import units
-from dforce.core.errors import UnitError, shorten
+from dforce.core.errors import UnitError
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e100, max_value=1e100)
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "value"),
+@every(
     [
         ("48.9 kHz", "Hz", 48900.0),
         ("0.165 nm", "m", 0.165e-9),
@@ -40,7 +40,7 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e100, max_
         (np.float64(2.5), "m", 2.5),
         (np.int64(2), "m", 2.0),
         (np.array(2.5), "m", 2.5),
-    ],
+    ]
 )
 def test_what_a_user_writes_becomes_the_nearest_si_number(text, unit, value):
     # one rounding of the product at most; decimal prefixes are exact
@@ -53,8 +53,7 @@ def test_decimal_prefixes_give_the_very_float_that_a_programmer_types():
     assert units.parse("0.1 nm", "m") == 1e-10
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "words"),
+@every(
     [
         ("48.9 nm", "Hz", "is '48.9 nm', which is a length, not a frequency"),
         ("5 rad/s", "Hz", "divide an angular frequency by 2 pi"),
@@ -89,8 +88,7 @@ def test_decimal_prefixes_give_the_very_float_that_a_programmer_types():
         ("5 (((((", "m", "is not a unit"),
         ("12 nm**9**9**9**9", "m", "'nm**9**9**9**9' is not a unit (give it in nm, say)"),
         ("5 m\n", "m", None),
-    ],
-    ids=shorten,
+    ]
 )
 def test_anything_else_is_one_short_sentence(text, unit, words):
     if words is None:
@@ -184,7 +182,7 @@ def test_units_are_known_whatever_became_of_the_copy_of_pint_that_read_them_firs
     assert tell(second) == "100000.0\n"
 
 
-@pytest.mark.parametrize("unit", sorted(units.QUICK))
+@every(sorted(units.QUICK))
 def test_the_units_that_need_no_pint_are_what_pint_says(unit):
     kind, scale = units.QUICK[unit]
     one = units.registry().Quantity(1.0, units._pint_unit(unit)).to_base_units()

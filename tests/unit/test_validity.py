@@ -192,6 +192,8 @@ SPEAKS = {
             over(cantilever__Q=2, drive__excitation="base"), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0
         ),
     ],
+    "nominal_sample": [over(sample="polystyrene")],
+    "ideal_higher_mode": [over(cantilever={"f0": 71e3, "k": 2.1, "Q": 100, "higher_modes": [{"Q": 300}]})],
     "nominal_lever": [over(cantilever={"name": "FMR", "Q": 100}), over(cantilever={"name": "FMR", "k": 2.1, "Q": 100})],
     "mode_left_out": [
         over(cantilever__Q=50), over(cantilever={"beam": BEAM}),
@@ -302,6 +304,10 @@ SILENT = {
     "apparent_dissipation": [
         tapping(over(cantilever__Q=2), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0),
         tapping(over(drive__excitation="base"), apparent_dissipated_energy=1e-22, total_dissipated_energy=0.0),
+    ],
+    "nominal_sample": [CALM, over(sample={"name": "polystyrene", "youngs_modulus": "2 GPa"})],
+    "ideal_higher_mode": [
+        CALM, over(cantilever={"f0": 71e3, "k": 2.1, "Q": 100, "higher_modes": [{"f0": 440e3, "k": 80, "Q": 300}]}),
     ],
     "nominal_lever": [CALM, over(cantilever={"name": "FMR", "f0": 71e3, "k": 2.1, "Q": 100})],
     "mode_left_out": [

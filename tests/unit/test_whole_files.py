@@ -244,12 +244,11 @@ LONG = "x" * 300
         lambda: df.load_case("a\0b.toml"),
     ],
 )
-def test_a_name_that_the_system_refuses_is_one_sentence(tmp_path, monkeypatch, use):
-    monkeypatch.chdir(tmp_path)
+def test_a_name_that_the_system_refuses_is_one_sentence(workdir, use):
     with pytest.raises((ResultError, CaseError), match=r"too long|null byte|there is no file") as caught:
         use()
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
-    assert list(tmp_path.iterdir()) == []
+    assert list(workdir.iterdir()) == []
 
 
 FORMULA = re.compile(r"""[\s"]*[=+@＝＋－＠-]""")

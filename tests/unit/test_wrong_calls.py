@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from every import every
 
 import dforce as df
-from dforce.core import kinds
+from dforce.core import argument_kinds as kinds
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 
@@ -191,9 +192,8 @@ def answer(function, arguments):
     return ""
 
 
-@pytest.mark.parametrize("name", CALLS)
-def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@every(CALLS)
+def test_a_wrong_argument_is_answered_with_one_sentence(name, workdir):
     df.save_case(CASE, "case.toml")
     Path("curve.csv").write_text(measured_curve.text())
     Path("thermal.csv").write_text(measured_curve.spectrum_text())
@@ -220,7 +220,7 @@ def test_a_wrong_argument_is_answered_with_one_sentence(name, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: df.run("figure-3-air"), "case = 'figure-3-air' is not a case; df.example and df.load_case give one"),
+        (lambda: df.dwell("figure-3-air", "5 nm"), "case = 'figure-3-air' is not a case; df.example and df.load_case give one"),
         (lambda: df.advice(1), "case = 1 is neither a case nor a result; df.example and df.load_case give one; "
                                "df.run and df.read give one"),
         (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; df.run and df.read give one"),

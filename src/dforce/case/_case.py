@@ -21,13 +21,13 @@ from dforce.core import units
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.core.files import beside, folder
 from dforce.core.marks import file_name, words
-from dforce.core.parameters import Parameters, Part, Quantity, part
+from dforce.core.parameters import ParameterQuantity, Parameters, Part, part
 from dforce.core.refusals import refusal
 from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force, load_plugin
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Noise, Readout, Sample, Tip
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 
 MOST_FORCES = 20
@@ -97,7 +97,7 @@ class Case(Parameters):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _volts_to_meters(cls, given: Any) -> Any:
+    def _volts_to_meters(cls, given: object) -> Any:
         return without_volts(given) if isinstance(given, dict) else given
 
     @pydantic.field_validator("plugins", mode="after")
@@ -109,7 +109,7 @@ class Case(Parameters):
 
     @pydantic.field_validator("forces", mode="before")
     @classmethod
-    def _forces_by_model(cls, given: Any) -> Any:
+    def _forces_by_model(cls, given: object) -> Any:
         if isinstance(given, Force | dict) or not isinstance(given, Iterable) or isinstance(given, str):
             raise ParameterError(f"= {shorten(given)} is not a list of forces; write [[forces]] in a file")
         items = list(itertools.islice(given, MOST_FORCES + 1))
@@ -123,7 +123,7 @@ class Case(Parameters):
 
     @pydantic.field_validator("experiment", mode="before")
     @classmethod
-    def _experiment_by_kind(cls, given: Any) -> Any:
+    def _experiment_by_kind(cls, given: object) -> Any:
         return None if given is None else _built(given, "kind", EXPERIMENTS, "experiment", "experiment", keep=True)
 
     @pydantic.model_validator(mode="after")
@@ -159,20 +159,15 @@ class Case(Parameters):
                 f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or stay nearer'
             )
 
+    @property
+    def instrument(self) -> Instrument:
+        """The sections that a problem is made of, beside the forces and the noise."""
+        return Instrument(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.readout)
+
     @functools.cached_property
     def problem(self) -> Problem:
         """The problem in SI units, every default filled in."""
-        return Problem.build(
-            self.cantilever,
-            self.drive,
-            self.tip,
-            self.sample,
-            self.contact,
-            self.medium,
-            self.forces,
-            self.readout,
-            self.noise,
-        )
+        return Problem.build(self.instrument, self.forces, self.noise)
 
     @functools.cached_property
     def folder(self) -> Path | None:
@@ -181,7 +176,7 @@ class Case(Parameters):
         return folder() if self.plugins or rows or curve else None
 
     @checked
-    def replace(self, path: str | None = None, value: Any = None, **changes: Any) -> Self:
+    def replace(self, path: str | None = None, value: object = None, **changes: Any) -> Self:
         """Return a new case with one value changed, validated again.
 
         The description (`about`) is of the case as it was: it goes when anything but the title becomes another, unless it
@@ -214,7 +209,7 @@ class Case(Parameters):
         return new if given_anew or same else new.model_copy(update={"about": None})
 
     @checked
-    def quantity(self, path: str) -> Quantity:
+    def quantity(self, path: str) -> ParameterQuantity:
         """Return what is declared about the number at a path (see :meth:`replace`): unit, symbol, meaning, bounds.
 
         Raises
@@ -304,7 +299,7 @@ class Case(Parameters):
         return cls(**table)
 
 
-def _built(given: Any, tag: str, known: dict[str, Any], path: str, place: str, keep: bool = False) -> Any:
+def _built(given: object, tag: str, known: dict[str, Any], path: str, place: str, keep: bool = False) -> Any:
     """Return what a table with a tag describes: a force by its model, an experiment by its kind."""
     if isinstance(given, tuple(set(known.values()))):
         return given

@@ -51,7 +51,7 @@ class Data(Parameters):
 
     @pydantic.field_validator("columns", "units", "use", "read", "calibrate", mode="before")
     @classmethod
-    def _tables(cls, given: Any) -> Any:
+    def _tables(cls, given: object) -> Any:
         if not isinstance(given, Mapping):
             raise ParameterError(f"= {shorten(given)} is not a table")
         return {str(key): list(value) if isinstance(value, tuple) else value for key, value in given.items()}
@@ -127,20 +127,20 @@ class Fit(Parameters):
 
     @pydantic.field_validator("free", "nuisance", "profile", mode="before")
     @classmethod
-    def _names(cls, given: Any) -> Any:
+    def _names(cls, given: object) -> Any:
         if isinstance(given, str) or not hasattr(given, "__iter__"):
             raise ParameterError(f"= {shorten(given)} is not a list of names")
         return tuple(str(name) for name in given)
 
     @pydantic.field_validator("priors", "bounds", "start", "given", "errors", mode="before")
     @classmethod
-    def _tables(cls, given: Any) -> Any:
+    def _tables(cls, given: object) -> Any:
         if not isinstance(given, Mapping):
             raise ParameterError(f"= {shorten(given)} is not a table of values by name")
         return {str(key): _plain(value) for key, value in given.items()}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Return numbers, texts and pairs as a file holds them."""
     if isinstance(value, str):
         return value

@@ -14,7 +14,7 @@ from dforce.forces import Force
 LEFT = 'style="text-align: left"'
 
 
-def html_of(title: str, shows: str, sections: Mapping[str, Any]) -> str:
+def html_of(title: str, shows: str, sections: Mapping[str, object]) -> str:
     """Return a case as HTML; text that a user wrote is escaped, and defaults are gray."""
     head = f"<strong>{html.escape(title)}</strong>" if title else ""
     below = f"<br>{html.escape(shows)}" if shows else ""
@@ -59,7 +59,7 @@ def _row(owner: Parameters, key: str, value: Any) -> str:
     return "<tr>" + "".join(f'<td style="text-align: left{gray}">{cell}</td>' for cell in cells) + "</tr>"
 
 
-def _shown(value: Any, unit: str) -> str:
+def _shown(value: object, unit: str) -> str:
     if isinstance(value, tuple):
         first = ", ".join(_shown(item, unit) for item in value[:3])
         return f"{first}, ... ({len(value)} values)" if len(value) > 3 else first

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from typing import Any
 
-from dforce import forces
+from dforce import forces, instrument
 from dforce.case._text import tables
 from dforce.core import units
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.experiments import Experiment
 from dforce.forces import Force
 
@@ -53,7 +52,7 @@ def _class(given: Parameters) -> str:
     return f"df.experiments.{name}" if module.startswith("dforce.experiments.") else f"df.{name}"
 
 
-def _call(start: str, parts: Iterable[tuple[str, Any, Quantity | None]], end: str, indent: str) -> str:
+def _call(start: str, parts: Iterable[tuple[str, object, ParameterQuantity | None]], end: str, indent: str) -> str:
     """Return a call or a list on one line where it fits, else with a line for each part."""
     inner = indent + "    "
     texts = [key + _value(value, quantity, inner) for key, value, quantity in parts]
@@ -63,10 +62,14 @@ def _call(start: str, parts: Iterable[tuple[str, Any, Quantity | None]], end: st
     return start + "".join(f"\n{inner}{text}," for text in texts) + f"\n{indent}{end}"
 
 
-def _value(value: Any, quantity: Quantity | None, indent: str) -> str:
+def _value(value: object, quantity: ParameterQuantity | None, indent: str) -> str:
     if isinstance(value, Force) and getattr(forces, type(value).__name__, None) is not type(value):
         return repr(tables(value, shown=True))  # of a file of one's own, which the case loads
-    if isinstance(value, Parameters) and type(value).__module__.startswith("dforce.case."):
+    if (
+        isinstance(value, Parameters)
+        and type(value).__module__.startswith(("dforce.case.", "dforce.instrument."))
+        and (type(value).__name__ not in instrument.__all__)
+    ):
         return _value(tables(value, shown=True), None, indent)  # sections without a public class
     if isinstance(value, Parameters):
         return _object(value, indent)

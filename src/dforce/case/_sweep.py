@@ -52,7 +52,7 @@ class Sweep(Parameters):
 
     @pydantic.field_validator("over", mode="before")
     @classmethod
-    def _values_by_path(cls, given: Any) -> Any:
+    def _values_by_path(cls, given: object) -> Any:
         if not isinstance(given, Mapping):
             raise ParameterError(f"= {shorten(given)} is not a table with values by path")
         return {str(path): _values(str(path), values) for path, values in given.items()}
@@ -67,7 +67,7 @@ class Sweep(Parameters):
         return self
 
 
-def _values(path: str, given: Any) -> Any:
+def _values(path: str, given: object) -> Any:
     """Return values as they are kept; the sweep compares them with what the case takes."""
     if isinstance(given, Range):
         return given

@@ -8,7 +8,7 @@ from typing import Any
 import tomli_w
 
 from dforce.core import units
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.toml import read_toml
 from dforce.experiments import Experiment
 from dforce.forces import Force
@@ -39,7 +39,7 @@ def tables(given: Parameters, shown: bool = False, complete: bool = False) -> di
     return table
 
 
-def _plain(value: Any, quantity: Quantity | None, shown: bool, complete: bool) -> Any:
+def _plain(value: object, quantity: ParameterQuantity | None, shown: bool, complete: bool) -> Any:
     if isinstance(value, Parameters):
         return tables(value, shown, complete)
     if isinstance(value, dict):
@@ -58,7 +58,7 @@ def _plain(value: Any, quantity: Quantity | None, shown: bool, complete: bool) -
 def text_of(case: Parameters, complete: bool) -> str:
     """Return a case as TOML: what stands outside of sections first, then a section each."""
     table = tables(case, shown=True, complete=complete)
-    for section in ("medium", "cantilever"):
+    for section in ("medium", "cantilever", "sample"):
         given = table.get(section)
         if isinstance(given, dict) and list(given) == ["name"]:
             table[section] = given["name"]
@@ -70,7 +70,7 @@ def text_of(case: Parameters, complete: bool) -> str:
     )
 
 
-def _is_table(part: Any) -> bool:
+def _is_table(part: object) -> bool:
     return isinstance(part, dict) or (isinstance(part, list) and any(isinstance(item, dict) for item in part))
 
 
@@ -89,11 +89,11 @@ def _section(name: str, content: Any) -> list[str]:
     return own + inner
 
 
-def _line(key: str, value: Any) -> str:
+def _line(key: str, value: object) -> str:
     return f"{_key(key)} = {_inline(value)}"
 
 
-def _inline(value: Any) -> str:
+def _inline(value: object) -> str:
     if isinstance(value, dict):
         return "{ " + ", ".join(_line(key, item) for key, item in value.items()) + " }"
     if isinstance(value, list):
@@ -102,7 +102,7 @@ def _inline(value: Any) -> str:
 
 
 @functools.lru_cache(maxsize=1024, typed=True)  # typed: 1, 1.0 and True are equal, but not the same text
-def _scalar(value: Any) -> str:
+def _scalar(value: object) -> str:
     return tomli_w.dumps({"x": value}).removeprefix("x = ").removesuffix("\n")
 
 
@@ -121,5 +121,5 @@ def value_of(text: str) -> Any:
     return value["value"] if list(value) == ["value"] and _is_data(value["value"]) else text
 
 
-def _is_data(value: Any) -> bool:
+def _is_data(value: object) -> bool:
     return isinstance(value, str | bool | int | float | list | dict)

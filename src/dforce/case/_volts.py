@@ -10,7 +10,7 @@ from dforce.core.errors import ParameterError, UnitError
 from dforce.instrument import Readout, beam
 
 
-def without_volts(given: Mapping[str, Any]) -> Mapping[str, Any]:
+def without_volts(given: Mapping[str, object]) -> Mapping[str, Any]:
     """Return the tables of a case with free amplitudes in meters where they were typed in volts.
 
     The sensitivity `readout.invols` is that to a steady force. A lever of light reads amplitudes with it, so that the length
@@ -40,7 +40,7 @@ def without_volts(given: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**given, "drive": drive}
 
 
-def _length(given: Any, mode: Any, place: int, readout: Any, path: str) -> Any:
+def _length(given: object, mode: object, place: int, readout: object, path: str) -> Any:
     """Return an amplitude (m) that was typed in volts; anything else as it is."""
     volts = _volts(given)
     if volts is None:
@@ -57,7 +57,7 @@ def _length(given: Any, mode: Any, place: int, readout: Any, path: str) -> Any:
     return length / abs(own)
 
 
-def _volts(given: Any) -> float | None:
+def _volts(given: object) -> float | None:
     """Return text in volts as a number; None for anything else."""
     if not isinstance(given, str):
         return None

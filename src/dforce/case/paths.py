@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from dforce.case._text import tables
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.forces import Force
 
 LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
@@ -16,7 +16,7 @@ LONGEST = 200
 P = TypeVar("P", bound=Parameters)
 
 
-def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+def changed(case: Parameters, assignments: Iterable[tuple[str, object]]) -> dict[str, Any]:
     """Return the tables of a case with values put at paths; nothing is validated but the paths.
 
     Raises
@@ -32,7 +32,7 @@ def changed(case: Parameters, assignments: Iterable[tuple[str, Any]]) -> dict[st
     return table
 
 
-def quantity_at(case: Parameters, path: str) -> Quantity:
+def quantity_at(case: Parameters, path: str) -> ParameterQuantity:
     """Return what is declared about the number at a path.
 
     Raises
@@ -122,7 +122,7 @@ def paths(given: Parameters, prefix: str = "") -> Iterator[str]:
                 yield from paths(item, f"{path}.{_name(value, item) or place}.")
 
 
-def _is_list(value: Any) -> bool:
+def _is_list(value: object) -> bool:
     return isinstance(value, tuple) and bool(value) and isinstance(value[0], Parameters)
 
 
@@ -152,7 +152,7 @@ def _steps(case: Parameters, path: str) -> list[str]:
     return steps
 
 
-def _put(case: Parameters, owner: Any, table: dict[str, Any], steps: list[str], value: Any, walked: str) -> None:
+def _put(case: Parameters, owner: object, table: dict[str, Any], steps: list[str], value: object, walked: str) -> None:
     first, rest = steps[0], steps[1:]
     path = walked + first
     if not isinstance(owner, Parameters):
@@ -175,7 +175,7 @@ def _put(case: Parameters, owner: Any, table: dict[str, Any], steps: list[str], 
         _put(case, child, table.setdefault(first, {}), rest, value, f"{path}.")
 
 
-def _place(items: tuple[Any, ...], step: str, path: str) -> int:
+def _place(items: tuple[object, ...], step: str, path: str) -> int:
     """Return the index of an item by its number from 1, or of a force by its name."""
     names = [item.name for item in items if isinstance(item, Force)]
     if step in names:

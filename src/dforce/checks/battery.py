@@ -239,7 +239,7 @@ def _frozen_branches(force: Force) -> Iterator[Callable[[float], float]]:
     for latched in [(0.0,), (1.0,)] if force.switch is not None else [()]:
         for rate in (0.0, -1e-3):
 
-            def along(d: float, rate: float = rate, rest: tuple[Any, ...] = (*memory, *latched)) -> float:
+            def along(d: float, rate: float = rate, rest: tuple[object, ...] = (*memory, *latched)) -> float:
                 return law(d, rate, 0.0, *rest, *average, *numbers)
 
             yield along

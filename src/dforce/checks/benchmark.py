@@ -28,7 +28,7 @@ FIRST = "import dforce; dforce.run(dforce.example('table-1-am'))"
 
 
 @dataclass(frozen=True)
-class Row:
+class TimedRow:
     """One line of the table.
 
     Attributes
@@ -66,7 +66,7 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     Returns
     -------
     dict
-        `rows`: a list of :class:`Row` as dictionaries; `machine`; `note`.
+        `rows`: a list of :class:`TimedRow` as dictionaries; `machine`; `note`.
     """
     repeats, report = 3 if quick else 7, progress or (lambda name: None)
     rows = [_timed(name, work, repeats, report) for name, work in _curves()]
@@ -88,7 +88,9 @@ def _curves() -> list[tuple[str, Callable[[], xr.Dataset]]]:
     ]
 
 
-def _timed(name: str, work: Callable[[], Any], repeats: int, report: Callable[[str], None], warm: bool = True) -> Row:
+def _timed(
+    name: str, work: Callable[[], Any], repeats: int, report: Callable[[str], None], warm: bool = True
+) -> TimedRow:
     """Time some work, after one run that does not count where `warm`."""
     report(name)
     result = work() if warm else None
@@ -99,7 +101,7 @@ def _timed(name: str, work: Callable[[], Any], repeats: int, report: Callable[[s
         times.append(time.perf_counter() - begin)
     touching = result.max_indentation.values > 0.0 if isinstance(result, xr.Dataset) else np.empty(0)
     share = float(touching.mean()) if touching.size else 0.0
-    return Row(name, min(times), max(times) / min(times), touching.size, share)
+    return TimedRow(name, min(times), max(times) / min(times), touching.size, share)
 
 
 def _process(cache: str | None) -> None:

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import dforce as df
 from dforce.cli._terminal import console, printable, width, wrapped
+from dforce.core import units
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from dforce.findings.set_point import SetPointState
 
 
 def print_findings(result: xr.Dataset) -> None:
@@ -38,6 +41,13 @@ def counted(result: xr.Dataset) -> dict[df.Status, int]:
     return count_status(result)
 
 
+def states_of(result: xr.Dataset) -> dict[float, list[SetPointState]]:
+    """Return the states at each set point of a curve's case."""
+    from dforce.findings.motions import states_of as found
+
+    return found(result)
+
+
 def advice_of(result: xr.Dataset) -> list[df.Advice]:
     """Return the advice that a result carries."""
     from dforce.validity import advice_in
@@ -57,6 +67,25 @@ def status_lines(result: xr.Dataset) -> list[str]:
         for status, count in counts.items()
         if status not in said
     ]
+
+
+def set_point_lines(result: xr.Dataset) -> list[str]:
+    """Return a sentence for each set point that no state of a curve has, or several of one direction have."""
+    from dforce.findings.set_point import why_none
+
+    lines = []
+    for share, found in states_of(result).items():
+        ways: dict[str, list[str]] = {}
+        for state in found:
+            ways.setdefault(state.direction, []).append(units.show(state.zc, "m", 3))
+        lines += [
+            f"{len(places)} states at {100.0 * share:.4g} %{f' on {way}' if way else ''}: at {', '.join(places)}."
+            for way, places in ways.items()
+            if len(places) > 1
+        ]
+        if not found:
+            lines.append(why_none(result, share))
+    return lines
 
 
 def states_lines(states: xr.Dataset | None) -> list[str]:
@@ -98,6 +127,11 @@ def as_json(result: xr.Dataset) -> dict[str, Any]:
                 "text": finding.text,
             }
             for finding in df.summary(result)
+        ],
+        "at_set_point": [
+            dataclasses.asdict(state) | {"direction": state.direction or None}
+            for found in states_of(result).values()
+            for state in found
         ],
         "advice": advice_as_json(advice_of(result)),
     }

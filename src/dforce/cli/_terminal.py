@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import json
 import math
 import os
@@ -10,11 +11,12 @@ import sys
 import textwrap
 import traceback
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
 import dforce as df
+from dforce.cli._options import gathered, parameters
 from dforce.core.errors import shorten
 from dforce.core.log import listening
 from dforce.core.stopping import heard
@@ -25,19 +27,6 @@ if TYPE_CHECKING:
 DONE, SOME_POINTS_FAILED, BAD_INPUT, INSIDE_ERROR, STOPPED = 0, 1, 2, 3, 130
 WIDEST = 96  # columns of a paragraph that is easy to read
 USUAL = 80  # columns of a terminal that does not tell
-
-Traceback = Annotated[bool, typer.Option("--traceback", help="Show where in dForce an error arose.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")]
-Settings = Annotated[
-    list[str],
-    typer.Option(
-        "--set",
-        metavar="PATH=VALUE",
-        default_factory=list,
-        show_default=False,
-        help='Change a value of the case, such as sample.youngs_modulus="2 GPa"; may be repeated.',
-    ),
-]
 
 
 def console() -> Console:
@@ -96,7 +85,7 @@ def _in_lines(text: str, stream: TextIO, then: str = "") -> str:
     return "\n".join(lines)
 
 
-def print_json(content: Any) -> None:
+def print_json(content: object) -> None:
     """Print JSON in ASCII; what is not finite becomes null, which every reader understands."""
     typer.echo(json.dumps(_finite(content), indent=2))
 
@@ -108,7 +97,7 @@ def whole_number(option: str, text: str, least: int, most: int) -> int:
     return int(text)
 
 
-def _finite(content: Any) -> Any:
+def _finite(content: object) -> Any:
     if isinstance(content, dict):
         return {str(key): _finite(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
@@ -119,12 +108,14 @@ def _finite(content: Any) -> Any:
 def guarded(command: Callable[..., int]) -> Callable[..., None]:
     """Turn a command's result into the exit code, and its errors into one sentence on stderr.
 
-    The command's own `traceback` option is read here: it shows where the error arose. What dForce says while it works is
-    printed once each: a kernel is compiled in parts, in turn with another.
+    Each command has the option `--traceback`, which shows where the error arose. What dForce says while it works is printed
+    once each: a kernel is compiled in parts, in turn with another.
     """
+    options = list(parameters(command))
 
     @functools.wraps(command)
-    def guard(*args: Any, **kwargs: Any) -> None:
+    def guard(**given: Any) -> None:
+        traced = given.pop("traceback", False)
         said: set[str] = set()
 
         def notice(text: str) -> None:
@@ -134,7 +125,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
 
         try:
             with listening(notice):
-                raise typer.Exit(command(*args, **kwargs))
+                raise typer.Exit(command(**gathered(command, given)))
         except df.DForceError as error:
             say(f"dforce: {error}")
             code = BAD_INPUT
@@ -148,8 +139,10 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
         except Exception as error:  # whatever it is ends in one sentence  # noqa: BLE001
             say(f"dforce: an error inside dForce, please report it: {type(error).__name__}: {error}")
             code, cause = INSIDE_ERROR, error
-        if kwargs.get("traceback"):
+        if traced:
             traceback.print_exception(cause)
         raise typer.Exit(code)
 
+    guard.__annotations__ = {one.name: one.annotation for one in options}
+    guard.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     return guard

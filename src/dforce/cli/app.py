@@ -18,6 +18,7 @@ from dforce.cli import (
     examples,
     fit,
     gui,
+    materials,
     models,
     plan,
     plot,
@@ -85,6 +86,7 @@ COMMANDS = (
     validate.validate,
     cache.cache,
     cantilevers.cantilevers,
+    materials.materials,
 )
 for _command in COMMANDS:
     app.command(cls=_help.Command)(_terminal.guarded(_command))

@@ -6,16 +6,15 @@ from typing import Annotated, Any
 
 import typer
 
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, say, wrapped
+from dforce.cli._options import Json
+from dforce.cli._terminal import DONE, console, print_json, say, wrapped
 from dforce.core.units import show
 
 WIDE = 1000  # columns: more than any row takes
 
 
 def benchmark(
-    quick: Annotated[bool, typer.Option("--quick", help="Curves alone, in a few seconds.")] = False,
-    json: Json = False,
-    traceback: Traceback = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Curves alone, in a few seconds.")] = False, json: Json = False
 ) -> int:
     """Time curves, a sweep and a first answer on this machine."""
     from dforce.checks import benchmark as timing

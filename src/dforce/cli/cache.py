@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, Json, Traceback, print_json
+from dforce.cli._options import Json
+from dforce.cli._terminal import DONE, print_json
 
 
 def cache(
@@ -15,7 +16,6 @@ def cache(
         bool, typer.Option("--clear", help="Remove them; each is compiled anew when it is needed.")
     ] = False,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """Show where compiled force models are kept on disk and how large they are, or remove them."""
     found = df.clear_kernel_cache() if clear else df.kernel_cache()

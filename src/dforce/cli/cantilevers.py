@@ -7,14 +7,14 @@ from typing import Annotated
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, Json, Traceback, print_json
+from dforce.cli._options import Json
+from dforce.cli._terminal import DONE, print_json
 from dforce.core.errors import nearest, shorten
 
 
 def cantilevers(
     name: Annotated[str | None, typer.Argument(show_default=False, help="Show this cantilever alone.")] = None,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """List the cantilevers known by name, or show one, with the nominal values of their makers."""
     known = df.cantilevers()

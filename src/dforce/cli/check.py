@@ -6,11 +6,12 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, open_source
+from dforce.cli._options import Json, Settings
 from dforce.cli._report import advice_as_json
-from dforce.cli._terminal import DONE, Json, Settings, Traceback, console, print_json, width, wrapped
+from dforce.cli._terminal import DONE, console, print_json, width, wrapped
 
 
-def check(case: CaseName, settings: Settings, json: Json = False, traceback: Traceback = False) -> int:
+def check(case: CaseName, settings: Settings, json: Json = False) -> int:
     """Tell where a case leaves the range of its models; nothing is computed.
 
     CASE may be a result: what its motion says is told, too.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -9,48 +10,35 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, open_source
+from dforce.cli._options import PICTURE, Json, Settings, option
 from dforce.cli._report import advice_lines, as_json, print_findings
-from dforce.cli._terminal import DONE, Json, Settings, Traceback, print_json, say, whole_number
+from dforce.cli._terminal import DONE, print_json, say, whole_number
 from dforce.core.files import check_target
 from dforce.core.units import parse, show
 
 MOST_POINTS = 1_000_000
 
 
+@dataclass(frozen=True)
+class CurveDistances:
+    """Where the force is computed, and how fast the tip passes."""
+
+    start: Annotated[str | None, option("--from", "DISTANCE", "Farthest; left out: where the force is felt.")] = None
+    stop: Annotated[str | None, option("--to", "DISTANCE", "Closest; left out: as deep as tapping reaches.")] = None
+    points: Annotated[str, typer.Option("--points", metavar="NUMBER", help="Number of distances.")] = "501"
+    speed: Annotated[
+        str | None,
+        option("--speed", "VELOCITY", "How fast the tip moves, for forces with memory or drag; left out: 10 nm/s."),
+    ] = None
+
+
 def curve(
     case: CaseName,
     settings: Settings,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--from", metavar="DISTANCE", show_default=False, help="Farthest; left out: where the force is felt."
-        ),
-    ] = None,
-    stop: Annotated[
-        str | None,
-        typer.Option(
-            "--to", metavar="DISTANCE", show_default=False, help="Closest; left out: as deep as tapping reaches."
-        ),
-    ] = None,
-    points: Annotated[str, typer.Option("--points", metavar="NUMBER", help="Number of distances.")] = "501",
-    speed: Annotated[
-        str | None,
-        typer.Option(
-            "--speed",
-            metavar="VELOCITY",
-            show_default=False,
-            help="How fast the tip moves, for forces with memory or drag; left out: 10 nm/s.",
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve.")
-    ] = None,
+    distances: CurveDistances,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "Where the curve goes.")] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the curve.")] = None,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """Compute the force against distance, both directions of motion."""
     import numpy as np
@@ -60,9 +48,9 @@ def curve(
         check_target(output, spare=[] if source.path is None else [source.path])
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
-    far, near = _quantity("--from", start, "m"), _quantity("--to", stop, "m")
-    velocity = _quantity("--speed", speed, "m/s")
-    count = whole_number("--points", points, 2, MOST_POINTS)
+    far, near = _quantity("--from", distances.start, "m"), _quantity("--to", distances.stop, "m")
+    velocity = _quantity("--speed", distances.speed, "m/s")
+    count = whole_number("--points", distances.points, 2, MOST_POINTS)
     if far is None or near is None:
         usual = df.force_curve(source.case)["distance"].values
         far = float(usual[0]) if far is None else far

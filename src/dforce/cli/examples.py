@@ -9,7 +9,8 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_examples
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, width, wrapped
+from dforce.cli._options import Json, option
+from dforce.cli._terminal import DONE, console, print_json, width, wrapped
 from dforce.core.files import check_target, write_whole
 
 
@@ -18,12 +19,8 @@ def examples(
         str | None,
         typer.Argument(autocompletion=complete_examples, show_default=False, help="Show this example's case file."),
     ] = None,
-    write: Annotated[
-        Path | None,
-        typer.Option("--write", metavar="FILE.toml", show_default=False, help="Write it to a new file, to change it."),
-    ] = None,
+    write: Annotated[Path | None, option("--write", "FILE.toml", "Write it to a new file, to change it.")] = None,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """List the examples, or show or write one."""
     known = df.examples()

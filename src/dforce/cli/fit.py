@@ -9,8 +9,9 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
+from dforce.cli._options import PICTURE, Json, Quiet, Settings, option
 from dforce.cli._report import advice_as_json, advice_of, quoted
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say, tell
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import check_target, named
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -30,25 +31,13 @@ def fit(
             metavar="[DATA]...", show_default=False, help="Files of measured curves; left out: that of [data]."
         ),
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FIT.nc|FIT.csv", show_default=False, help="Where the fit goes."),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            "--plot",
-            metavar="FIG.png|.pdf|.svg",
-            show_default=False,
-            help="Draw data, model and residuals of one curve.",
-        ),
-    ] = None,
+    output: Annotated[Path | None, option("--output -o", "FIT.nc|FIT.csv", "Where the fit goes.")] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw data, model and residuals of one curve.")] = None,
     identify: Annotated[
         bool, typer.Option("--identify", help="Say what such a curve could tell, without a measurement.")
     ] = False,
     json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    quiet: Quiet = False,
 ) -> int:
     """Tell parameters of a case, with errors, from measured curves of amplitude and phase.
 

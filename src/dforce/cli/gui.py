@@ -10,7 +10,8 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_cases, open_source
-from dforce.cli._terminal import DONE, Traceback, whole_number
+from dforce.cli._options import option
+from dforce.cli._terminal import DONE, whole_number
 
 
 def gui(
@@ -33,20 +34,11 @@ def gui(
         str,
         typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 opens it to a class on the network."),
     ] = "127.0.0.1",
-    port: Annotated[
-        str | None,
-        typer.Option("--port", metavar="NUMBER", show_default=False, help="Port; left out: 8571, or a free one."),
-    ] = None,
+    port: Annotated[str | None, option("--port", "NUMBER", "Port; left out: 8571, or a free one.")] = None,
     folder: Annotated[
         Path | None,
-        typer.Option(
-            "--folder",
-            metavar="FOLDER",
-            show_default=False,
-            help="Where documents and results are kept; left out: with the user's data.",
-        ),
+        option("--folder", "FOLDER", "Where documents and results are kept; left out: with the user's data."),
     ] = None,
-    traceback: Traceback = False,
 ) -> int:
     """Open the window: forms, live curves and plots in the browser, served by this computer alone."""
     listening = None if port is None else whole_number("--port", port, 1, 65535)
@@ -56,8 +48,8 @@ def gui(
             f"the window needs {' and '.join(missing)}, which {'are' if len(missing) > 1 else 'is'} not installed; "
             'run: pip install "dforce[gui]"'
         )
-    from dforce.gui.atlas import with_approach
     from dforce.gui.explore import is_explorable
+    from dforce.gui.parameter_study import with_approach
     from dforce.gui.server import Options, serve
 
     source = None if case is None else open_source(case, [])

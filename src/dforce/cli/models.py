@@ -13,8 +13,9 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_models
+from dforce.cli._options import Json
 from dforce.cli._page import readable
-from dforce.cli._terminal import BAD_INPUT, DONE, Json, Traceback, columns, console, print_json, width, wrapped
+from dforce.cli._terminal import BAD_INPUT, DONE, columns, console, print_json, width, wrapped
 from dforce.core.errors import nearest, shorten
 from dforce.core.notation import first_sentence, plain_math
 
@@ -34,7 +35,6 @@ def models(
     ] = None,
     long: Annotated[bool, typer.Option("--long", "-l", help="List the parameters of each model, too.")] = False,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """List the force models, or show one: equation, domain, parameters, source.
 
@@ -157,7 +157,7 @@ def _line(about: dict[str, Any]) -> str:
     return f"{text}: {', '.join(words)}" if words else text
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, tuple):
         return " and ".join(map(_shown, value))
     if isinstance(value, float):

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Traceback, print_json, say, tell
+from dforce.cli._options import Json, Quiet, option
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.quantities import NONE
@@ -26,16 +27,10 @@ def plan(
     file: Annotated[
         Path, typer.Argument(metavar="PLAN.toml", show_default=False, help="A case file with a table [plan].")
     ],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="MAP.nc", show_default=False, help="Where the plan goes, if anywhere."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="MAP.png|.pdf|.svg", show_default=False, help="Draw the plan.")
-    ] = None,
+    output: Annotated[Path | None, option("--output -o", "MAP.nc", "Where the plan goes, if anywhere.")] = None,
+    plot: Annotated[Path | None, option("--plot", "MAP.png|.pdf|.svg", "Draw the plan.")] = None,
     json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    quiet: Quiet = False,
 ) -> int:
     """Find the settings at which limits hold, and the point with the most room around it.
 

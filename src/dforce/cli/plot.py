@@ -10,8 +10,9 @@ import typer
 
 import dforce as df
 from dforce.cli._names import complete_cases
+from dforce.cli._options import PICTURE, option
 from dforce.cli._report import quoted
-from dforce.cli._terminal import DONE, Traceback
+from dforce.cli._terminal import DONE
 from dforce.core.files import check_target, exists
 
 
@@ -27,37 +28,27 @@ def plot(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FIG.png|.pdf|.svg",
-            show_default=False,
-            help="Where the picture goes; an older file is replaced. Left out: NAME.png, or NAME-2.png beside another file.",
+        option(
+            "--output -o",
+            PICTURE,
+            "Where the picture goes; an older file is replaced. Left out: NAME.png, or NAME-2.png beside another file.",
         ),
     ] = None,
     quantity: Annotated[
         str | None,
-        typer.Option(
-            "--quantity",
-            metavar="NAMES",
-            show_default=False,
-            help="What is drawn, such as peak_force or amplitude,phase. Left out: what says most.",
+        option(
+            "--quantity", "NAMES", "What is drawn, such as peak_force or amplitude,phase. Left out: what says most."
         ),
     ] = None,
     over: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--over",
-            metavar="NAMES",
-            show_default=False,
-            help="What it is drawn against, such as amplitude_ratio; of a sweep two, such as A0,youngs_modulus, give a map.",
+            "NAMES",
+            "What it is drawn against, such as amplitude_ratio; of a sweep two, such as A0,youngs_modulus, give a map.",
         ),
     ] = None,
-    width: Annotated[
-        str | None,
-        typer.Option("--width", metavar="WIDTH", show_default=False, help='Width of the picture, such as "85 mm".'),
-    ] = None,
-    traceback: Traceback = False,
+    width: Annotated[str | None, option("--width", "WIDTH", 'Width of the picture, such as "85 mm".')] = None,
 ) -> int:
     """Draw a result that was kept, whole or some of its quantities."""
     if Path(result).suffix.lower() == ".toml" or (not exists(Path(result)) and result in df.examples()):

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import dforce as df
 from dforce.cli._names import open_source
+from dforce.cli._options import PICTURE, Json, option, repeated
 from dforce.cli._report import quoted
 from dforce.cli._terminal import (
     DONE,
     SOME_POINTS_FAILED,
-    Json,
-    Traceback,
     console,
     print_json,
     printable,
@@ -42,101 +42,80 @@ NUMBERS = (
     ("quality factor Q", "Q", "1"),
 )
 Pairs = Annotated[
-    list[str],
-    typer.Option(
-        "--columns",
-        metavar="NAME=COLUMN",
-        default_factory=list,
-        show_default=False,
-        help='Which column holds a quantity, such as amplitude="Lock-in R"; may be repeated.',
-    ),
+    list[str], repeated("--columns", "NAME=COLUMN", 'Which column holds a quantity, such as amplitude="Lock-in R"')
 ]
-Units = Annotated[
-    list[str],
+Calibrated = Annotated[
+    str,
     typer.Option(
-        "--units",
-        metavar="NAME=UNIT",
-        default_factory=list,
-        show_default=False,
-        help="Unit of a quantity whose column names none, such as amplitude=nm; may be repeated.",
+        "--calibrated", metavar="static|mode", help="How the sensitivity was found: by a force curve or for mode 1."
     ),
 ]
 
 
-class Thermal(NamedTuple):
-    """What is said about the spectrum of the thermal motion, as typed."""
+@dataclass(frozen=True)
+class FileReading:
+    """How the file of a measured curve is read."""
 
-    path: Path | None
-    temperature: str | None
-    sensitivity: str | None
-    calibrated: str
+    columns: Pairs
+    units: Annotated[
+        list[str], repeated("--units", "NAME=UNIT", "Unit of a quantity whose column names none, such as amplitude=nm")
+    ]
+    phase_convention: Annotated[
+        str | None,
+        option(
+            "--phase --phase-convention",
+            "CONVENTION",
+            "What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
+        ),
+    ] = None
+    sensitivity: Annotated[
+        str | None, option("--sensitivity", "LENGTH/V", 'By which volts are multiplied, such as "52 nm/V".')
+    ] = None
+    amplitude_is: Annotated[
+        str | None, option("--amplitude-is", "peak|rms", "What the file's amplitudes are; peak is zero to peak.")
+    ] = None
+    height: Annotated[
+        str | None, option("--height", "sensor|piezo", "Which height counts, where the file holds both.")
+    ] = None
+    height_grows: Annotated[
+        str | None,
+        option("--height-grows", "away|toward", "Where larger heights are: away from the sample or toward it."),
+    ] = None
+    direction: Annotated[
+        str | None, option("--direction", "approach|retract", "Which of them the file holds, where it does not say.")
+    ] = None
+    curve: Annotated[str | None, option("--curve", "NUMBER", "Which curve of a file that holds several, from 1.")] = (
+        None
+    )
 
 
-def _text(option: str, metavar: str, about: str) -> Any:
-    return typer.Option(option, metavar=metavar, show_default=False, help=about)
+@dataclass(frozen=True)
+class LeverSpectrum:
+    """A thermal spectrum of the same lever."""
+
+    thermal: Annotated[
+        Path | None, option("--thermal", "SPECTRUM", "A file of the thermal spectrum, which tells f0, Q and k.")
+    ] = None
+    temperature: Annotated[
+        str | None,
+        option("--temperature", "TEMPERATURE", 'Of the thermal spectrum, such as "25 degC"; left out: 298.15 K.'),
+    ] = None
+    calibrated: Calibrated = "static"
 
 
 def read(
     file: Annotated[str, typer.Argument(metavar="FILE", show_default=False, help="A file of a measured curve.")],
-    columns: Pairs,
-    units: Units,
-    phase: Annotated[
-        str | None,
-        typer.Option(
-            "--phase",
-            "--phase-convention",
-            metavar="CONVENTION",
-            show_default=False,
-            help="What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
-        ),
-    ] = None,
-    sensitivity: Annotated[
-        str | None, _text("--sensitivity", "LENGTH/V", 'By which volts are multiplied, such as "52 nm/V".')
-    ] = None,
-    amplitude_is: Annotated[
-        str | None, _text("--amplitude-is", "peak|rms", "What the file's amplitudes are; peak is zero to peak.")
-    ] = None,
-    height: Annotated[
-        str | None, _text("--height", "sensor|piezo", "Which height counts, where the file holds both.")
-    ] = None,
-    height_grows: Annotated[
-        str | None,
-        _text("--height-grows", "away|toward", "Where larger heights are: away from the sample or toward it."),
-    ] = None,
-    direction: Annotated[
-        str | None, _text("--direction", "approach|retract", "Which of them the file holds, where it does not say.")
-    ] = None,
-    curve: Annotated[
-        str | None, _text("--curve", "NUMBER", "Which curve of a file that holds several, from 1.")
-    ] = None,
+    how: FileReading,
+    spectrum: LeverSpectrum,
     case: Annotated[
         str | None,
-        _text(
+        option(
             "--case", "CASE", "The instrument: its free lag, k, f0 and Q, and its table [data], which says how to read."
         ),
     ] = None,
-    thermal: Annotated[
-        Path | None, _text("--thermal", "SPECTRUM", "A file of the thermal spectrum, which tells f0, Q and k.")
-    ] = None,
-    temperature: Annotated[
-        str | None,
-        _text("--temperature", "TEMPERATURE", 'Of the thermal spectrum, such as "25 degC"; left out: 298.15 K.'),
-    ] = None,
-    calibrated: Annotated[
-        str,
-        typer.Option(
-            "--calibrated", metavar="static|mode", help="How its sensitivity was found: by a force curve or for mode 1."
-        ),
-    ] = "static",
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the curve goes."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the curve.")
-    ] = None,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "Where the curve goes.")] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the curve.")] = None,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """Read a measured curve, calibrate it, and say what was done.
 
@@ -149,25 +128,17 @@ def read(
     from dforce.inverse.fitting.load import calibration_of, reading_of
 
     if output is not None:
-        check_target(output, spare=[Path(file), *([] if thermal is None else [thermal])])
+        check_target(output, spare=[Path(file), *([] if spectrum.thermal is None else [spectrum.thermal])])
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
-    number = None if curve is None else whole_number("--curve", curve, 1, MOST_CURVES)
+    number = None if how.curve is None else whole_number("--curve", how.curve, 1, MOST_CURVES)
     source = open_source(case, []).case if case is not None else None
     table = Data() if source is None or source.data is None else source.data
-    asked: dict[str, Any] = {
-        "sensitivity": sensitivity,
-        "amplitude_is": amplitude_is,
-        "phase_convention": phase,
-        "height": height,
-        "height_grows": height_grows,
-        "direction": direction,
-        "curve": number,
-    }
+    asked = vars(how) | {"curve": number, "columns": None, "units": None}
     settings = reading_of(table) | {name: value for name, value in asked.items() if value is not None}
-    for name, typed in (("columns", named("--columns", columns)), ("units", named("--units", units))):
+    for name, typed in (("columns", named("--columns", how.columns)), ("units", named("--units", how.units))):
         settings[name] = {**settings.get(name, {}), **typed}
-    tune = _tune(Thermal(thermal, temperature, sensitivity, calibrated))
+    tune = _tune(spectrum, how.sensitivity)
     calibration = calibration_of(table) | ({} if tune is None else {"thermal": tune})
     data = df.read_measured(file, **settings)
     missing = ""
@@ -206,15 +177,15 @@ def named(option: str, given: list[str]) -> dict[str, str]:
     return found
 
 
-def _tune(asked: Thermal) -> df.ThermalTune | None:
-    if asked.path is None:
-        if asked.temperature is not None:
+def _tune(spectrum: LeverSpectrum, sensitivity: str | None) -> df.ThermalTune | None:
+    if spectrum.thermal is None:
+        if spectrum.temperature is not None:
             raise df.ParameterError(
                 "--temperature is that of a thermal spectrum, and none is given; give --thermal as well"
             )
         return None
     return df.thermal_tune(
-        asked.path, sensitivity=asked.sensitivity, calibrated=asked.calibrated, temperature=asked.temperature
+        spectrum.thermal, sensitivity=sensitivity, calibrated=spectrum.calibrated, temperature=spectrum.temperature
     )
 
 

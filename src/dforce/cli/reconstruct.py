@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import dforce as df
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say, tell
+from dforce.cli._options import PICTURE, Printed, option
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, print_json, say, tell
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
@@ -20,7 +22,20 @@ if TYPE_CHECKING:
 MEANINGS = ("determined", "blind", "uncertain")
 
 
+@dataclass(frozen=True)
+class PointErrors:
+    """Standard deviations of a point."""
+
+    amplitude_error: Annotated[
+        str | None, option("--amplitude-error", "LENGTH", 'Standard deviation, such as "20 pm".')
+    ] = None
+    phase_error: Annotated[str | None, option("--phase-error", "ANGLE", 'Standard deviation, such as "0.2 deg".')] = (
+        None
+    )
+
+
 def reconstruct(
+    *,
     curve: Annotated[
         Path,
         typer.Argument(
@@ -30,43 +45,16 @@ def reconstruct(
         ),
     ],
     case: Annotated[
-        Path | None,
-        typer.Option(
-            "--case",
-            metavar="CASE.toml",
-            show_default=False,
-            help="Instrument of a measured curve that does not say it.",
-        ),
+        Path | None, option("--case", "CASE.toml", "Instrument of a measured curve that does not say it.")
     ] = None,
     direction: Annotated[
-        str | None,
-        typer.Option(
-            "--direction", metavar="approach|retract", show_default=False, help="Only this walk; left out: all points."
-        ),
+        str | None, option("--direction", "approach|retract", "Only this walk; left out: all points.")
     ] = None,
-    amplitude_error: Annotated[
-        str | None,
-        typer.Option(
-            "--amplitude-error", metavar="LENGTH", show_default=False, help='Standard deviation, such as "20 pm".'
-        ),
-    ] = None,
-    phase_error: Annotated[
-        str | None,
-        typer.Option(
-            "--phase-error", metavar="ANGLE", show_default=False, help='Standard deviation, such as "0.2 deg".'
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="OUT.nc|OUT.csv", show_default=False, help="Where the force goes."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the force.")
-    ] = None,
+    errors: PointErrors,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "Where the force goes.")] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the force.")] = None,
     formulas: Annotated[bool, typer.Option("--formulas", help="Draw the formulas in use beside it.")] = False,
-    json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    printed: Printed,
 ) -> int:
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
     if output is not None:
@@ -79,18 +67,18 @@ def reconstruct(
     data = _read(curve, instrument)
     if direction is not None:
         data = _walk(data, direction)
-    with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not quiet) as bar:
-        found = df.reconstruct(data, instrument, amplitude_error, phase_error, progress=bar)
+    with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not printed.quiet) as bar:
+        found = df.reconstruct(data, instrument, errors.amplitude_error, errors.phase_error, progress=bar)
     if output is not None:
         df.write(found, output)
     if plot is not None:
         df.plot.save(df.plot.reconstruction(found, df.plot.Sheet(), formulas=formulas), plot)
     files = [str(path) for path in (output, plot) if path is not None]
     notes = [line for line in str(found.attrs["notes"]).splitlines() if line]
-    code = SOME_POINTS_FAILED if (found["force_status"].values != 0).any() else DONE
-    if json:
+    code = DONE if (found["force_status"].values == 0).any() else SOME_POINTS_FAILED  # a gap goes with any jump
+    if printed.json:
         print_json({**_found(found), "notes": notes, "files": files, "exit_code": code})
-    elif not quiet:
+    elif not printed.quiet:
         for line in _lines(found):
             tell(line)
         if files:

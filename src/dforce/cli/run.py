@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import time
 from pathlib import Path
@@ -11,49 +12,64 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
-from dforce.cli._report import advice_lines, as_json, counted, print_findings, quoted, states_lines, status_lines
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, Json, Settings, Traceback, print_json, say
+from dforce.cli._options import PICTURE, Printed, Settings, option
+from dforce.cli._report import (
+    advice_lines,
+    as_json,
+    counted,
+    print_findings,
+    quoted,
+    set_point_lines,
+    states_lines,
+    states_of,
+    status_lines,
+)
+from dforce.cli._terminal import BAD_INPUT, DONE, SOME_POINTS_FAILED, STOPPED, print_json, say
 from dforce.core.files import check_target, exists
 from dforce.core.first_answer import early_answers
 from dforce.core.garbage import seldom_collected
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
+from dforce.core.units import parse_share
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# of a case without an experiment: from free motion to a tenth of its amplitude
+OVER_A0 = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 221}
+
 
 @seldom_collected()
 def run(
+    *,
     case: CaseName,
     settings: Settings,
+    at_set_point: Annotated[
+        str | None,
+        option(
+            "--at-set-point",
+            "SHARES",
+            'Show the states in which A/A0 is this share, such as 0.8, "80 %" or 0.7,0.8. Left out: 80 %.',
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT.nc|OUT.csv",
-            show_default=False,
-            help="Where the result goes; an older file is replaced. Left out: NAME.nc, which an earlier run of the very same "
+        option(
+            "--output -o",
+            "OUT.nc|OUT.csv",
+            "Where the result goes; an older file is replaced. Left out: NAME.nc, which an earlier run of the very same "
             "case gives way to, and nothing else: beside another file it is NAME-2.nc.",
         ),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the result.")
-    ] = None,
-    width: Annotated[
-        str | None,
-        typer.Option("--width", metavar="WIDTH", show_default=False, help='Width of the picture, such as "85 mm".'),
-    ] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the result.")] = None,
+    width: Annotated[str | None, option("--width", "WIDTH", 'Width of the picture, such as "85 mm".')] = None,
     states: Annotated[
         bool,
         typer.Option(
             "--states", help="Draw all states behind the curve of an approach as well, the unstable ones dashed."
         ),
     ] = False,
-    json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    printed: Printed,
 ) -> int:
     """Run a case and write its result.
 
@@ -61,6 +77,8 @@ def run(
     Ctrl-C and SIGTERM keep the points that are done.
     """
     source = open_source(case, settings)
+    if at_set_point is not None:
+        source = dataclasses.replace(source, case=_at(source.case, at_set_point), result=None)
     continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
     over = "" if source.result is None else source.result.attrs.get("over", "")
     _refuse_sweep(case, source.case, over, continued)
@@ -77,7 +95,7 @@ def run(
         _check_states(source.case, plot)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
-        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar, early_answers():
+        with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar, early_answers():
             result = df.run(source.case, progress=bar, resume=source.result if continued else None)
         seconds = time.monotonic() - start
         if late.asked:  # nothing is left to be continued
@@ -91,18 +109,27 @@ def run(
     if plot is not None:  # the curve alone at first: it is kept whatever becomes of the states
         df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot, width=width)
         found = (
-            _draw_states(source.case, result, plot, width, quiet) if states and not (stopped or late.asked) else None
+            _draw_states(source.case, result, plot, width, printed.quiet)
+            if states and not (stopped or late.asked)
+            else None
         )
     without = found is not None and bool(found.attrs.get("interrupted"))
-    code = STOPPED if stopped or without or late.asked else SOME_POINTS_FAILED if _failed(result) else DONE
-    if json:
+    asks = not stopped and (at_set_point is not None or _asks_for_set_points(source))
+    if stopped or without or late.asked:
+        code = STOPPED
+    elif asks and not any(states_of(result).values()):
+        code = BAD_INPUT
+    else:
+        code = SOME_POINTS_FAILED if _failed(result) else DONE
+    if printed.json:
         print_json(_answer(source, result, written, plot, seconds, code))
-    elif not quiet:
+    elif not printed.quiet:
         print_findings(result)
         typer.echo(f"written: {', '.join(str(path) for path in (written, plot) if path is not None)}")
-    if not (json or quiet):
+    if not (printed.json or printed.quiet):
         for line in [
             *status_lines(result),
+            *(set_point_lines(result) if asks else []),
             *states_lines(found),
             *advice_lines(result, str(written) if written.suffix == ".nc" else case),
         ]:
@@ -117,6 +144,25 @@ def run(
     if without:
         say("dforce: stopped while states were looked for; the curve is complete, and drawn without them")
     return code
+
+
+def _at(case: df.Case, shares: str) -> df.Case:
+    """Return a case that asks for set points; without an experiment it becomes an approach and retract."""
+    wanted = [parse_share(share.strip(), "--at-set-point") for share in shares.split(",")]
+    if case.experiment is None:
+        return case.replace("experiment", {"kind": "approach", "direction": "both", "zc": OVER_A0, "set_point": wanted})
+    if not hasattr(case.experiment, "set_point"):
+        raise df.ParameterError(
+            f"--at-set-point goes with an approach or branches; this experiment is {case.experiment.kind}. "
+            "Without [experiment] dForce runs an approach and retract from 1.2 A0 to 0.1 A0"
+        )
+    return case.replace("experiment.set_point", wanted)
+
+
+def _asks_for_set_points(source: Source) -> bool:
+    """Return whether a case says by itself which set points it is about; a result says so of every default."""
+    given = source.path is None or source.path.suffix == ".toml"
+    return given and source.case.experiment is not None and "set_point" in source.case.experiment.model_fields_set
 
 
 def _refuse_sweep(name: str, case: df.Case, over: str, continued: bool) -> None:

@@ -8,17 +8,12 @@ from typing import Annotated
 
 import typer
 
-from dforce.cli._terminal import DONE, Traceback
+from dforce.cli._options import option
+from dforce.cli._terminal import DONE
 from dforce.core.files import check_target, write_whole
 
 
-def schema(
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE.json", show_default=False, help="Where the schema goes."),
-    ] = None,
-    traceback: Traceback = False,
-) -> int:
+def schema(output: Annotated[Path | None, option("--output -o", "FILE.json", "Where the schema goes.")] = None) -> int:
     """Print the JSON schema of case files, which editors use to complete and check them."""
     from dforce.case import case_schema
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,18 +12,9 @@ import typer
 
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
+from dforce.cli._options import PICTURE, Printed, Settings, option
 from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
-from dforce.cli._terminal import (
-    DONE,
-    SOME_POINTS_FAILED,
-    STOPPED,
-    Json,
-    Settings,
-    Traceback,
-    print_json,
-    say,
-    whole_number,
-)
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, whole_number
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -30,60 +23,58 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_WORKERS = 100_000
+MOST_LINES = 30  # of states at a set point
+
+
+@dataclass(frozen=True)
+class SweepWorkers:
+    """Who computes the cases."""
+
+    workers: Annotated[str | None, option("--workers", "N", "Threads; left out: one for each core.")] = None
+    cluster: Annotated[
+        str | None,
+        option(
+            "--cluster",
+            "tcp://...",
+            "Address of the scheduler of a Dask cluster, whose workers compute the blocks of a store.",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class KeptQuantities:
+    """Which quantities stay."""
+
+    keep: Annotated[
+        str | None, option("--keep", "NAMES", "Quantities to keep, such as amplitude,phase,peak_force.")
+    ] = None
+    at_set_point: Annotated[
+        str | None,
+        option(
+            "--at-set-point",
+            "SHARE",
+            "Keep only the states in which the amplitude is this share of the free amplitude, such as 0.8 or 80%.",
+        ),
+    ] = None
 
 
 def sweep(
+    *,
     case: CaseName,
     settings: Settings,
     output: Annotated[
         str,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT.zarr|URL.zarr|OUT.nc",
-            show_default=False,
-            help="Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
+        option(
+            "--output -o",
+            "OUT.zarr|URL.zarr|OUT.nc",
+            "Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
         ),
     ],
-    keep: Annotated[
-        str | None,
-        typer.Option(
-            "--keep",
-            metavar="NAMES",
-            show_default=False,
-            help="Quantities to keep, such as amplitude,phase,peak_force.",
-        ),
-    ] = None,
-    at_set_point: Annotated[
-        str | None,
-        typer.Option(
-            "--at-set-point",
-            metavar="SHARE",
-            show_default=False,
-            help="Keep only the states in which the amplitude is this share of the free amplitude, such as 0.8 or 80%.",
-        ),
-    ] = None,
-    workers: Annotated[
-        str | None,
-        typer.Option("--workers", metavar="N", show_default=False, help="Threads; left out: one for each core."),
-    ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(
-            "--cluster",
-            metavar="tcp://...",
-            show_default=False,
-            help="Address of the scheduler of a Dask cluster, whose workers compute the blocks of a store.",
-        ),
-    ] = None,
+    kept: KeptQuantities,
+    by: SweepWorkers,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with what is in OUT.")] = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw some of the cases."),
-    ] = None,
-    json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    traceback: Traceback = False,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw some of the cases.")] = None,
+    printed: Printed,
 ) -> int:
     """Compute all cases of a table [sweep] and write one result.
 
@@ -104,15 +95,15 @@ def sweep(
         check_target(plot, df.plot.FORMATS)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
-        with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
+        with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar:
             result = df.sweep(
                 source.case,
                 progress=bar,
-                workers=None if workers is None else whole_number("--workers", workers, 1, MOST_WORKERS),
-                quantities=None if keep is None else [name.strip() for name in keep.split(",")],
-                at_set_point=at_set_point,
+                workers=None if by.workers is None else whole_number("--workers", by.workers, 1, MOST_WORKERS),
+                quantities=None if kept.keep is None else [name.strip() for name in kept.keep.split(",")],
+                at_set_point=kept.at_set_point,
                 store=output if in_blocks else None,
-                client=cluster,
+                client=by.cluster,
                 resume=resume if in_blocks else df.read(output) if resume else None,
             )
         seconds = time.monotonic() - start
@@ -128,9 +119,9 @@ def sweep(
     bad = {df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE, df.Status.BROKEN}
     failed = bool(bad & set(counts))
     code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
-    if json:
+    if printed.json:
         print_json(_answer(source, result, output, plot, seconds, code))
-    elif not quiet:
+    elif not printed.quiet:
         for line in _lines(source, result, seconds):
             typer.echo(line)
         typer.echo(f"written: {', '.join(str(path) for path in (output, plot) if path is not None)}")
@@ -139,7 +130,7 @@ def sweep(
         for line in advice_lines(result, output):
             say(line)
     if stopped:
-        share = [] if at_set_point is None else [f"--at-set-point {at_set_point}"]
+        share = [] if kept.at_set_point is None else [f"--at-set-point {kept.at_set_point}"]
         again = ["dforce sweep", quoted(case), *(f"--set {quoted(setting)}" for setting in settings)]
         on = f"continue with: {' '.join([*again, '-o', quoted(output), *share, '--resume'])}"
         if share and not in_blocks:
@@ -155,7 +146,31 @@ def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
     done = points - counted(result).get(df.Status.NOT_COMPUTED, 0)
     share = f"{points}" if done == points else f"{done} of {points}"
     lines = [source.case.title] if source.case.title else []
-    return [*lines, f"{share} points in {seconds:.3g} s, over {sizes}"]
+    states = [_shown(result, state) for state in _states(result)]
+    more = [f"and {len(states) - MOST_LINES} more states"] if len(states) > MOST_LINES else []
+    return [*lines, f"{share} points in {seconds:.3g} s, over {sizes}", *states[:MOST_LINES], *more]
+
+
+def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Give the states at the set point of a sweep: the values of the case, and what is found there, in SI."""
+    import numpy as np
+
+    if "crossing" not in result.dims:
+        return
+    names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
+    for place in np.argwhere(np.isfinite(result["zc"].values)):
+        one = result.isel(dict(zip(result["zc"].dims, place.tolist(), strict=True)))
+        yield {str(name): one[name].values.flat[0].item() for name in names if name in one.variables}
+
+
+def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
+    """Return a state at the set point in a line."""
+    from dforce.findings.finding import number
+
+    units = {name: str(result[name].attrs.get("units", "1")) for name in state}
+    return ", ".join(
+        value if isinstance(value, str) else f"{name} {number(value, units[name])}" for name, value in state.items()
+    )
 
 
 def _answer(
@@ -169,5 +184,6 @@ def _answer(
         "seconds": round(seconds, 3),
         "exit_code": code,
         "sizes": {str(name): size for name, size in result.sizes.items()},
-        **{key: value for key, value in as_json(result).items() if key != "found"},
+        "at_set_point": list(_states(result)),
+        **{key: value for key, value in as_json(result).items() if key in ("points", "advice")},
     }

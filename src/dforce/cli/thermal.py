@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import dforce as df
+from dforce.cli._options import PICTURE, Json, option
 from dforce.cli._report import quoted
-from dforce.cli._terminal import DONE, Json, Traceback, console, print_json, printable, say, width, wrapped
-from dforce.cli.read import Pairs, named
+from dforce.cli._terminal import DONE, console, print_json, printable, say, width, wrapped
+from dforce.cli.read import Calibrated, Pairs, named
 from dforce.core.files import check_target
 from dforce.core.units import show
 
@@ -25,57 +27,45 @@ ROWS = {
 DIGITS = 5  # of the values that a case takes
 
 
+@dataclass(frozen=True)
+class SpectrumCalibration:
+    """What the spectrum does not show."""
+
+    sensitivity: Annotated[
+        str | None,
+        option(
+            "--sensitivity",
+            "LENGTH/V",
+            'By which volts are multiplied, such as "52 nm/V" or, with its error, "52(1) nm/V".',
+        ),
+    ] = None
+    calibrated: Calibrated = "static"
+    temperature: Annotated[
+        str | None, option("--temperature", "TEMPERATURE", 'Such as "25 degC"; left out: 298.15 K.')
+    ] = None
+
+
 def thermal(
+    *,
     spectrum: Annotated[
         str,
         typer.Argument(metavar="SPECTRUM", show_default=False, help="A file with frequencies and spectral densities."),
     ],
     columns: Pairs,
     unit: Annotated[
-        str | None,
-        typer.Option(
-            "--unit",
-            metavar="UNIT",
-            show_default=False,
-            help='Unit of the density, where its column names none, such as "pm/sqrt(Hz)".',
-        ),
+        str | None, option("--unit", "UNIT", 'Unit of the density, where its column names none, such as "pm/sqrt(Hz)".')
     ] = None,
-    sensitivity: Annotated[
-        str | None,
-        typer.Option(
-            "--sensitivity",
-            metavar="LENGTH/V",
-            show_default=False,
-            help='By which volts are multiplied, such as "52 nm/V" or, with its error, "52(1) nm/V".',
-        ),
-    ] = None,
-    calibrated: Annotated[
-        str,
-        typer.Option(
-            "--calibrated", metavar="static|mode", help="How the sensitivity was found: by a force curve or for mode 1."
-        ),
-    ] = "static",
-    temperature: Annotated[
-        str | None,
-        typer.Option(
-            "--temperature", metavar="TEMPERATURE", show_default=False, help='Such as "25 degC"; left out: 298.15 K.'
-        ),
-    ] = None,
+    calibration: SpectrumCalibration,
     band: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--band",
-            metavar="LOWEST,HIGHEST",
-            show_default=False,
-            help='Frequencies of the fit, such as "60 kHz,80 kHz"; left out: 5 widths of the peak on both sides.',
+            "LOWEST,HIGHEST",
+            'Frequencies of the fit, such as "60 kHz,80 kHz"; left out: 5 widths of the peak on both sides.',
         ),
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FIG.png|.pdf|.svg", show_default=False, help="Draw the spectrum and its fit."),
-    ] = None,
+    plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the spectrum and its fit.")] = None,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """Tune a lever: fit the thermal spectrum of the free lever, and give f0, Q and k with errors.
 
@@ -87,9 +77,9 @@ def thermal(
         spectrum,
         columns=named("--columns", columns),
         unit=unit,
-        sensitivity=sensitivity,
-        calibrated=calibrated,
-        temperature=temperature,
+        sensitivity=calibration.sensitivity,
+        calibrated=calibration.calibrated,
+        temperature=calibration.temperature,
         band=None if band is None else [end.strip() for end in band.split(",")],
     )
     if plot is not None:

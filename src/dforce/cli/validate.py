@@ -7,18 +7,15 @@ from typing import Annotated
 
 import typer
 
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, Json, Traceback, print_json, say
+from dforce.cli._options import Json, option
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, print_json, say
 from dforce.core.files import check_target, write_whole
 
 
 def validate(
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="PAGE.md", show_default=False, help="Write the page to a file."),
-    ] = None,
+    output: Annotated[Path | None, option("-o --output", "PAGE.md", "Write the page to a file.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only what takes seconds.")] = False,
     json: Json = False,
-    traceback: Traceback = False,
 ) -> int:
     """Check dForce against published values, exact balances and independent integrators.
 

@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Callable, Iterable
 from typing import ParamSpec, TypeVar
 
-from dforce.core.kinds import misfit
+from dforce.core.argument_kinds import misfit
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -33,12 +33,14 @@ class Words:
         """Leave the JSON schema as it is."""
 
 
-def file_name(default: Any = PydanticUndefined, *, description: str, through_named: bool = False, **limits: Any) -> Any:
+def file_name(
+    default: object = PydanticUndefined, *, description: str, through_named: bool = False, **limits: Any
+) -> Any:
     """Declare a parameter that names a file, or several; each text of a case is this, words, or a choice."""
     return pydantic.Field(default, description=description, json_schema_extra=FileName(through_named), **limits)
 
 
-def words(default: Any = PydanticUndefined, *, description: str, **limits: Any) -> Any:
+def words(default: object = PydanticUndefined, *, description: str, **limits: Any) -> Any:
     """Declare a parameter that is text, or holds some, and names no file by itself."""
     return pydantic.Field(default, description=description, json_schema_extra=Words(), **limits)
 
@@ -51,7 +53,7 @@ def may_be_read(field: pydantic.fields.FieldInfo) -> bool:
     return not isinstance(mark, Words) and holds_text(field.annotation)
 
 
-def holds_text(annotation: Any) -> bool:
+def holds_text(annotation: object) -> bool:
     """Return whether a value of this kind may hold text of any wording, which a choice does not."""
     if get_origin(annotation) is Literal or (
         isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel)

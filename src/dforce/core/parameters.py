@@ -60,12 +60,12 @@ else:
     class Part:
         """What a field is, for pydantic."""
 
-        def __class_getitem__(cls, kind: Any) -> Any:
+        def __class_getitem__(cls, kind: object) -> Any:
             return kind
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ParameterQuantity:
     """What is declared about one number: its SI unit, bounds (SI text), symbol and meaning."""
 
     unit: str
@@ -172,7 +172,7 @@ class Shared:
 
 @checked
 def param(
-    default: Any = PydanticUndefined,
+    default: object = PydanticUndefined,
     *,
     unit: str | None = None,
     symbol: str = "",
@@ -200,11 +200,11 @@ def param(
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:
         unit = _unit_of(texts[0]) if texts else "1"
-    quantity = Quantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+    quantity = ParameterQuantity(_stored_unit(unit), symbol, doc, low, above, high, below)
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 
-def part(default: Any, *, description: str, **limits: Any) -> Any:
+def part(default: object, *, description: str, **limits: Any) -> Any:
     """Declare a field of the kind :class:`Part`, which has a default."""
     return pydantic.Field(default, description=description, **limits)
 
@@ -287,7 +287,7 @@ class Parameters(pydantic.BaseModel):
     # Inside another model pydantic then validates without __init__, so that an error keeps its whole path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         self._refuse_change(name)
         super().__setattr__(name, value)  # a name with an underscore is the class's own business
 
@@ -314,12 +314,12 @@ class Parameters(pydantic.BaseModel):
         return cls.section()
 
     @classmethod
-    def quantities(cls) -> dict[str, Quantity]:
+    def quantities(cls) -> dict[str, ParameterQuantity]:
         """Return the declared quantities by field name, in order, shared ones excluded."""
         return {
             name: field.json_schema_extra
             for name, field in cls.model_fields.items()
-            if isinstance(field.json_schema_extra, Quantity)
+            if isinstance(field.json_schema_extra, ParameterQuantity)
         }
 
     @classmethod
@@ -344,7 +344,7 @@ class Parameters(pydantic.BaseModel):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _known_keys_only(cls, data: Any) -> Any:
+    def _known_keys_only(cls, data: object) -> Any:
         if not isinstance(data, dict):
             return data
         for key in data:
@@ -357,7 +357,7 @@ class Parameters(pydantic.BaseModel):
 
     @pydantic.field_validator("*", mode="before")
     @classmethod
-    def _text_to_si(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+    def _text_to_si(cls, given: object, info: pydantic.ValidationInfo) -> Any:
         name = info.field_name or ""
         quantity = cls.quantities().get(name)
         if files.guests_only and may_be_read(field := cls.model_fields[name]) and given != field.default:
@@ -407,12 +407,12 @@ class Parameters(pydantic.BaseModel):
     __str__ = __repr__
 
 
-def _words(annotation: Any) -> tuple[Any, ...]:
+def _words(annotation: object) -> tuple[Any, ...]:
     """Return the words that stand for a number, such as of a frequency that is to be found."""
     if get_origin(annotation) is Literal:
         return get_args(annotation)
     return tuple(word for part in get_args(annotation) for word in _words(part))
 
 
-def _takes_bool(annotation: Any) -> bool:
+def _takes_bool(annotation: object) -> bool:
     return annotation in (bool, Any) or any(_takes_bool(part) for part in get_args(annotation))

@@ -73,7 +73,7 @@ def _title(model: type[pydantic.BaseModel]) -> str:
     return str(section() if section is not None else model.__name__.lower())
 
 
-def _models(annotation: Any) -> list[type[pydantic.BaseModel]]:
+def _models(annotation: object) -> list[type[pydantic.BaseModel]]:
     """Return the models that a field's annotation mentions."""
     if isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel):
         return [annotation]

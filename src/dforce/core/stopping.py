@@ -197,13 +197,21 @@ def was_stopped() -> bool:
     return _ending.is_heard or _ending.is_due
 
 
+class Stop:
+    """Whether a stop `came`."""
+
+    came = False
+
+
 @contextlib.contextmanager
-def until_stopped() -> Iterator[None]:
-    """End what is inside at a stop, which is heard then."""
+def until_stopped() -> Iterator[Stop]:
+    """End what is inside at a stop, which is heard then; what the context gives says whether one came."""
+    stop = Stop()
     try:
-        yield
+        yield stop
     except KeyboardInterrupt:
         heard()
+        stop.came = True
 
 
 @contextlib.contextmanager

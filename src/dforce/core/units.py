@@ -146,7 +146,7 @@ def _mismatch(unit: str, wanted: str) -> str | None:
     return None
 
 
-def _is_angular(unit: Any) -> bool:
+def _is_angular(unit: object) -> bool:
     """Return whether an angle is part of a unit of pint."""
     return not set(re.findall(r"[a-z_]+", str(unit))).isdisjoint(ANGLES)
 

@@ -10,26 +10,27 @@ import pydantic
 from dforce.core.parameters import Part, param, part
 from dforce.experiments.base import (
     PROTOCOL,
-    CaseLike,
+    CurveExperiment,
+    CurvePlan,
+    DistanceExperiment,
     Distances,
     Grid,
-    MotionExperiment,
-    Progress,
+    Place,
     ProtocolName,
     RelativeGrid,
     Start,
     refuse_fresh_starts,
+    visits,
     whole_range,
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from dforce.problem import Problem
-    from dforce.solvers import SolverSettings
+
+WAYS = ("approach", "retract")
 
 
-class Approach(MotionExperiment):
+class Approach(DistanceExperiment, CurveExperiment):
     """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
 
     kind: Literal["approach"] = "approach"
@@ -59,53 +60,25 @@ class Approach(MotionExperiment):
             return np.asarray(self.zc.values() * A0)
         return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
 
-    def visits(self) -> list[tuple[int, ...]]:
+    def visits(self) -> list[Place]:
         """Return the places of the result in the order in which the tip comes to them."""
-        far_to_near = [int(i) for i in np.argsort(-self.distances(), kind="stable")]
-        if self.direction == "approach":
-            return [(i,) for i in far_to_near]
-        if self.direction == "retract":
-            return [(i,) for i in reversed(far_to_near)]
-        there, back = [(i, 0) for i in far_to_near], [(i, 1) for i in reversed(far_to_near)]
-        return [*there, *back]
+        return visits(self.distances(), self.direction, *WAYS, falls=True)
+
+    def plan(self, problem: Problem) -> CurvePlan:
+        """Return the curve; see :class:`CurveExperiment`."""
+        return CurvePlan(
+            "zc",
+            self.distances(problem.tones[0].A0),
+            self.visits(),
+            WAYS if self.direction == "both" else (),
+            WAYS,
+            self.start,
+            self.protocol,
+            self.carry_state,
+            self.distances() if isinstance(self.zc, RelativeGrid) else None,
+        )
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
         """Return typical distances; see :class:`Experiment`."""
         return {"zc": whole_range(problem)}
-
-    def run(
-        self,
-        problem: Problem,
-        settings: SolverSettings,
-        progress: Progress,
-        earlier: xr.Dataset | None = None,
-        case: CaseLike | None = None,
-    ) -> xr.Dataset:
-        """Return the curve; see :class:`Experiment`."""
-        from dforce.experiments._curve import Curve
-        from dforce.experiments.table import with_levers
-        from dforce.solvers.block import Block
-
-        coords: dict[str, Any] = {"zc": self.distances(problem.tones[0].A0)}
-        if self.direction == "both":
-            coords["direction"] = ["approach", "retract"]
-
-        def make(points: int | None) -> Block:
-            return Block.of_one(problem, settings, self.harmonics, points=points)
-
-        curve = Curve(
-            make,
-            coords,
-            self.visits(),
-            self.protocol,
-            self.carry_state,
-            self.start,
-            "jump_zc",
-            ("approach", "retract"),
-            lambda zc: f"zc = {1e9 * zc:.4g} nm",
-        )
-        data = curve.run(progress, earlier)
-        if problem.heights is None:
-            return data
-        return with_levers(data, "zc", [problem.at_height(float(zc)) for zc in data["zc"].values])

@@ -1,31 +1,31 @@
-"""What every experiment shares: the grid of distances, the start of the motion, and the base class."""
+"""What every experiment shares: the grid of distances, the start of the motion, the plan of a curve, and the base class."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, Self
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Parameters, Quantity, param
+from dforce.core.parameters import Number, Numbers, Parameters, param
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from dforce.instrument import Cantilever, Medium, Readout
-    from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.block import Block
     from dforce.solvers.integrator import Integrator, Motion
 
 Progress = Callable[[int, int, str], None]  # points done, points in all, what is being done
+Place = tuple[int, ...]  # in the arrays of a result
 
+DISTANCE = "experiment.zc"
+SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
 MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
 MOST_SHARE = 50.0  # of the free amplitude; more are per cent
 
@@ -39,7 +39,7 @@ class Grid(Parameters):
     stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the distances (m)."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -58,7 +58,7 @@ class RelativeGrid(Parameters):
     stop: float = pydantic.Field(ge=-MOST_SHARE, le=MOST_SHARE, description="last average distance as a share of A0")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the shares."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -121,36 +121,75 @@ def refuse_fresh_starts(protocol: str, carry_state: bool) -> None:
         raise ParameterError('experiment.carry_state = false goes with protocol = "stepwise": write that beside it')
 
 
-class CaseLike(Protocol):
-    """What an experiment needs of a case beside its problem: what was given, and other values of its parameters."""
+@dataclass(frozen=True)
+class CurvePlan:
+    """A curve: the values that a parameter takes, in which order, and how the motion is carried from one to the next.
+
+    Attributes
+    ----------
+    name
+        Of the parameter in the result: "zc" or "frequency".
+    values
+        Its values (SI), as they lie in the result.
+    visits
+        Places of the result in the order in which the parameter comes to them.
+    directions
+        Names of the directions, where there are two one after the other.
+    ways
+        Names of the directions in which the parameter falls and rises.
+    start, protocol, carry
+        Where the motion starts, and how it is carried along.
+    shares
+        The values as shares of the free amplitude, where they are given as such.
+    zc
+        Average distance (m), where the parameter is another one.
+    """
+
+    name: str
+    values: Array
+    visits: list[Place]
+    directions: tuple[str, ...] = ()
+    ways: tuple[str, str] = ("approach", "retract")
+    start: Start = "free"
+    protocol: ProtocolName = "quasi_static"
+    carry: bool = True
+    shares: Array | None = None
+    zc: float | None = None
 
     @property
-    def cantilever(self) -> Cantilever:
-        """The lever, as it was given."""
+    def coords(self) -> dict[str, Any]:
+        """The dimensions of the result with their coordinates; none for one point alone."""
+        ways = {"direction": list(self.directions)} if self.directions else {}
+        return {self.name: self.values} | ways if self.visits != [()] else {}
 
-    @property
-    def medium(self) -> Medium:
-        """What the lever moves in, as it was given."""
 
-    @property
-    def readout(self) -> Readout:
-        """The read-out, as it was given."""
+def visits(values: Array, direction: str, first: str, second: str, falls: bool) -> list[Place]:
+    """Return the places of a result in the order in which a parameter comes to them.
 
-    @property
-    def problem(self) -> Problem:
-        """The problem in SI units."""
-
-    def quantity(self, path: str) -> Quantity:
-        """Return what is declared about the number at a path."""
-
-    def replace(self, path: str | None = None, value: Any = None) -> Self:
-        """Return the case with another value at a path."""
+    It goes in the `first` direction, in which it `falls` or rises, in the `second` one, or in both one after the other.
+    """
+    there = [int(i) for i in np.argsort(-values if falls else values, kind="stable")]
+    orders = {first: there, second: there[::-1]}
+    if direction in orders:
+        return [(i,) for i in orders[direction]]
+    return [(i, way) for way, order in enumerate(orders.values()) for i in order]
 
 
 class Experiment(Parameters):
-    """What is done with a case; one subclass, in one file, for each kind."""
+    """What is done with a case, as a plan; one subclass, in one file, for each kind.
+
+    Attributes
+    ----------
+    procedure
+        The function that carries the plan out, as ``"module:name"`` below `dforce`, loaded when it is called. It takes a
+        :class:`dforce.runs.task.Task`.
+    unswept
+        Dimensions of what a sweep does not keep of each case, such as the samples of a record.
+    """
 
     title_of: ClassVar[str] = "experiment"
+    procedure: ClassVar[str]
+    unswept: ClassVar[tuple[str, ...]] = ()
 
     kind: str
 
@@ -159,29 +198,14 @@ class Experiment(Parameters):
     def suggested(cls, problem: Problem) -> dict[str, Any]:
         """Return keys without a default, as text that suits an instrument: what a form starts with."""
 
-    @abstractmethod
-    def run(
-        self,
-        problem: Problem,
-        settings: SolverSettings,
-        progress: Progress,
-        earlier: xr.Dataset | None = None,
-        case: CaseLike | None = None,
-    ) -> xr.Dataset:
-        """Do the experiment.
+    @property
+    def path(self) -> str:
+        """Path in the case of the parameter that it goes along; a distance where there is one alone."""
+        return DISTANCE
 
-        Parameters
-        ----------
-        problem, settings
-            What is solved, and how.
-        progress
-            Called with the points done, the points in all and a note; it stops the run by raising
-            KeyboardInterrupt, and what was computed is returned.
-        earlier
-            An interrupted result of the same experiment, to be continued.
-        case
-            What the problem was made from, for experiments that need more of it or vary one of its parameters.
-        """
+    def coordinates(self, problem: Problem) -> dict[str, Any]:
+        """Return the dimensions of its result that are known before it is done, with their coordinates."""
+        return {}
 
     def check(self, problem: Problem) -> None:
         """Raise :class:`ParameterError` where it cannot be done with an instrument, which a case says as soon as it is made."""
@@ -198,10 +222,6 @@ class Experiment(Parameters):
             ends = (unit * zc.start, unit * zc.stop)
         return min(ends), max(ends)
 
-    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
-        """Return the problem at one point of a result of this experiment, whose coordinates say where it is."""
-        return problem.at_height(float(point["zc"])) if "zc" in point.coords else problem
-
 
 class MotionExperiment(Experiment):
     """One that gives steady motions of the driven tip, and so their harmonics."""
@@ -211,7 +231,40 @@ class MotionExperiment(Experiment):
     )
 
 
-SET_POINT = 0.8  # of the free amplitude: a common choice, neither light nor hard tapping
+class DistanceExperiment(MotionExperiment):
+    """One that gives the amplitude along the distance, and so the states at a set point."""
+
+    set_point: Numbers = param(
+        SET_POINT,
+        unit="1",
+        symbol="A/A_0",
+        above=0.0,
+        high=1.0,
+        doc="set points whose states the table of results shows, as shares of the free amplitude (one, or a list)",
+    )
+
+    @pydantic.field_validator("set_point", mode="before")
+    @classmethod
+    def _one_or_many(cls, given: Any) -> Any:
+        return given if isinstance(given, list | tuple) else (given,)
+
+
+class CurveExperiment(MotionExperiment):
+    """One whose motions lie on a curve along a parameter."""
+
+    procedure = "procedures.curve:curve"
+
+    @abstractmethod
+    def plan(self, problem: Problem) -> CurvePlan:
+        """Return the curve."""
+
+    def solved_with(self, settings: SolverSettings) -> SolverSettings:
+        """Return the settings that its motions are found with, from those of the case."""
+        return settings
+
+    def coordinates(self, problem: Problem) -> dict[str, Any]:
+        """Return the dimensions of the curve; see :class:`Experiment`."""
+        return self.plan(problem).coords
 
 
 def tapping_distance(problem: Problem) -> str:

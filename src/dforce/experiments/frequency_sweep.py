@@ -13,20 +13,20 @@ from dforce.core.parameters import Number, Parameters, Part, param, part
 from dforce.experiments.base import (
     MOST_POINTS,
     PROTOCOL,
-    CaseLike,
-    MotionExperiment,
-    Progress,
+    CurveExperiment,
+    CurvePlan,
+    Place,
     ProtocolName,
     Start,
     refuse_fresh_starts,
     tapping_distance,
+    visits,
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from dforce.problem import Problem
-    from dforce.solvers import SolverSettings
+
+WAYS = ("up", "down")
 
 
 class FrequencyGrid(Parameters):
@@ -54,7 +54,7 @@ def _frequencies(given: Any) -> Any:
     return given
 
 
-class FrequencySweep(MotionExperiment):
+class FrequencySweep(CurveExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
     The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument
@@ -91,14 +91,28 @@ class FrequencySweep(MotionExperiment):
         """Return the frequencies (Hz), as given."""
         return self.frequency.values() if isinstance(self.frequency, FrequencyGrid) else np.array(self.frequency)
 
-    def visits(self) -> list[tuple[int, ...]]:
+    def visits(self) -> list[Place]:
         """Return the places of the result in the order in which the drive comes to them."""
-        upward: list[int] = [int(i) for i in np.argsort(self.frequencies(), kind="stable")]
-        if self.direction == "up":
-            return [(i,) for i in upward]
-        if self.direction == "down":
-            return [(i,) for i in reversed(upward)]
-        return [(i, way) for way, order in enumerate((upward, reversed(upward))) for i in order]
+        return visits(self.frequencies(), self.direction, *WAYS, falls=False)
+
+    @property
+    def path(self) -> str:
+        """The frequency of the first tone; see :class:`Experiment`."""
+        return "drive.frequency"
+
+    def plan(self, problem: Problem) -> CurvePlan:
+        """Return the resonance curve; see :class:`CurveExperiment`."""
+        return CurvePlan(
+            "frequency",
+            self.frequencies(),
+            self.visits(),
+            WAYS if self.direction == "both" else (),
+            WAYS[::-1],
+            self.start,
+            self.protocol,
+            self.carry_state,
+            zc=self.zc,
+        )
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
@@ -106,42 +120,3 @@ class FrequencySweep(MotionExperiment):
         mode = problem.modes[0]
         low, high = (units.show(mode.f0 * max(1.0 + side * 2.5 / mode.Q, 0.1), "Hz", 4) for side in (-1.0, 1.0))
         return {"frequency": {"start": low, "stop": high}, "zc": tapping_distance(problem)}
-
-    def run(
-        self,
-        problem: Problem,
-        settings: SolverSettings,
-        progress: Progress,
-        earlier: xr.Dataset | None = None,
-        case: CaseLike | None = None,
-    ) -> xr.Dataset:
-        """Return the resonance curve; see :class:`Experiment`."""
-        from dforce.experiments._curve import Curve
-        from dforce.results.dataset import describe
-        from dforce.solvers.block import Block
-
-        problem, frequencies = problem.at_height(self.zc), self.frequencies()
-        coords: dict[str, Any] = {"frequency": frequencies}
-        if self.direction == "both":
-            coords["direction"] = ["up", "down"]
-        lowest = float(frequencies.min())
-
-        def make(points: int | None) -> Block:
-            return Block.along_frequency(problem, self.zc, lowest, settings, self.harmonics, points)
-
-        curve = Curve(
-            make,
-            coords,
-            self.visits(),
-            self.protocol,
-            self.carry_state,
-            self.start,
-            "jump_frequency",
-            ("down", "up"),
-            lambda frequency: f"frequency = {units.show(frequency, 'Hz', 6)}",
-        )
-        return describe(curve.run(progress, earlier).assign_coords(zc=self.zc))
-
-    def problem_at(self, problem: Problem, point: xr.Dataset, case: CaseLike) -> Problem:
-        """Return the problem at the frequency of a point; see :class:`Experiment`."""
-        return problem.at_height(self.zc).at_frequency(float(point["frequency"]))

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dforce.case import case_of
+from dforce.core.arrays import AnyArray
 from dforce.core.errors import DForceError
 from dforce.observables.averaging import common_period
 from dforce.results.curves import by_case, goes_along, swept
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 LEAST = 0.1  # smallest sudden step that counts as a jump, as a share of the largest amplitude
 RELATIVE = "zc_ratio"  # distances as shares of the free amplitude
 RISING = ("retract", "up")  # directions in which the distance or the frequency grows
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _way(result: xr.Dataset, case: Case | None) -> str:
     return "" if way == "both" else way
 
 
-def _noted(x: Array, order: Array, places: Array, words: Array, way: str) -> Iterator[Jump]:
+def _noted(x: AnyArray, order: AnyArray, places: AnyArray, words: AnyArray, way: str) -> Iterator[Jump]:
     """Give the jumps noted that belong to a direction, between points in rising order."""
     for at, word in zip(places.tolist(), words.tolist(), strict=True):
         # a sudden step jumps at the point that it leads to; NaN, which fills up the table of a sweep, is behind all points
@@ -125,7 +125,7 @@ def _noted(x: Array, order: Array, places: Array, words: Array, way: str) -> Ite
             yield Jump(at, int(order[pair[0]]), int(order[pair[1]]))
 
 
-def _sudden(x: Array, motion: Array, order: Array) -> list[Jump]:
+def _sudden(x: AnyArray, motion: AnyArray, order: AnyArray) -> list[Jump]:
     """Return the sudden steps between points in order of travel."""
     if len(order) < 5:
         return []

@@ -11,10 +11,11 @@ import numpy as np
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
-from dforce.experiments.motion import motion_of
-from dforce.experiments.recording import record_traces
-from dforce.experiments.table import Table
 from dforce.observables.averaging import common_period
+from dforce.procedures.motion import motion_of
+from dforce.procedures.recording import record_traces
+from dforce.procedures.table import Table
+from dforce.procedures.varied import problem_at
 from dforce.results.status import REPEATING, Status
 from dforce.runs import LOOKS_A_SECOND
 from dforce.solvers.doubling import doubled_beside
@@ -114,9 +115,7 @@ def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
     if more:
         raise ParameterError(f"the motion is that of one point; choose one along {more[0]} with .isel")
     case = case_of(point)
-    if case.experiment is None:
-        raise ParameterError("the result does not say which experiment it is from")
-    return case, case.experiment.problem_at(case.problem, point, case)
+    return case, problem_at(case, point)
 
 
 def _start(integrator: Integrator, point: xr.Dataset) -> Motion:

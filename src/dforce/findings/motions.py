@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -10,8 +11,10 @@ import numpy as np
 
 from dforce.case import case_of
 from dforce.core.errors import DForceError
+from dforce.experiments.base import SET_POINT
 from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
+from dforce.findings.set_point import RATIO, SetPointState, states_at
 from dforce.results.curves import goes_along, swept
 from dforce.results.significance import is_none, with_scales
 from dforce.results.status import Status, count_status
@@ -95,6 +98,7 @@ def approach(dataset: xr.Dataset) -> Iterator[Finding]:
     """Give amplitude, phase, jumps and extremes of each direction."""
     for way, one in _ways(_with_scales(dataset)):
         yield from _curve(one, "zc", way)
+    yield from _at_set_points(dataset)
 
 
 def frequency_sweep(dataset: xr.Dataset) -> Iterator[Finding]:
@@ -162,7 +166,7 @@ def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
             for tone in each["tone"].values if name in each else ():
                 tag = f", tone {tone}" if each.sizes["tone"] > 1 else ""
                 yield _range(each[name].sel(tone=tone), f"{name}_tone{tone}", _label(each[name]) + tag, way)
-        if along and ("amplitude" in each or "amplitude_ratio" in each):
+        if along in each.dims and "crossing" not in each.dims and ("amplitude" in each or "amplitude_ratio" in each):
             count = sum(bool(found) for _, _, found in jumps_of_all(each, along, way))
             yield Finding("jumps", "curves with jumps", f"{count} of {cases}", float(count), "1", way)
         for name, label in EXTREMES:
@@ -173,6 +177,46 @@ def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
                 none = bool(is_none(_with_scales(each.isel(where)), name))
                 yield finding(name, label, float(found), _unit(found), way, f" at {place}", none)
         yield _points(each, way)
+
+
+def _set_points(dataset: xr.Dataset) -> tuple[float, ...]:
+    """Return the set points whose states a curve along the distance is to show."""
+    try:
+        return getattr(case_of(dataset).experiment, "set_point", ())
+    except DForceError:  # the case of a version that knew other keys
+        return (SET_POINT,)
+
+
+def states_of(curve: xr.Dataset) -> dict[float, list[SetPointState]]:
+    """Return the states of a curve along the distance at each set point of its case; nothing for another result."""
+    along = "zc_ratio" if "zc_ratio" in curve.dims else "zc"
+    if (
+        swept(curve)
+        or "crossing" in curve.dims
+        or goes_along(curve) != along
+        or RATIO not in curve
+        or "status" not in curve
+    ):
+        return {}
+    return {share: states_at(curve, share) for share in _set_points(curve)}
+
+
+def _at_set_points(curve: xr.Dataset) -> Iterator[Finding]:
+    """Give the peak force of each state at the set points of the case."""
+    for share, found in states_of(curve).items():
+        for way, states in itertools.groupby(found, lambda state: state.direction):
+            for count, state in enumerate(states, start=1):
+                which = f", state {count}" if count > 1 else ""
+                more = [f" at {number(state.zc, 'm')}", f"{state.phase:.0f}°", "" if state.stable else "unstable"]
+                force = number(state.peak_force, "N", none=not state.repels)
+                yield Finding(
+                    "at_set_point",
+                    f"peak force at {100.0 * share:.4g} %{which}",
+                    force + ", ".join(filter(None, more)),
+                    state.peak_force if math.isfinite(state.peak_force) else None,
+                    "N",
+                    way,
+                )
 
 
 def _with_scales(dataset: xr.Dataset) -> xr.Dataset:
@@ -247,6 +291,7 @@ def branches(dataset: xr.Dataset) -> Iterator[Finding]:
         closed = float((dataset["index_sum"].values == 1).mean()) if proven else None
         yield Finding("completeness", "completeness", said, closed, "1")
     yield _points(dataset, "")
+    yield from _at_set_points(dataset)
 
 
 def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.core.units import parse_share
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
+from dforce.results.significance import ERRORS, is_none
 from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 
 RATIO = "amplitude_ratio"
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @checked
@@ -114,6 +115,70 @@ def _word(virial: float) -> str:
 
 
 @dataclass(frozen=True)
+class SetPointState:
+    """A state at a set point, in SI, the phase lag of the first tone in degrees; NaN where the result does not keep it.
+
+    Attributes
+    ----------
+    set_point, zc, direction
+        The share A/A0, the average distance (m), and the direction of a curve that has several.
+    peak_force, phase, max_indentation
+        What the result holds there.
+    repels
+        Whether the peak force is above its estimated error.
+    regime, stable
+        Words as :func:`regime` says them, and whether the state is stable, where the result shows it.
+    """
+
+    set_point: float
+    zc: float
+    peak_force: float
+    phase: float
+    max_indentation: float
+    repels: bool
+    direction: str = ""
+    regime: str = ""
+    stable: bool = True
+
+
+SHOWN = ("peak_force", "phase", "max_indentation")
+
+
+def states_at(curve: xr.Dataset, set_point: float) -> list[SetPointState]:
+    """Return the states of one curve along the distance at a set point, of each direction the farthest first."""
+    known = drawable(curve, goes_along(curve))
+    found = at_set_point(curve, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
+    repels = ~is_none(found, "peak_force") if "peak_force" in found else np.ones(found.sizes["crossing"], dtype=bool)
+    way = found["direction"].values if "direction" in found.coords else np.zeros(found.sizes["crossing"])
+    states = []
+    for place in np.lexsort((-found["zc"].values, way)):
+        one = found.isel(crossing=place)
+        values: dict[str, Any] = {name: float(one[name].values.flat[0]) if name in one else np.nan for name in SHOWN}
+        values |= {name: one[name].item() for name in ("direction", "regime", "stable") if name in one.coords}
+        states.append(SetPointState(set_point, float(one["zc"]), repels=bool(repels[place]), **values))
+    return states
+
+
+def why_none(curve: xr.Dataset, set_point: float) -> str:
+    """Return why no state of a curve is at a set point, and what to change, in two sentences."""
+    ratio = curve[RATIO].values[repeats(curve["status"].values)]
+    low, high = np.nanmin(ratio, initial=np.inf), np.nanmax(ratio, initial=-np.inf)
+    share = f"{100.0 * set_point:.4g} %"
+    if low > high:
+        return f"No state at {share}: no motion on this curve settled. Widen experiment.zc."
+    if low < set_point < high:
+        return (
+            f"No state at {share}: the amplitude jumps across this set point. Choose another one, or draw all states "
+            'with experiment.kind = "branches".'
+        )
+    end = "stop nearer to the sample" if low >= set_point else "start farther from the sample"
+    return (
+        f"No state at {share}: A/A0 on this curve is {100.0 * low:.3g} to {100.0 * high:.3g} %. "
+        f"Let experiment.zc {end}."
+    )
+
+
+@dataclass(frozen=True)
 class _Crossings:
     """Where curves meet the set point.
 
@@ -130,11 +195,11 @@ class _Crossings:
     row: str
     over: Sequence[str]
     shape: tuple[int, ...]
-    case: Array
-    way: Array
-    before: Array
-    after: Array
-    share: Array
+    case: AnyArray
+    way: AnyArray
+    before: AnyArray
+    after: AnyArray
+    share: AnyArray
 
     @classmethod
     def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], set_point: float) -> _Crossings:
@@ -166,7 +231,7 @@ class _Crossings:
         shape = tuple(result.sizes[name] for name in over)
         return cls(row, over, shape, case, way, order[first], order[first + between], share)
 
-    def table(self, values: Array, fill: Any) -> tuple[tuple[str, ...], Array]:
+    def table(self, values: AnyArray, fill: object) -> tuple[tuple[str, ...], AnyArray]:
         """Return values of the states over the parameters and `crossing`, with their dimensions."""
         counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
         number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -174,7 +239,7 @@ class _Crossings:
         out[self.case, number] = values
         return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
 
-    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], Array, dict[Any, Any]]:
+    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
         """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""
         values = by_case(result, name, self.row, self.over)
         before, after = (values[self.case, self.way, place] for place in (self.before, self.after))

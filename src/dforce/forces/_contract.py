@@ -223,7 +223,11 @@ def _leading(cls: type[Force], law: Callable[..., float]) -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=256)
 def _is_rooted(
-    law: Callable[..., float], leading: tuple[str, ...], memory: int, kinks: tuple[float, ...], values: tuple[Any, ...]
+    law: Callable[..., float],
+    leading: tuple[str, ...],
+    memory: int,
+    kinks: tuple[float, ...],
+    values: tuple[object, ...],
 ) -> bool:
     """Try a law at some depths behind its kinks: from a hundredth of a depth to the whole a root grows by 10, a line by 100."""
     for kink, rate, latched in product(kinks, ROOT_RATES, (0.0, 1.0)):

@@ -16,11 +16,10 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import pi
-from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
 
 WAVES = 200  # quadrature points in the wave number; L - 1 decays as exp(-2 w) and is smooth
 FARTHEST = 30.0  # largest wave number times thickness, where L - 1 is 1e-22

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.parameters import MaybeNumber, Number, param, shared
 from dforce.forces._contract import Force
 
@@ -17,7 +18,6 @@ FARTHEST = 49.0  # root of the depth above pull-off to which the force is fitted
 END = FARTHEST / (1.0 + FARTHEST)
 SHARPEST, BLUNTEST = -20.0, 12.0  # ln sqrt(m² - 1): far inside, and a contact that shrank to a point
 TRANSITION_RANGE = (1e-3, 1e4)  # beyond it the limits are reached to 1e-3
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class MaugisDugdale(Force):

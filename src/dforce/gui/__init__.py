@@ -18,14 +18,12 @@ kept           the results kept, as a row of names with colors (kept.js), and wh
 compare        names and colors of results, and the parameters in which they differ
 files          the menu File: open and save (saving asks how, save.js), and files dropped (drop.js)
 uploads        what a file from outside is
-measured       reads a measured curve, and puts into questions what its file does not tell
-bench          the measured curve of a session, calibrated for the case that is typed, and its fit
+measured       reads a measured curve, and asks for what its file does not show; measured_session holds it with its fit
 overlay        a measured curve under the lines of a figure, its best fit, and residuals
 confirming     lever and tip of a measured curve, which a person confirms before a fit
 fitting        which parameters a fit may find, what it says of each, and its values for the case
 parameters     the numbers of a case that can be varied
-explore        results over parameters: what can be looked at, and the figures of it
-atlas          the result over parameters that a session looks at, opened or computed against a number
+explore        figures of results over parameters; parameter_study holds the one that is opened or computed here
 project        a document with all its results in one file
 numbers        the numbers behind the curves, as a table (numbers.js)
 panels         measured_panel (measured.js) and explore_panel (explore.js) stand beside the plots
@@ -39,7 +37,7 @@ setpoint       the quantities at the set point (setpoint.js)
 words          sentences about a case in the words of the forms
 store          what a visit leaves, in a file of its own
 error_messages says in a sentence why something failed
-rehearsal      draws and writes a result from outside once, before it replaces anything
+upload_checks  draw and write a result from outside once, before it replaces anything
 bounds         what a document from a file may hold
 view           one page of a session: forms, live curve, run bar, errors and advice at their fields
 pages          the layout: header with menus, tabs at the left, plots at the right

@@ -22,7 +22,7 @@ MOST_VALUES = 600_000  # of a table with all that is in it; the text of a case h
 DEEPEST = 12  # tables in tables
 
 
-def number(given: Any, low: float, high: float) -> float:
+def number(given: object, low: float, high: float) -> float:
     """Return a finite number within bounds."""
     if isinstance(given, bool) or not isinstance(given, int | float):
         raise TypeError("no number")
@@ -31,7 +31,7 @@ def number(given: Any, low: float, high: float) -> float:
     return float(given)
 
 
-def whole(given: Any, low: int, high: int) -> int:
+def whole(given: object, low: int, high: int) -> int:
     """Return a whole number within bounds."""
     if isinstance(given, bool) or not isinstance(given, int):
         raise TypeError("no whole number")
@@ -40,7 +40,7 @@ def whole(given: Any, low: int, high: int) -> int:
     return given
 
 
-def text(given: Any, longest: int) -> str:
+def text(given: object, longest: int) -> str:
     """Return a text that is not too long and can be written."""
     if not isinstance(given, str):
         raise TypeError("no text")
@@ -50,7 +50,7 @@ def text(given: Any, longest: int) -> str:
     return given
 
 
-def items(given: Any, most: int) -> list[Any]:
+def items(given: object, most: int) -> list[Any]:
     """Return a list that is not too long."""
     if not isinstance(given, list | tuple):
         raise TypeError("no list")
@@ -59,13 +59,13 @@ def items(given: Any, most: int) -> list[Any]:
     return list(given)
 
 
-def path(given: Any) -> tuple[str | int, ...]:
+def path(given: object) -> tuple[str | int, ...]:
     """Return the path of a value in a document."""
     steps = items(given, DEEPEST)
     return tuple(text(step, 100) if isinstance(step, str) else whole(step, 0, MOST_ITEMS) for step in steps)
 
 
-def table(given: Any) -> dict[str, Any]:
+def table(given: object) -> dict[str, Any]:
     """Return a copy of a table of a case as it was typed: tables, lists, texts, numbers, true and false."""
     if not isinstance(given, Mapping):
         raise TypeError("no table")
@@ -74,7 +74,7 @@ def table(given: Any) -> dict[str, Any]:
     return copied
 
 
-def _value(given: Any, depth: int, left: list[int]) -> Any:
+def _value(given: object, depth: int, left: list[int]) -> Any:
     left[0] -= 1
     if left[0] < 0 or depth < 0:
         raise ValueError("a table that is too large")

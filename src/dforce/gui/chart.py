@@ -23,7 +23,7 @@ def library_file() -> Path:
     return Path(str(resources.files("plotly"))) / "package_data" / "plotly.min.js"
 
 
-def packed(values: Any) -> dict[str, Any]:
+def packed(values: object) -> dict[str, Any]:
     """Return numbers as plotly.js reads them without text: base64 of a typed array."""
     array = np.ascontiguousarray(values, dtype="<f8")
     packed_array: dict[str, Any] = {"dtype": "f8", "bdata": base64.b64encode(array.tobytes()).decode("ascii")}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import plain_math
 from dforce.core.toml import read_toml
-from dforce.gui.document import COLORS, EDITED, LONGEST_NAME, Kept
+from dforce.gui.document import COLORS, EDITED, LONGEST_NAME, KeptResult
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,7 +63,7 @@ def _original(result: xr.Dataset) -> str:
     return str(result.attrs.get("title", "")).removesuffix(EDITED)
 
 
-def color_of(others: Sequence[Kept]) -> int:
+def color_of(others: Sequence[KeptResult]) -> int:
     """Return the color that the fewest of the results have."""
     used = [kept.color for kept in others]
     return min(range(1, COLORS), key=lambda color: (used.count(color), color))
@@ -78,7 +78,7 @@ def _values(toml: str) -> dict[str, str]:
     return {path: value for path, value in _flat("", table) if path.partition(".")[0] not in NOT_COMPARED}
 
 
-def _flat(path: str, value: Any) -> Iterator[tuple[str, str]]:
+def _flat(path: str, value: object) -> Iterator[tuple[str, str]]:
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from _flat(f"{path}.{key}" if path else str(key), inner)

@@ -35,7 +35,7 @@ LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live"
 RUNS = ThreadPoolExecutor(MOST_RUNS, thread_name_prefix="run")
 
 
-class Turns:
+class ComputeQueue:
     """Lets a few runs compute at a time; those that wait come in the order in which they began to wait."""
 
     def __init__(self, at_once: int) -> None:
@@ -68,7 +68,7 @@ class Turns:
             self.take()
 
 
-TURNS = Turns(max(1, (os.cpu_count() or 2) - 1))
+TURNS = ComputeQueue(max(1, (os.cpu_count() or 2) - 1))
 
 
 class Latest(Generic[T]):

@@ -40,8 +40,8 @@ class Slider:
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A result that is kept: its identifier on the shelf, its name, the number of its color, and whether it is drawn."""
+class KeptResult:
+    """A result that is kept: its identifier in the store, its name, the number of its color, and whether it is drawn."""
 
     id: str
     name: str
@@ -50,7 +50,7 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredData:
     """The measured curve that is drawn beside the model.
 
     Attributes
@@ -111,10 +111,10 @@ class Document:
     aside: Mapping[str, Any] = field(default_factory=dict)
     sliders: tuple[Slider, ...] = ()
     plots: tuple[Picture, ...] = ()
-    results: tuple[Kept, ...] = ()
+    results: tuple[KeptResult, ...] = ()
     set_point: float = 0.8
     opened: Mapping[str, Any] = field(default_factory=dict)
-    measured: Measured | None = None
+    measured: MeasuredData | None = None
 
     @classmethod
     def of(cls, case: df.Case) -> Self:
@@ -178,11 +178,11 @@ class Document:
                 return None
         return found
 
-    def put(self, path: Path, value: Any) -> Self:
+    def put(self, path: Path, value: object) -> Self:
         """Return the document with a value at a path; None takes away what stands there."""
         return dataclasses.replace(self, table=_put(self.table, path, value))
 
-    def add(self, path: Path, item: Any) -> Self:
+    def add(self, path: Path, item: object) -> Self:
         """Return the document with one more item at the end of a list."""
         return self.put(path, [*(self.value(path) or []), item])
 
@@ -206,7 +206,7 @@ class Document:
         off = set(self.off) - {place} if on else set(self.off) | {place}
         return dataclasses.replace(self, off=tuple(sorted(off)))
 
-    def choose(self, path: Path, old: str, new: str, value: Any) -> Self:
+    def choose(self, path: Path, old: str, new: str, value: object) -> Self:
         """Return the document with another choice at a path; what the old one held is put aside and comes back with it.
 
         `value` is what the new choice starts with when it was never typed in.
@@ -251,7 +251,7 @@ def _slider(given: Any) -> Slider:
     return Slider(bounds.path(given["path"]), low, high)
 
 
-def _unnamed(table: Mapping[str, Any]) -> dict[str, Any]:
+def _unnamed(table: Mapping[str, object]) -> dict[str, Any]:
     return {name: part for name, part in table.items() if name not in NAMING}
 
 
@@ -262,19 +262,19 @@ def _picture(given: Any) -> Picture:
     return Picture(x, tuple(y), bool(given["together"]), bool(given["logarithmic"]))
 
 
-def _kept(given: Any) -> Kept:
+def _kept(given: Any) -> KeptResult:
     name, color = bounds.text(given["name"], LONGEST_NAME), bounds.whole(given["color"], 0, COLORS - 1)
-    return Kept(bounds.text(given["id"], LONGEST_NAME), name, color, bool(given["shown"]))
+    return KeptResult(bounds.text(given["id"], LONGEST_NAME), name, color, bool(given["shown"]))
 
 
-def _measured(given: Any) -> Measured | None:
+def _measured(given: Any) -> MeasuredData | None:
     if given is None:
         return None
     identifier, name, fit = (bounds.text(given[key], LONGEST_NAME) for key in ("id", "name", "fit"))
     shift = bounds.number(given["shift"], -FARTHEST, FARTHEST)
     turn = bounds.number(given["turn"], -360, 360)
     settings, confirmed = bounds.table(given["settings"]), bounds.table(given.get("confirmed", {}))
-    return Measured(identifier, name, settings, shift, turn, fit, confirmed)
+    return MeasuredData(identifier, name, settings, shift, turn, fit, confirmed)
 
 
 def _put(table: Any, path: Path, value: Any) -> Any:

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 LONGEST = 2000  # characters of a field
 BETWEEN = 0.04  # s between two messages of a slider that is dragged
+
+
+class Caption(NamedTuple):
+    """Words for a field: `symbol` is HTML made by :func:`dforce.core.notation.html_symbol`, the others are text."""
+
+    label: str
+    symbol: str = ""
+    help: str = ""
 
 
 class Entry(ui.element, component="entry.js"):
@@ -20,8 +28,8 @@ class Entry(ui.element, component="entry.js"):
     ----------
     path
         Name of the parameter in the case, shown as help.
-    label, symbol, help
-        Words for it; `symbol` is HTML made by :func:`dforce.core.notation.html_symbol`, the others are text.
+    caption
+        Words for it.
     kind
         "text", "choice" or "switch".
     known
@@ -37,11 +45,9 @@ class Entry(ui.element, component="entry.js"):
     def __init__(
         self,
         path: str,
-        label: str,
+        caption: Caption,
         *,
         on_typed: Callable[[str, str], None],
-        symbol: str = "",
-        help: str = "",
         kind: str = "text",
         known: Sequence[str] = (),
         numeric: bool = False,
@@ -52,9 +58,7 @@ class Entry(ui.element, component="entry.js"):
         self._ahead = False  # the browser was told a text that the page's own list of properties does not hold yet
         self.props.update(
             path=path,
-            label=label,
-            symbol=symbol,
-            help=help,
+            **caption._asdict(),
             kind=kind,
             known=list(known),
             numeric=numeric,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.units import parse
 from dforce.gui.chart import packed
 from dforce.gui.figures import Figure, title, unit_of
@@ -47,7 +48,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Limit:
+class DrawnLimit:
     """A limit of the quantity (SI), and whether what is allowed lies above it."""
 
     value: float
@@ -136,7 +137,7 @@ def label_of(result: xr.Dataset, name: str) -> str:
     return WORDS.get(name) or words.partition(";")[0] or name.replace("_", " ")
 
 
-def figure(result: xr.Dataset, choice: Choice, limit: Limit | None = None) -> Figure:
+def figure(result: xr.Dataset, choice: Choice, limit: DrawnLimit | None = None) -> Figure:
     """Return the figure of a choice. Blocking: of a store, what is looked at is read, and nothing else."""
     drawn = _map(result, choice) if choice.y else _lines(result, choice, limit)
     drawn["layout"]["uirevision"] = f"{choice.quantity} {choice.x} {choice.y}"
@@ -151,7 +152,7 @@ def _cut(result: xr.Dataset, name: str, choice: Choice) -> xr.DataArray:
     return variable.isel(at | {dim: step for dim, step in steps.items() if dim in variable.dims})
 
 
-def _axis(result: xr.Dataset, dim: str) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Figure]:
+def _axis(result: xr.Dataset, dim: str) -> tuple[Array, Figure]:
     """Return the values along a dimension as they are shown, and the axis."""
     step = -(-result.sizes[dim] // MOST)
     scale, unit = unit_of(result[dim])
@@ -213,7 +214,7 @@ def _map(result: xr.Dataset, choice: Choice) -> Figure:
     return {"data": [trace, *legend, *marks], "layout": layout, "bar": False}
 
 
-def _entry(name: str, symbol: str, size: int, color: Any) -> Figure:
+def _entry(name: str, symbol: str, size: int, color: object) -> Figure:
     marker = {"symbol": symbol, "size": size, "color": color}
     return {"type": "scatter", "x": [None], "y": [None], "mode": "markers", "name": name, "marker": marker}
 
@@ -245,7 +246,7 @@ def _marks(result: xr.Dataset, choice: Choice) -> list[Figure]:
     return found
 
 
-def _lines(result: xr.Dataset, choice: Choice, limit: Limit | None) -> Figure:
+def _lines(result: xr.Dataset, choice: Choice, limit: DrawnLimit | None) -> Figure:
     """Return the lines of all states along a parameter; a limit that can be dragged, and what it allows."""
     x, x_axis = _axis(result, choice.x)
     variable = _cut(result, choice.quantity, choice)
@@ -338,11 +339,11 @@ def scale_of(result: xr.Dataset, choice: Choice) -> tuple[float, str]:
     return unit_of(_cut(result, choice.quantity, choice).load())
 
 
-def usual_limit(result: xr.Dataset, choice: Choice, above: bool) -> Limit | None:
+def usual_limit(result: xr.Dataset, choice: Choice, above: bool) -> DrawnLimit | None:
     """Return a limit in the middle of the lines of a choice; None where there are none."""
     values = _cut(result, choice.quantity, choice).values
     values = values[np.isfinite(values)]
-    return Limit(float(0.5 * (values.min() + values.max())), above) if len(values) else None
+    return DrawnLimit(float(0.5 * (values.min() + values.max())), above) if len(values) else None
 
 
 def picked(result: xr.Dataset, choice: Choice, x: float, y: float) -> Choice:
@@ -376,13 +377,13 @@ def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str
     return ", ".join(found)
 
 
-def shown_limit(result: xr.Dataset, choice: Choice, limit: Limit) -> str:
+def shown_limit(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
     """Return a limit as text, in the unit of the lines."""
     scale, unit = scale_of(result, choice)
     return f"{limit.value / scale:.4g}{'' if unit == '1' else f' {unit}'}"
 
 
-def read_limit(result: xr.Dataset, choice: Choice, text: str, above: bool) -> Limit:
+def read_limit(result: xr.Dataset, choice: Choice, text: str, above: bool) -> DrawnLimit:
     """Return a limit that was typed; a plain number is in the unit of the lines.
 
     Raises
@@ -392,12 +393,12 @@ def read_limit(result: xr.Dataset, choice: Choice, text: str, above: bool) -> Li
     """
     scale, _ = scale_of(result, choice)
     try:
-        return Limit(float(text.replace(",", ".")) * scale, above)
+        return DrawnLimit(float(text.replace(",", ".")) * scale, above)
     except ValueError:
-        return Limit(parse(text, str(result[choice.quantity].attrs.get("units", "1"))), above)
+        return DrawnLimit(parse(text, str(result[choice.quantity].attrs.get("units", "1"))), above)
 
 
-def allowed(result: xr.Dataset, choice: Choice, limit: Limit) -> str:
+def allowed(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
     """Return in words where along the lines the limit holds, for all states there are."""
     variable = _cut(result, choice.quantity, choice)
     values = variable.transpose(choice.x, ...).values.reshape(variable.sizes[choice.x], -1)

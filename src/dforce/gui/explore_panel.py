@@ -13,12 +13,12 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.units import show
 from dforce.gui import explore
-from dforce.gui.atlas import MOST_VALUES, SECTIONS, sweep_job
 from dforce.gui.chart import Chart
 from dforce.gui.compute import LIVE, Latest, in_thread
 from dforce.gui.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
 from dforce.gui.error_messages import as_sentence, say
-from dforce.gui.parameters import Row, rows_of
+from dforce.gui.parameter_study import MOST_VALUES, SECTIONS, sweep_job
+from dforce.gui.parameters import ParameterRow, rows_of
 from dforce.gui.session import LOOKED_EVERY
 from dforce.gui.view import View
 from dforce.gui.words import in_words
@@ -27,7 +27,7 @@ EARLIER = "This is of an earlier case than the one in the forms; compute it agai
 DIGITS = 6
 
 
-class Panel(ui.element, component="explore.js"):
+class ExplorePanel(ui.element, component="explore.js"):
     """What the panel shows, around its chart."""
 
     def show(self, **changed: Any) -> None:
@@ -41,10 +41,10 @@ class Explorer:
     """The panel of one page; its button is made in the container that is open, the panel by :meth:`panel`."""
 
     def __init__(self, view: View) -> None:
-        self.view, self.atlas = view, view.session.atlas
+        self.view, self.study = view, view.session.study
         self.is_open = False
         self.choice = explore.Choice()
-        self.limit: explore.Limit | None = None
+        self.limit: explore.DrawnLimit | None = None
         self.picked: explore.Choice | None = None
         self.suggested: dict[str, Any] = {}
         self.seen = 0
@@ -56,14 +56,14 @@ class Explorer:
 
     def panel(self) -> None:
         """Make the panel, in the container that is open."""
-        element = self.element = Panel()
+        element = self.element = ExplorePanel()
         with element:
             self.chart = Chart("quantity over parameters", on_point=self._clicked, on_limit=self._dragged)
         element.set_visibility(False)
         element.on("close", self.close)
         element.on("suggest", lambda event: self._suggest(str(event.args)))
         element.on("compute", self._compute)
-        element.on("stop", self.atlas.stop)
+        element.on("stop", self.study.stop)
         element.on("choose", self._choose)
         element.on("limit", self._limit)
         element.on("take", self._take)
@@ -91,31 +91,31 @@ class Explorer:
         self.element.set_visibility(self.is_open)
         if not self.is_open:
             return
-        if self.seen != self.atlas.number:
+        if self.seen != self.study.number:
             self._take_in()
-        job, document = self.atlas.job, self.view.document
+        job, document = self.study.job, self.view.document
         shown = dict[str, Any](rows=[{"name": row.name, "label": row.label} for row in self._rows()], most=MOST_VALUES)
-        shown |= {"suggested": self.suggested, "busy": self.atlas.busy, "share": job.share if job is not None else 0.0}
+        shown |= {"suggested": self.suggested, "busy": self.study.busy, "share": job.share if job is not None else 0.0}
         shown |= {"words": job.words() if job is not None and job.state != "failed" else ""}
         shown["failed"] = (
             as_sentence(in_words(document, job.error)) if job is not None and job.state == "failed" else ""
         )
         self.element.show(**shown, **self._of_result())
 
-    def _rows(self) -> list[Row]:
+    def _rows(self) -> list[ParameterRow]:
         return rows_of(self.view.document, SECTIONS)
 
     def _take_in(self) -> None:
         """Look at another result."""
-        self.seen, self.limit, self.picked = self.atlas.number, None, None
-        result = self.atlas.result
+        self.seen, self.limit, self.picked = self.study.number, None, None
+        result = self.study.result
         if result is not None:
             wanted = dataclasses.replace(self.choice, x="", y="", places={})
-            self.choice = explore.fitting(result, wanted if self.atlas.row is not None else explore.Choice())
+            self.choice = explore.fitting(result, wanted if self.study.row is not None else explore.Choice())
             self.draw()
 
     def _of_result(self) -> dict[str, Any]:
-        result, choice = self.atlas.result, self.choice
+        result, choice = self.study.result, self.choice
         if result is None or not choice.quantity:
             return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": ""}
         axes = explore.axes_of(result, choice.quantity)
@@ -127,12 +127,12 @@ class Explorer:
             one | {"at": choice.places[one["name"]], "places": explore.places_of(result, one["name"])}
             for one in words(list(choice.places))
         ]
-        title = "" if self.atlas.row is not None else str(result.attrs.get("title", "")) or "Over parameters"
+        title = "" if self.study.row is not None else str(result.attrs.get("title", "")) or "Over parameters"
         shown: dict[str, Any] = {"title": title, "quantities": words(explore.quantities(result)), "axes": words(axes)}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {
             "lines": choice.quantity not in explore.WORDS,
-            "note": "" if self.atlas.is_of(self.view.document) else EARLIER,
+            "note": "" if self.study.is_of(self.view.document) else EARLIER,
         }
         shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
         if self.limit is not None and not choice.y:
@@ -144,11 +144,11 @@ class Explorer:
 
     def draw(self) -> None:
         """Draw what is chosen."""
-        if self.atlas.result is not None and self.is_open:
+        if self.study.result is not None and self.is_open:
             self._latest.ask(self.choice)
 
     async def _draw(self, choice: explore.Choice) -> None:
-        result, limit = self.atlas.result, self.limit
+        result, limit = self.study.result, self.limit
         if result is None or not choice.quantity:
             return
         try:
@@ -179,7 +179,7 @@ class Explorer:
     async def _compute(self, event: GenericEventArguments) -> None:
         given, document, session = event.args, self.view.document, self.view.session
         row = next((row for row in self._rows() if row.name == given["path"]), None)
-        if row is None or self.atlas.busy:
+        if row is None or self.study.busy:
             return
         self.suggested = {"path": row.name, "low": str(given["low"])[:40], "high": str(given["high"])[:40]}
         try:
@@ -192,11 +192,11 @@ class Explorer:
         job.seconds = session.limits.seconds
         self.choice = dataclasses.replace(self.choice, y="")
         background_tasks.create(
-            self.atlas.compute(job, row, session.look_at_jobs, LOOKED_EVERY), name="against a parameter"
+            self.study.compute(job, row, session.look_at_jobs, LOOKED_EVERY), name="against a parameter"
         )
 
     def _choose(self, event: GenericEventArguments) -> None:
-        result, given = self.atlas.result, dict(event.args)
+        result, given = self.study.result, dict(event.args)
         if result is None:
             return
         places = {**self.choice.places, **{str(dim): int(at) for dim, at in dict(given.pop("places", {})).items()}}
@@ -209,7 +209,7 @@ class Explorer:
 
     def _limit(self, event: GenericEventArguments) -> None:
         """Set, move or take away the limit."""
-        result, given = self.atlas.result, dict(event.args)
+        result, given = self.study.result, dict(event.args)
         if result is None or self.choice.y:
             return
         above = bool(given.get("above", self.limit.above if self.limit is not None else False))
@@ -227,20 +227,20 @@ class Explorer:
         self._changed()
 
     def _dragged(self, value: float) -> None:
-        if self.atlas.result is not None and self.limit is not None and not self.choice.y:
-            scale, _ = explore.scale_of(self.atlas.result, self.choice)
+        if self.study.result is not None and self.limit is not None and not self.choice.y:
+            scale, _ = explore.scale_of(self.study.result, self.choice)
             self.limit = dataclasses.replace(self.limit, value=value * scale)
             self._changed()
 
     def _clicked(self, event: dict[str, Any]) -> None:
-        result = self.atlas.result
+        result = self.study.result
         if result is not None and all(isinstance(event[key], int | float) for key in ("x", "y")):
             self.picked = explore.picked(result, self.choice, float(event["x"]), float(event["y"]))
             self.show()
 
     def _take(self) -> None:
         """Put the settings of the point that was clicked into the case."""
-        result = self.atlas.result
+        result = self.study.result
         if result is None or self.picked is None:
             return
         document, share = self.view.document, self.view.document.set_point

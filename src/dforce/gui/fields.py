@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.core.parameters import Parameters, Quantity
+from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.units import parse, show
 from dforce.gui.typed import with_point
 
@@ -57,7 +57,7 @@ class Field:
     required: bool = False
     default: Any = None
     symbol: str = ""
-    quantity: Quantity | None = None
+    quantity: ParameterQuantity | None = None
     placeholder: str = ""
     examples: tuple[str, ...] = ()
 
@@ -66,7 +66,7 @@ class Field:
         """SI unit of the quantity; empty for what is none."""
         return self.quantity.unit if self.quantity is not None else ""
 
-    def shape_of(self, value: Any) -> Shape:
+    def shape_of(self, value: object) -> Shape:
         """Return the shape that a value of a document has."""
         if len(self.shapes) == 1:
             return self.shapes[0]
@@ -79,7 +79,7 @@ class Field:
         return self.shapes[0]
 
 
-def _fits(shape: Shape, value: Any) -> bool:
+def _fits(shape: Shape, value: object) -> bool:
     if shape.kind == "word":
         return bool(value == shape.words[0])
     if shape.kind == "table":
@@ -136,7 +136,7 @@ def spaced(word: str) -> str:
     return word.replace("_", " ")
 
 
-def _bounds(quantity: Quantity) -> str:
+def _bounds(quantity: ParameterQuantity) -> str:
     words = []
     for name, sign in BOUNDS.items():
         bound = getattr(quantity, name)
@@ -150,7 +150,7 @@ def _plain(bound: float, unit: str) -> str:
     return f"{bound:,.12g}" if unit == "1" else show(bound, unit)
 
 
-def _shapes(annotation: Any, quantity: Quantity | None) -> list[Shape]:
+def _shapes(annotation: object, quantity: ParameterQuantity | None) -> list[Shape]:
     parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
     parts = tuple(get_args(part)[0] if get_origin(part) is Annotated else part for part in parts)
     parts = tuple(part for part in parts if part is not type(None))
@@ -164,7 +164,7 @@ def _shapes(annotation: Any, quantity: Quantity | None) -> list[Shape]:
     return shapes
 
 
-def _part(part: Any, quantity: Quantity | None, alone: bool) -> list[Shape]:
+def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Shape]:
     if get_origin(part) is Literal:
         words = tuple(map(str, get_args(part)))
         if alone:
@@ -183,7 +183,7 @@ def _part(part: Any, quantity: Quantity | None, alone: bool) -> list[Shape]:
     return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]
 
 
-def _is_parameters(part: Any) -> bool:
+def _is_parameters(part: object) -> bool:
     return inspect.isclass(part) and issubclass(part, Parameters)
 
 
@@ -213,11 +213,11 @@ def check(field: Field, shape: Shape, value: Any) -> str:
     return ""
 
 
-def _pointed(value: Any) -> Any:
+def _pointed(value: object) -> Any:
     return with_point(value) if isinstance(value, str) else value
 
 
-def start_of(model: type[Parameters], typed: Any) -> dict[str, Any]:
+def start_of(model: type[Parameters], typed: object) -> dict[str, Any]:
     """Return a table to start a form with: typical values, and of what was typed elsewhere what the model knows by name."""
     known = typed if isinstance(typed, Mapping) else {}
     return {**model.example, **{key: known[key] for key in model.keys() if key in known}}  # noqa: SIM118
@@ -228,7 +228,7 @@ def name_of(model: type[Parameters]) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
 
 
-def carried(given: Mapping[str, Any], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
+def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
     """Return what another way can take over: single values as the first item of a list, or the first item as values."""
     found: dict[str, Any] = {}
     listed = [

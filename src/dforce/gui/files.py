@@ -10,20 +10,20 @@ import threading
 import weakref
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.gui import measured, project, uploads
-from dforce.gui.atlas import with_approach
 from dforce.gui.document import Document
 from dforce.gui.error_messages import as_sentence, say, telling
 from dforce.gui.explore import is_explorable
 from dforce.gui.figures import Layer
 from dforce.gui.menus import menu
 from dforce.gui.overlay import shows
+from dforce.gui.parameter_study import with_approach
 from dforce.gui.plots import Plots
 from dforce.gui.saving import Field, ask, choice, text
 from dforce.gui.view import View
@@ -53,7 +53,7 @@ DRAWING = threading.Lock()  # matplotlib's settings belong to the whole process
 SCRIPT = Path(__file__).with_name("drop.js")
 
 
-class Files:
+class FileMenu:
     """Opens and saves files for one page; the menu's button is made in the container that is open.
 
     Attributes
@@ -118,13 +118,13 @@ class Files:
             self.view.open(await asyncio.to_thread(uploads.document_from, data))
         elif kind == "result":
             await self._open_result(
-                await asyncio.to_thread(uploads.opened_from, data, session.shelf.folder), data, name
+                await asyncio.to_thread(uploads.opened_from, data, session.results.folder), data, name
             )
         else:
-            opened = await asyncio.to_thread(project.unpacked, data, session.shelf.folder)
+            opened = await asyncio.to_thread(project.unpacked, data, session.results.folder)
             await session.take_project(opened.document, opened.results)
             if opened.over is not None:
-                session.atlas.take(opened.over.result, opened.over.row, opened.over.document)
+                session.study.take(opened.over.result, opened.over.row, opened.over.document)
                 self.plots.explorer.open()
 
     async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
@@ -141,7 +141,7 @@ class Files:
             self.plots.show_measured()
         elif is_explorable(result):
             self.view.open(Document.of(with_approach(case)))
-            session.atlas.take(result)
+            session.study.take(result)
             self.plots.explorer.open()
         else:
             if is_kind(result, "reconstruction"):  # of a measured curve, whose case needs no experiment
@@ -149,7 +149,7 @@ class Files:
             await session.take_result(Document.of(case), result)
             self.view.show_result(result)
 
-    async def open_measured(self, data: bytes, name: str, settings: Mapping[str, Any]) -> None:
+    async def open_measured(self, data: bytes, name: str, settings: Mapping[str, object]) -> None:
         """Show a measured curve under that of the model; what its file does not tell is asked for.
 
         Raises
@@ -162,7 +162,7 @@ class Files:
         with contextlib.suppress(df.DForceError, TypeError):  # a case that is being typed
             case = view.document.case()
         try:
-            raw = await asyncio.to_thread(measured.curve_from, data, name, settings, case, view.session.shelf.folder)
+            raw = await asyncio.to_thread(measured.curve_from, data, name, settings, case, view.session.results.folder)
         except measured.Question as question:
             self._ask(question.asked, str(question), data, name, settings)
             return
@@ -170,7 +170,12 @@ class Files:
         self.plots.show_measured()
 
     def _ask(
-        self, asked: Mapping[measured.Place, Field], sentence: str, data: bytes, name: str, settings: Mapping[str, Any]
+        self,
+        asked: Mapping[measured.Place, Field],
+        sentence: str,
+        data: bytes,
+        name: str,
+        settings: Mapping[str, object],
     ) -> None:
         """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
 
@@ -192,10 +197,12 @@ class Files:
 
     async def save_project(self) -> None:
         """Save the document with all its results."""
-        session, over = self.view.session, self.view.session.atlas.over()
+        session, over = self.view.session, self.view.session.study.over()
 
         async def save() -> None:
-            data = await asyncio.to_thread(project.packed, self.view.document, session.shelf, session.bench.shelf, over)
+            data = await asyncio.to_thread(
+                project.packed, self.view.document, session.results, session.measured.results, over
+            )
             if over is not None and not project.has_room(over):
                 say(TOO_LARGE)
             ui.download.content(data, self._name(ENDING), "application/zip")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import dforce as df
 from dforce.gui.figures import Layer
-from dforce.gui.numbers import Sheet
+from dforce.gui.numbers import NumbersTable
 from dforce.results.curves import Picture
 from dforce.results.kinds import is_kind
 
@@ -15,7 +15,7 @@ class FitNumbers:
     """The table, in the container that is open when it is made."""
 
     def __init__(self) -> None:
-        self.sheet = Sheet().classes("df-fit-numbers")
+        self.sheet = NumbersTable().classes("df-fit-numbers")
         self.sheet.props["label"] = "numbers of the fit"
         self.sheet.set_visibility(False)
 

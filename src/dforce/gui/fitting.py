@@ -13,7 +13,7 @@ from dforce.gui.compute import Job, duration
 from dforce.gui.confirming import holds_for
 from dforce.gui.document import LONGEST_NAME, NAMING, Document, Path, path_of
 from dforce.gui.measured import CALIBRATED
-from dforce.gui.parameters import Row, rows_of
+from dforce.gui.parameters import ParameterRow, rows_of
 from dforce.gui.words import field_at, label_of
 from dforce.inverse.fitting.result import data_of
 from dforce.inverse.fitting.typed import shown
@@ -66,12 +66,12 @@ class FitJob(Job):
         return super().words() if self.state == "queued" else ""
 
 
-def rows(document: Document) -> list[Row]:
+def rows(document: Document) -> list[ParameterRow]:
     """Return the parameters of a document that a fit may find, those of the forces and the sample first."""
     found = rows_of(document, SECTIONS)
     known = {row.path for row in found}
     others = [name for name in free_names(document) if path_of(document, name) not in known]
-    return [*found, *(Row(name, path_of(document, name), name, "", "") for name in others)]
+    return [*found, *(ParameterRow(name, path_of(document, name), name, "", "") for name in others)]
 
 
 def free_names(document: Document) -> list[str]:
@@ -80,7 +80,7 @@ def free_names(document: Document) -> list[str]:
     return [str(name) for name in given] if isinstance(given, list | tuple) else []
 
 
-def with_free(document: Document, row: Row, free: bool) -> Document:
+def with_free(document: Document, row: ParameterRow, free: bool) -> Document:
     """Return a document in which a parameter is to be fitted, or no longer."""
     names = [name for name in free_names(document) if name != row.name and path_of(document, name) != row.path]
     return document.put(FREE, [*names, row.name] if free else names)
@@ -115,14 +115,14 @@ def note(fit: xr.Dataset, name: str) -> str:
     return "It lies at its bound." if bool(one["at_bound"]) else ""
 
 
-def others(fit: xr.Dataset, listed: list[Row], document: Document) -> list[str]:
+def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
     """Return what was fitted beside the rows of a list, as text."""
     paths = {row.path for row in listed}
     names = [name for name in map(str, fit["parameter"].values) if _path(document, name) not in paths]
     return [f"{_label(document, name)}: {found(fit, name) or note(fit, name)}" for name in names]
 
 
-def name_in(fit: xr.Dataset, row: Row, document: Document) -> str:
+def name_in(fit: xr.Dataset, row: ParameterRow, document: Document) -> str:
     """Return the name that a row has in a fit; empty where it was not fitted."""
     return next((name for name in map(str, fit["parameter"].values) if path_of(document, name) == row.path), "")
 

@@ -17,7 +17,7 @@ from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
 from dforce.gui import typed
 from dforce.gui.document import Path
-from dforce.gui.entry import Entry
+from dforce.gui.entry import Caption, Entry
 from dforce.gui.fields import Field, Shape, carried, check, fields, name_of, spaced, start_of
 from dforce.gui.menus import menu
 from dforce.gui.sliders import toggle
@@ -233,10 +233,8 @@ class Forms:
         slidable = shape.kind in ("quantity", "whole", "number")
         entry = Entry(
             ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
-            field.label,
+            Caption(field.label, html_symbol(field.symbol), field.help),
             on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
-            symbol=html_symbol(field.symbol),
-            help=field.help,
             kind="switch" if shape.kind == "switch" else "text",
             known=field.examples,
             numeric=numeric,
@@ -284,7 +282,7 @@ class Forms:
             if entry.props["path"] == name:
                 self._typed(path, field, shape, text, unit)
 
-    def _put(self, path: Path, value: Any, name: str = "") -> None:
+    def _put(self, path: Path, value: object, name: str = "") -> None:
         self.view.edit(self.view.document.put(path, value), name=name)
 
     def _choice(
@@ -295,7 +293,7 @@ class Forms:
                 take(word)
 
         name = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
-        entry = Entry(name, label, kind="choice", help=help or label, on_typed=typed_)
+        entry = Entry(name, Caption(label, help=help or label), kind="choice", on_typed=typed_)
         entry.show(text=chosen, options=[{"value": word, "label": shown_} for word, shown_ in words.items()])
         return entry
 
@@ -326,7 +324,7 @@ class Forms:
                 for name, model in sorted(df.forces.REGISTRY.items(), key=lambda item: name_of(item[1]))
             )
 
-    def _force(self, place: int, given: Mapping[str, Any]) -> None:
+    def _force(self, place: int, given: Mapping[str, object]) -> None:
         name = str(given.get("model", ""))
         model = df.forces.REGISTRY.get(name)
         on = place not in self.view.document.off

@@ -12,7 +12,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.notation import html_symbol
 from dforce.gui import compare
-from dforce.gui.document import LONGEST_NAME, Kept
+from dforce.gui.document import LONGEST_NAME, KeptResult
 from dforce.gui.error_messages import telling
 from dforce.gui.figures import Layer
 from dforce.gui.view import View
@@ -28,7 +28,7 @@ class Strip(ui.element, component="kept.js"):
     """The row of results."""
 
 
-class Table(ui.element, component="differences.js"):
+class DifferencesTable(ui.element, component="differences.js"):
     """What differs."""
 
 
@@ -48,7 +48,7 @@ class KeptResults:
 
     def table(self) -> None:
         """Make the table of differences, in the container that is open."""
-        self.differences = Table()
+        self.differences = DifferencesTable()
         self.differences.set_visibility(False)
 
     def layers(self, result: xr.Dataset | None) -> list[Layer]:
@@ -81,7 +81,7 @@ class KeptResults:
             When it is no longer there.
         """
         if identifier:
-            return await asyncio.to_thread(self.view.session.shelf.take, identifier)
+            return await asyncio.to_thread(self.view.session.results.take, identifier)
         if self.view.result is None:
             raise df.ResultError("there is no result any more")
         return self.view.result
@@ -130,7 +130,7 @@ class KeptResults:
     def _change(self, event: GenericEventArguments, **changes: Any) -> None:
         document, identifier = self.view.document, str(event.args["id"])
 
-        def changed(kept: Kept) -> Kept:
+        def changed(kept: KeptResult) -> KeptResult:
             return dataclasses.replace(kept, **changes) if kept.id == identifier else kept
 
         self.view.session.look(dataclasses.replace(document, results=tuple(map(changed, document.results))))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.files import in_quotes
-from dforce.gui.document import Measured
+from dforce.gui.document import MeasuredData
 from dforce.gui.saving import Field, choice, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.readers import tables_in
@@ -53,7 +53,9 @@ class Question(df.ParameterError):
         self.asked = dict(asked)
 
 
-def curve_from(data: bytes, name: str, settings: Mapping[str, Any], case: df.Case | None, folder: Path) -> xr.Dataset:
+def curve_from(
+    data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None, folder: Path
+) -> xr.Dataset:
     """Return the measured curve in the bytes of a file, before its calibration. Blocking.
 
     Parameters
@@ -109,7 +111,7 @@ def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | Non
     return df.calibrate(raw, case, **known_settings(df.calibrate, {}, settings.get("calibrate", {}), "calibrate"))
 
 
-def script_of(curve: Measured, picture: str) -> str:
+def script_of(curve: MeasuredData, picture: str) -> str:
     """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files.
 
     Raises
@@ -134,7 +136,7 @@ def script_of(curve: Measured, picture: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def with_answers(settings: Mapping[str, Any], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
+def with_answers(settings: Mapping[str, object], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
     """Return settings with answers; one that is empty says nothing."""
     found: dict[str, Any] = copy.deepcopy(dict(settings))
     for place, answer in zip(places, answers, strict=True):
@@ -155,7 +157,7 @@ def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _questions(
-    sentence: str, data: bytes, name: str, settings: Mapping[str, Any], case: df.Case | None
+    sentence: str, data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None
 ) -> Iterator[tuple[Place, Field]]:
     """Give the questions that a sentence of the reader comes to, and the sign of the phases with the first of them."""
     found = dict(_of_reading(sentence, data, name)) or dict(_of_calibration(sentence, case))

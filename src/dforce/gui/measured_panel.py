@@ -13,7 +13,7 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.units import show
 from dforce.gui import confirming, fitting, overlay
-from dforce.gui.document import Document, Measured, path_of
+from dforce.gui.document import Document, MeasuredData, path_of
 from dforce.gui.error_messages import as_sentence, say, telling
 from dforce.gui.view import View
 from dforce.gui.words import in_words, with_labels
@@ -31,7 +31,7 @@ NOT_HERE = "This picture has no measured quantity; choose amplitude and phase ag
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
 
 
-class Panel(ui.element, component="measured.js"):
+class MeasuredPanel(ui.element, component="measured.js"):
     """What the panel shows."""
 
     def show(self, **changed: Any) -> None:
@@ -62,7 +62,7 @@ class MeasuredCurve:
 
     def panel(self) -> None:
         """Make the panel, in the container that is open."""
-        element = self.element = Panel()
+        element = self.element = MeasuredPanel()
         element.set_visibility(False)
         element.on("close", self.close)
         element.on("shift", self._shift, throttle=BETWEEN)
@@ -78,10 +78,10 @@ class MeasuredCurve:
 
     def beside(self) -> overlay.Beside | None:
         """Return the curve as it is drawn beside that of the model; None where there is none."""
-        bench, measured = self.view.session.bench, self.view.document.measured
-        if measured is None or bench.curve is None:
+        kept, measured = self.view.session.measured, self.view.document.measured
+        if measured is None or kept.curve is None:
             return None
-        return overlay.Beside(bench.curve, measured.shift, measured.turn, bench.fit)
+        return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
 
     def open(self) -> None:
         """Open the panel."""
@@ -96,16 +96,16 @@ class MeasuredCurve:
 
     def show(self) -> None:
         """Show the curve of the document, and how far its fit is."""
-        measured, bench = self.view.document.measured, self.view.session.bench
+        measured, kept = self.view.document.measured, self.view.session.measured
         self.text.set_text(NONE if measured is None else f"● {shorten(measured.name, 24)}")
         self.button.props.update({"data-there": "no" if measured is None else "yes"})
         self.button.props["aria-expanded"] = "true" if self.is_open and measured is not None else "false"
         self.element.set_visibility(self.is_open and measured is not None)
         if measured is None or not self.is_open:
             return
-        curve = bench.curve
+        curve = kept.curve
         facts = [] if curve is None else _facts(curve, measured)
-        shown = dict[str, Any](name=measured.name, wrong=as_sentence(bench.wrong) if bench.wrong else "", facts=facts)
+        shown = dict[str, Any](name=measured.name, wrong=as_sentence(kept.wrong) if kept.wrong else "", facts=facts)
         shown |= {"hint": self._hint(), "ready": curve is not None, "match": MATCH}
         if curve is not None:
             reach = max(3.0, 2.0 * abs(measured.shift) / NM)
@@ -116,7 +116,7 @@ class MeasuredCurve:
     def _hint(self) -> str:
         """Say why the curve cannot be seen where it cannot."""
         result, wanted = self.view.result, self.view.picture()
-        if result is None or wanted is None or self.view.session.bench.curve is None:
+        if result is None or wanted is None or self.view.session.measured.curve is None:
             return ""
         if "zc" not in result.dims:
             return NO_MODEL
@@ -125,7 +125,7 @@ class MeasuredCurve:
     def _of_fit(self) -> dict[str, Any]:
         """Return what the panel shows of a fit."""
         document, session = self.view.document, self.view.session
-        job, fit = session.fitting, session.bench.fit
+        job, fit = session.fitting, session.measured.fit
         rows = fitting.rows(document)
         chosen = {path_of(document, name) for name in fitting.free_names(document)}
         failed = "" if job is None or job.state != "failed" else job.error
@@ -180,7 +180,7 @@ class MeasuredCurve:
         self._change(shift=max(-1.0, min(1.0, float(event.args) * NM)))
 
     def _match(self) -> None:
-        curve, measured = self.view.session.bench.curve, self.view.document.measured
+        curve, measured = self.view.session.measured.curve, self.view.document.measured
         if curve is not None and measured is not None:
             self.view.edit(matched(self.view.document, curve, measured.shift), anew=True)
 
@@ -205,7 +205,7 @@ class MeasuredCurve:
                 say(f"Nothing was fitted. {as_sentence(in_words(self.view.document, str(error)))}")
 
     def _take(self) -> None:
-        fit = self.view.session.bench.fit
+        fit = self.view.session.measured.fit
         if fit is None:
             return
         shift, turn = fitting.offsets(fit)
@@ -228,7 +228,7 @@ def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
     return document
 
 
-def _facts(curve: xr.Dataset, measured: Measured) -> list[str]:
+def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
     """Return in words what a curve is."""
     ways = [word for word in ("approach", "retract") if (curve["direction"].values == word).any()]
     found = [f"{curve.sizes['point']} points, {' and '.join(ways)}"]

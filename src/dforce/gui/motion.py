@@ -15,7 +15,7 @@ from dforce.core.notation import html_symbol
 from dforce.findings.set_point import regime
 from dforce.gui.compute import LIVE, Latest, in_thread
 from dforce.gui.figures import Layer, unit_of
-from dforce.gui.shown import Part, Shown
+from dforce.gui.shown import PagePart, ShownParts
 from dforce.results.curves import pictures_of
 from dforce.results.dataset import reader_unit
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.gui.document import Document
-    from dforce.gui.view import Curve
+    from dforce.gui.view import DrawnResult
 
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen
@@ -56,14 +56,14 @@ class MotionPanel:
         Is told of which document the motion is; while it is behind, the motion stands still.
     """
 
-    def __init__(self, shown: Shown) -> None:
+    def __init__(self, shown: ShownParts) -> None:
         self.shown = shown
         self.element = Drawing()
         self.element.set_visibility(False)
         self.element.on("close", self.close)
         self.spot: Spot | None = None
         self._latest = Latest(self._compute)
-        shown.mark(Part.MOTION, self._stand)
+        shown.mark(PagePart.MOTION, self._stand)
 
     def _stand(self, behind: bool) -> None:
         self.element.props["behind"] = behind
@@ -80,9 +80,9 @@ class MotionPanel:
         self.spot = None
         self.element.props["motion"] = None  # what is not seen need not move
         self.element.set_visibility(False)
-        self.shown.show(Part.MOTION, None)
+        self.shown.show(PagePart.MOTION, None)
 
-    def follow(self, curve: Curve | None, layers: Sequence[Layer]) -> None:
+    def follow(self, curve: DrawnResult | None, layers: Sequence[Layer]) -> None:
         """Show the motion at the same place of the curve that follows the fields.
 
         It is closed where that has no such place, and with the result that is kept where that is no longer drawn.
@@ -121,7 +121,7 @@ class MotionPanel:
         if not self._latest.overtaken and self.spot is spot:
             self.element.props.update(shown)
             self.element.update()
-            self.shown.show(Part.MOTION, spot.document)
+            self.shown.show(PagePart.MOTION, spot.document)
 
 
 def _same_places(spot: Spot, result: xr.Dataset) -> dict[str, int] | None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from nicegui import ui
 
+from dforce.core.arrays import AnyArray
 from dforce.core.quantities import NONE
 from dforce.gui.figures import Drawn, Layer, unit_of
 from dforce.results.curves import Line, Picture
@@ -23,15 +24,15 @@ EMPTY = "–"
 MORE = f"The first {MOST_ROWS} rows; a result that is saved (menu File) has all."
 
 
-class Sheet(ui.element, component="numbers.js"):
+class NumbersTable(ui.element, component="numbers.js"):
     """The table."""
 
 
 @dataclass
-class Block:
+class RowGroup:
     """Rows that share their values across: those of one result in one direction, stable or not; cells are texts."""
 
-    x: np.ndarray[Any, Any]
+    x: AnyArray
     columns: dict[str, list[str]] = field(default_factory=dict)
 
 
@@ -47,7 +48,7 @@ class Numbers:
 
     def table(self) -> None:
         """Make the table, in the container that is open."""
-        self.sheet = Sheet()
+        self.sheet = NumbersTable()
         self.sheet.set_visibility(False)
 
     def show(self, drawn: Drawn, wanted: Picture | None) -> None:
@@ -77,10 +78,10 @@ class Numbers:
 
 def _blocks(
     lines: Sequence[tuple[str, Layer, Line]], layers: Sequence[Layer], x: str
-) -> tuple[dict[str, Block], list[str]]:
+) -> tuple[dict[str, RowGroup], list[str]]:
     """Return the rows by the words that tell them apart, and the headings of their columns, that of the axis across first."""
     across, first = _head(layers, x)
-    heads, blocks = {first: None}, dict[str, Block]()
+    heads, blocks = {first: None}, dict[str, RowGroup]()
     for name, layer, line in lines:
         # of a quantity for each tone across, each tone has rows of its own
         whose = any(dim in layer.result[x].dims for dim in ("tone", "mode", "harmonic", "multiplier"))
@@ -89,7 +90,7 @@ def _blocks(
         scale, head = _head(layers, name, [word for word in words if word not in apart])
         heads[head] = None
         key = ", ".join([layer.name] * (len(layers) > 1) + apart)
-        blocks.setdefault(key, Block(line.x / across)).columns[head] = _cells(layer, name, line, scale)
+        blocks.setdefault(key, RowGroup(line.x / across)).columns[head] = _cells(layer, name, line, scale)
     return blocks, list(heads)
 
 
@@ -100,7 +101,7 @@ def _head(layers: Sequence[Layer], name: str, more: Sequence[str] = ()) -> tuple
     return scale, words if unit == "1" else f"{words} ({unit})"
 
 
-def _rows(words: str, block: Block, heads: Sequence[str]) -> Iterator[list[str]]:
+def _rows(words: str, block: RowGroup, heads: Sequence[str]) -> Iterator[list[str]]:
     """Give the rows of a block as texts; gaps between pieces of a curve are left out."""
     columns = [block.columns.get(head, [EMPTY] * len(block.x)) for head in heads]
     for x, *cells in zip(block.x, *columns, strict=True):

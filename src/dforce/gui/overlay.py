@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.notation import html_symbol
 from dforce.gui.chart import packed
 from dforce.gui.figures import Drawn, Figure, name_of_axis
 from dforce.results.curves import Picture
-from dforce.results.measured import QUANTITIES, Floats, by_model, moved
+from dforce.results.measured import QUANTITIES, by_model, moved
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,7 +80,7 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside) -> Drawn:
 
 
 def _points(
-    drawn: Drawn, wanted: Picture, beside: Beside, there: Mapping[str, list[Floats]], names: list[str]
+    drawn: Drawn, wanted: Picture, beside: Beside, there: Mapping[str, list[Array]], names: list[str]
 ) -> Iterator[Figure]:
     """Give the measured points, a trace for each quantity, tone and direction."""
     directions = beside.curve["direction"].values.astype(str)
@@ -136,10 +137,10 @@ def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> I
             first = False
 
 
-def along(fit: xr.Dataset, values: Floats) -> tuple[Floats, Floats]:
+def along(fit: xr.Dataset, values: Array) -> tuple[Array, Array]:
     """Return the heights and values of the points that a fit used, branch by branch, with gaps between them."""
     height, branch, used = (fit[name].values for name in ("height", "branch", "used"))
-    xs, ys = list[Floats](), list[Floats]()
+    xs, ys = list[Array](), list[Array]()
     for kind in BRANCHES:
         rows = np.flatnonzero(used & (branch == kind))
         rows = rows[np.argsort(height[rows], kind="stable")]

@@ -15,13 +15,13 @@ from dforce.gui.compute import LIVE, Job
 from dforce.gui.document import FIRST, Document
 from dforce.gui.entry import LONGEST
 from dforce.gui.error_messages import as_sentence, say
-from dforce.gui.files import Files
+from dforce.gui.files import FileMenu
 from dforce.gui.forms import Forms
 from dforce.gui.limits import ALONE, Limits
 from dforce.gui.menus import menu
 from dforce.gui.plots import Plots, dim
 from dforce.gui.session import Session
-from dforce.gui.shown import Part
+from dforce.gui.shown import PagePart
 from dforce.gui.sliders import SliderStrip
 from dforce.gui.store import Store
 from dforce.gui.view import Said, View
@@ -72,7 +72,7 @@ def register(
             if document is not None:
                 sessions[name].document = document
             if over is not None:
-                sessions[name].atlas.take(over)
+                sessions[name].study.take(over)
         return sessions[name]
 
     @app.on_startup
@@ -105,7 +105,7 @@ class Page:
         with ui.element("div").classes("df-body"):
             with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:
                 self._left()
-            self.view.shown.mark(Part.ADVICE, partial(dim, self.left))
+            self.view.shown.mark(PagePart.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
         client = ui.context.client
@@ -130,7 +130,7 @@ class Page:
             ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
         ):
             menu((one.title, one.shows, partial(self._open, one.name)) for one in df.examples().values())
-        self.files = Files(view)
+        self.files = FileMenu(view)
         undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
         title.classes("df-title")
@@ -201,7 +201,7 @@ class Page:
         self.view.on_unkept.append(show_unkept)
         _about(self.view)
         self.plots = self.files.plots = Plots(self.view)
-        if self.view.session.atlas.result is not None:
+        if self.view.session.study.result is not None:
             self.plots.explorer.open()
 
 

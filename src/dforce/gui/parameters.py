@@ -17,7 +17,7 @@ SHARED = ("sample", "contact", "tip", "medium")  # sections whose values count w
 
 
 @dataclass(frozen=True)
-class Row:
+class ParameterRow:
     """A parameter: its name as a path of the case, where it stands in the document, label, symbol, and value as text."""
 
     name: str
@@ -27,12 +27,12 @@ class Row:
     value: str
 
 
-def rows_of(document: Document, sections: Sequence[str]) -> list[Row]:
+def rows_of(document: Document, sections: Sequence[str]) -> list[ParameterRow]:
     """Return the parameters of a document that hold one number with a unit, those of the forces first."""
     return [*_of_forces(document), *(row for name in sections for row in _of_section(document, name))]
 
 
-def _of_forces(document: Document) -> Iterator[Row]:
+def _of_forces(document: Document) -> Iterator[ParameterRow]:
     """Give the parameters of the forces that take part, by their models, or by their numbers where those are alike."""
     forces = document.value(("forces",)) or []
     on = [place for place in range(len(forces)) if place not in document.off]
@@ -44,7 +44,7 @@ def _of_forces(document: Document) -> Iterator[Row]:
             yield from _row(document, ("forces", place, field.key), f"forces.{which}.{field.key}", field)
 
 
-def _of_section(document: Document, section: str) -> Iterator[Row]:
+def _of_section(document: Document, section: str) -> Iterator[ParameterRow]:
     """Give the parameters of a section; those that only forces need, where one uses them."""
     models = [df.forces.REGISTRY.get(str(force.get("model"))) for force in document.value(("forces",)) or []]
     used = values_used(model for model in models if model is not None)
@@ -54,7 +54,7 @@ def _of_section(document: Document, section: str) -> Iterator[Row]:
             yield from _row(document, (section, field.key), name, field)
 
 
-def _row(document: Document, path: Path, name: str, field: Field) -> Iterator[Row]:
+def _row(document: Document, path: Path, name: str, field: Field) -> Iterator[ParameterRow]:
     """Give the row of a field that holds one number with a unit, as typed or by default."""
     value = document.value(path)
     value = field.default if value is None else value
@@ -62,4 +62,4 @@ def _row(document: Document, path: Path, name: str, field: Field) -> Iterator[Ro
         return
     text, unit = shown(field, value)
     words = f"{text} {'' if unit == '1' else unit}".strip()
-    yield Row(name, path, label_of(document, path) or name, html_symbol(field.symbol), words)
+    yield ParameterRow(name, path, label_of(document, path) or name, html_symbol(field.symbol), words)

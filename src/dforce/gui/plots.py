@@ -21,7 +21,7 @@ from dforce.gui.measured_panel import MeasuredCurve
 from dforce.gui.motion import MotionPanel
 from dforce.gui.numbers import Numbers
 from dforce.gui.setpoint import SetPoint
-from dforce.gui.shown import Part
+from dforce.gui.shown import PagePart
 from dforce.gui.view import STANDING, View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
 from dforce.results.kinds import is_kind
@@ -96,7 +96,7 @@ class Plots:
         view.compose = self.compose
         view.picture = lambda: self.shown
         for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.kept.differences):
-            view.shown.mark(Part.BESIDE, partial(dim, element))
+            view.shown.mark(PagePart.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)
         view.on_status.append(self.wait)

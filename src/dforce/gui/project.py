@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import dforce as df
-from dforce.gui.atlas import Over
 from dforce.gui.document import PLUGINS, Document
 from dforce.gui.explore import is_explorable
-from dforce.gui.results import IDENTIFIER, Shelf
+from dforce.gui.parameter_study import Over
+from dforce.gui.results import IDENTIFIER, ResultStore
 from dforce.gui.uploads import MOST_BYTES, beside_from, opened_from, result_from
 
 if TYPE_CHECKING:
@@ -39,14 +39,14 @@ def has_room(over: Over) -> bool:
     return bool(over.result.nbytes <= MOST_BYTES)
 
 
-def packed(document: Document, shelf: Shelf, bench: Shelf, over: Over | None = None) -> bytes:
+def packed(document: Document, results: ResultStore, measured: ResultStore, over: Over | None = None) -> bytes:
     """Return the file of a project. Blocking.
 
     Parameters
     ----------
-    document, shelf
+    document, results
         The document, and where its results are.
-    bench
+    measured
         Where its measured curve and the fit of it are.
     over
         A result over parameters; one that is too large, such as a store, is left out (:func:`has_room`).
@@ -65,9 +65,9 @@ def packed(document: Document, shelf: Shelf, bench: Shelf, over: Over | None = N
                 archive.write(df.write(over.result, Path(place) / OVER), OVER)
         archive.writestr(DOCUMENT, json.dumps(plain, indent=1))
         for kept in document.results:
-            archive.write(shelf.path(kept.id), f"{kept.id}.nc")
+            archive.write(results.path(kept.id), f"{kept.id}.nc")
         for identifier in beside(document):
-            archive.write(bench.path(identifier), f"{identifier}.nc")
+            archive.write(measured.path(identifier), f"{identifier}.nc")
     if stream.tell() > MOST_BYTES:
         raise df.ResultError(
             f"the project has {stream.tell() // 1_000_000} MB; more than {MOST_BYTES // 1_000_000} MB are not opened "
@@ -121,7 +121,7 @@ def unpacked(data: bytes, folder: Path) -> Project:
     return Project(document, results, _over(opened_from(over, folder), origin))
 
 
-def _over(result: xr.Dataset, origin: Any) -> Over:
+def _over(result: xr.Dataset, origin: object) -> Over:
     """Return the result over parameters of a project.
 
     Raises
@@ -144,7 +144,7 @@ def beside(document: Document) -> list[str]:
     return [] if measured is None else [measured.id, *([measured.fit] if measured.fit else [])]
 
 
-def _document(plain: Any) -> Document:
+def _document(plain: object) -> Document:
     """Return the document of a project.
 
     Raises

@@ -19,7 +19,7 @@ IDENTIFIER = re.compile(r"[0-9a-f]{16}")
 MOST_BYTES = 500_000_000  # of a session
 
 
-class Shelf:
+class ResultStore:
     """The results of one session, in a folder of its own.
 
     Parameters

@@ -11,18 +11,18 @@ import time
 import weakref
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import dforce as df
 from dforce.gui import compare
-from dforce.gui.atlas import Atlas
-from dforce.gui.bench import Bench
 from dforce.gui.compute import Job
 from dforce.gui.confirming import UNCONFIRMED, is_confirmed, lever_and_tip
-from dforce.gui.document import LOOKS, Document, Kept
+from dforce.gui.document import LOOKS, Document, KeptResult
 from dforce.gui.fitting import FitJob, curve_in
 from dforce.gui.limits import ALONE, Limits
-from dforce.gui.results import Shelf
+from dforce.gui.measured_session import MeasuredSession
+from dforce.gui.parameter_study import ParameterStudy
+from dforce.gui.results import ResultStore
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +37,7 @@ log = logging.getLogger("dforce.gui")
 LOOKED_EVERY = 0.1  # s between two looks at a run
 
 
-class View(Protocol):
+class PageView(Protocol):
     """What a session tells a page that shows it."""
 
     def show(self, anew: bool) -> None:
@@ -69,16 +69,16 @@ class Session:
         What may be asked for.
     """
 
-    def __init__(self, store: MutableMapping[str, Any], folder: Path, limits: Limits = ALONE) -> None:
-        self.store, self.shelf, self.limits = store, Shelf(folder), limits
-        self.bench = Bench(folder / "measured")
-        self.atlas = Atlas()
+    def __init__(self, store: MutableMapping[str, object], folder: Path, limits: Limits = ALONE) -> None:
+        self.store, self.results, self.limits = store, ResultStore(folder), limits
+        self.measured = MeasuredSession(folder / "measured")
+        self.study = ParameterStudy()
         self.document = self._kept()
         self._known: dict[str, weakref.ref[xr.Dataset]] = {}
         self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
         self.undone: list[Document] = []
         self.steps: list[Document] = []
-        self.views: list[View] = []
+        self.views: list[PageView] = []
         self.job: Job | None = None
         self.fitting: FitJob | None = None  # the last fit of the measured curve
         self._last = ("", 0.0)
@@ -173,7 +173,7 @@ class Session:
         self.look_at_jobs()
 
     async def keep(self, result: xr.Dataset, shown: bool = True) -> None:
-        """Keep a result on the shelf and in the list; the oldest ones go where the shelf is full."""
+        """Keep a result in the store and in the list; the oldest ones go where the store is full."""
         async with self._keeping:  # else the list of the later one leaves out what is still being written
             await self._keep(result, shown)
 
@@ -181,8 +181,8 @@ class Session:
         last = self.document.results[-1].id if self.document.results else ""
 
         def shelve() -> tuple[str, set[str], xr.Dataset | None]:
-            before = self.shelf.take(last) if last in self.shelf.names() else None
-            return self.shelf.keep(result), set(self.shelf.names()), before
+            before = self.results.take(last) if last in self.results.names() else None
+            return self.results.keep(result), set(self.results.names()), before
 
         identifier, here, before = await asyncio.to_thread(shelve)
         others = [kept for kept in self.document.results if kept.id in here]
@@ -190,7 +190,7 @@ class Session:
         self._known[identifier] = weakref.ref(result)
         if shown:
             self.results_of[identifier] = result
-        entry = Kept(identifier, name, compare.color_of(others), shown)
+        entry = KeptResult(identifier, name, compare.color_of(others), shown)
         self.look(dataclasses.replace(self.document, results=(*others, entry)))
 
     async def take_result(self, document: Document, result: xr.Dataset) -> None:
@@ -222,9 +222,9 @@ class Session:
         before, steps = self.document, self.steps
         try:
             for identifier, result in results.items():
-                shelf = self.shelf if identifier in {kept.id for kept in document.results} else self.bench.shelf
-                names[identifier] = await asyncio.to_thread(shelf.keep, result)
-            here = set(self.shelf.names())
+                store = self.results if identifier in {kept.id for kept in document.results} else self.measured.results
+                names[identifier] = await asyncio.to_thread(store.keep, result)
+            here = set(self.results.names())
             taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
             others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
             measured = document.measured
@@ -235,18 +235,18 @@ class Session:
             self.document = dataclasses.replace(self.document, **looks)
             self.edit(document, anew=True)
         except Exception as error:
-            for shelf in (self.shelf, self.bench.shelf):
-                for name in set(names.values()) & set(shelf.names()):
-                    shelf.drop(name)
+            for store in (self.results, self.measured.results):
+                for name in set(names.values()) & set(store.names()):
+                    store.drop(name)
             self.steps = steps
             self._take(before, anew=True)
             if isinstance(error, df.DForceError):
                 raise
             raise df.CaseError("this project holds a case that cannot be shown") from error
         self.look(self.document)
-        await self.bench.tidy(self.document)
+        await self.measured.tidy(self.document)
 
-    def kept_as(self, result: xr.Dataset | None) -> Kept | None:
+    def kept_as(self, result: xr.Dataset | None) -> KeptResult | None:
         """Return the entry of a result in the list; None for one that is not kept."""
         same = (identifier for identifier, known in self._known.items() if known() is result and result is not None)
         identifier = next(same, "")
@@ -258,7 +258,7 @@ class Session:
         self.look(dataclasses.replace(self.document, results=results))
         self.results_of.pop(identifier, None)
         with contextlib.suppress(df.ResultError):  # another page was quicker
-            await asyncio.to_thread(self.shelf.drop, identifier)
+            await asyncio.to_thread(self.results.drop, identifier)
 
     async def load_shown(self) -> None:
         """Have the results that are drawn in memory, and no others."""
@@ -268,11 +268,11 @@ class Session:
         for identifier in wanted - set(self.results_of):
             with contextlib.suppress(df.ResultError):  # its file has gone; the list says so by drawing nothing
                 known = self._known.get(identifier, lambda: None)()
-                result = known if known is not None else await asyncio.to_thread(self.shelf.take, identifier)
+                result = known if known is not None else await asyncio.to_thread(self.results.take, identifier)
                 self.results_of[identifier] = result
                 self._known[identifier] = weakref.ref(result)
 
-    async def take_measured(self, raw: xr.Dataset, name: str, settings: Mapping[str, Any]) -> None:
+    async def take_measured(self, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> None:
         """Take a measured curve in place of an earlier one.
 
         Raises
@@ -282,8 +282,8 @@ class Session:
         """
         self.stop_fit()
         self.fitting = None
-        self.look(await self.bench.keep(self.document, raw, name, settings))
-        await self.bench.tidy(self.document)
+        self.look(await self.measured.keep(self.document, raw, name, settings))
+        await self.measured.tidy(self.document)
 
     async def take_fit(self, fit: xr.Dataset) -> None:
         """Take a fit that was opened, and the measured curve in it.
@@ -294,14 +294,14 @@ class Session:
             When they cannot be written.
         """
         await self.take_measured(*curve_in(fit))
-        self.look(await self.bench.keep_fit(self.document, fit))
+        self.look(await self.measured.keep_fit(self.document, fit))
 
     async def drop_measured(self) -> None:
         """Forget the measured curve and its fit."""
         self.stop_fit()
         self.fitting = None
         self.look(dataclasses.replace(self.document, measured=None))
-        await self.bench.tidy(self.document)
+        await self.measured.tidy(self.document)
 
     async def fit(self, document: Document) -> None:
         """Fit the parameters that a document names to its measured curve, and keep the fit; one that is stopped, too.
@@ -312,18 +312,18 @@ class Session:
             When what is typed is not a case, or asks for more than the limits allow; and where lever and tip are not
             confirmed for the curve.
         """
-        if self.bench.curve is None or (self.fitting is not None and self.fitting.busy):
+        if self.measured.curve is None or (self.fitting is not None and self.fitting.busy):
             return
         case = self.limits.check(document.case())
         if not is_confirmed(document, lever_and_tip(case)):
             raise df.ParameterError(UNCONFIRMED)
-        job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.bench.curve)
+        job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
         measured, now = document.measured, self.document.measured
         if job.result is not None and measured is not None and now is not None and now.id == measured.id:
             try:
-                self.look(await self.bench.keep_fit(self.document, job.result))
-                await self.bench.tidy(self.document)
+                self.look(await self.measured.keep_fit(self.document, job.result))
+                await self.measured.tidy(self.document)
             except df.ResultError as error:
                 job.state, job.error = "failed", f"this fit could not be kept: {error}"
         self.look_at_jobs()
@@ -374,7 +374,7 @@ class Session:
 
     def idle(self, seconds: float) -> bool:
         """Return whether no page has shown the session for so long and nothing runs."""
-        jobs = (job for job in (self.job, self.fitting, self.atlas.job) if job is not None)
+        jobs = (job for job in (self.job, self.fitting, self.study.job) if job is not None)
         busy = bool(self.views) or self._saving is not None or any(job.busy for job in jobs)
         if busy:
             self._seen = time.monotonic()
@@ -384,7 +384,7 @@ class Session:
         """Stop what runs and keep the document; the server ends."""
         self.stop()
         self.stop_fit()
-        self.atlas.stop()
+        self.study.stop()
         if self._saving is not None:
             self._saving.cancel()
             try:

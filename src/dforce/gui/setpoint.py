@@ -29,7 +29,7 @@ NO_STATE = "No state on these curves has this amplitude."
 TOO_NEAR = "The amplitude stays below this everywhere; let the curve begin farther from the surface (tab Experiment)."
 
 
-class Readout(ui.element, component="setpoint.js"):
+class SetPointTable(ui.element, component="setpoint.js"):
     """The field and the table."""
 
     def show(self, changed: dict[str, Any]) -> None:
@@ -45,7 +45,7 @@ class SetPoint:
 
     def __init__(self, view: View) -> None:
         self.view = view
-        self.element = Readout()
+        self.element = SetPointTable()
         self.element.props.update(low=100.0 * LOWEST_SET_POINT, high=100.0 * HIGHEST_SET_POINT)
         self.element.set_visibility(False)
         self.element.on("percent", self._changed)
@@ -93,14 +93,14 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
         return None
 
 
-def table_of(layers: Sequence[Layer], wanted: Picture) -> tuple[list[Column], list[dict[str, Any]]]:
+def table_of(layers: Sequence[Layer], wanted: Picture) -> tuple[list[ReadoutColumn], list[dict[str, Any]]]:
     """Return the columns and the rows of the table for layers that have states."""
     columns = _columns(layers, wanted)
     return columns, [row for layer in layers for row in _rows(layer, columns, len(layers) > 1)]
 
 
 @dataclasses.dataclass(frozen=True)
-class Column:
+class ReadoutColumn:
     """A column of the table: a quantity, of which tone or mode, and what stands above it."""
 
     name: str
@@ -113,7 +113,7 @@ def _asked_first(result: xr.Dataset) -> tuple[str, ...]:
     return next((picture.y for picture in pictures_of(result) if picture.x == "amplitude_ratio"), ())
 
 
-def _columns(layers: Sequence[Layer], wanted: Picture) -> list[Column]:
+def _columns(layers: Sequence[Layer], wanted: Picture) -> list[ReadoutColumn]:
     first = layers[-1]
     assert first.states is not None
     names = dict.fromkeys([str(first.states.attrs["along"]), *_asked_first(first.result), *wanted.y])
@@ -121,17 +121,17 @@ def _columns(layers: Sequence[Layer], wanted: Picture) -> list[Column]:
     return list(found)[:MOST_COLUMNS]
 
 
-def _of_quantity(states: xr.Dataset, name: str) -> Iterator[Column]:
+def _of_quantity(states: xr.Dataset, name: str) -> Iterator[ReadoutColumn]:
     """Give the columns of a quantity, one for each tone or mode."""
     variable = states[name]
     dims = variable.dims[1:]
     for index in np.ndindex(*variable.shape[1:]):
         which = [f"{dim} {n + 1}" for dim, n in zip(dims, index, strict=True) if variable.sizes[dim] > 1]
         label = ", ".join([str(variable.attrs.get("long_name", name)), *which])
-        yield Column(name, index, {"label": label, "symbol": html_symbol(str(variable.attrs.get("symbol", "")))})
+        yield ReadoutColumn(name, index, {"label": label, "symbol": html_symbol(str(variable.attrs.get("symbol", "")))})
 
 
-def _cell(states: xr.Dataset, none: Mapping[str, Any], column: Column, crossing: int) -> str:
+def _cell(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, crossing: int) -> str:
     """Return a value with three digits and the unit in which it reads best, as it would stand in a text."""
     if column.name not in states:
         return "–"
@@ -154,7 +154,7 @@ def three_digits(value: float) -> str:
     return f"{float(digits):g} × 10{str(int(power)).translate(RAISED)}"
 
 
-def _rows(layer: Layer, columns: Sequence[Column], several: bool) -> list[dict[str, Any]]:
+def _rows(layer: Layer, columns: Sequence[ReadoutColumn], several: bool) -> list[dict[str, Any]]:
     """Return the rows of a layer; directions in which the state is the same share one."""
     states = layer.states
     assert states is not None

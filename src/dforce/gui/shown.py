@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dforce.gui.document import Document
 
 
-class Part(enum.Enum):
+class PagePart(enum.Enum):
     """A part of a page that shows what was computed; its value: seconds that it may be behind before it is marked.
 
     While something is dragged, what stands beside the curves comes twice a second, and the advice at the end.
@@ -29,7 +29,7 @@ class Part(enum.Enum):
         return self.value[1]
 
 
-class Shown:
+class ShownParts:
     """Knows of which document each part of a page is; a part of another case than the one that is typed is behind.
 
     Parameters
@@ -40,21 +40,21 @@ class Shown:
 
     def __init__(self, current: Callable[[], Document]) -> None:
         self._current = current
-        self._of: dict[Part, Document] = {}
-        self._since: dict[Part, float] = {}  # when those that are behind began to be
-        self._marked: set[Part] = set()
-        self._marks: defaultdict[Part, list[Callable[[bool], object]]] = defaultdict(list)
+        self._of: dict[PagePart, Document] = {}
+        self._since: dict[PagePart, float] = {}  # when those that are behind began to be
+        self._marked: set[PagePart] = set()
+        self._marks: defaultdict[PagePart, list[Callable[[bool], object]]] = defaultdict(list)
         self._timer: asyncio.TimerHandle | None = None
 
-    def mark(self, part: Part, mark: Callable[[bool], object]) -> None:
+    def mark(self, part: PagePart, mark: Callable[[bool], object]) -> None:
         """Have a function called with True when a part is behind for too long, and with False when it is no more."""
         self._marks[part].append(mark)
 
-    def of(self, part: Part) -> Document | None:
+    def of(self, part: PagePart) -> Document | None:
         """Return the document of what a part shows, None where it shows nothing."""
         return self._of.get(part)
 
-    def show(self, part: Part, document: Document | None) -> None:
+    def show(self, part: PagePart, document: Document | None) -> None:
         """Take note that a part now shows something of a document; None: nothing, or nothing that follows one."""
         self._since.pop(part, None)
         self._of.pop(part, None)

@@ -38,7 +38,7 @@ class Store(dict[str, Any]):
             ):  # one that can be neither read nor moved cannot be written, which is said
                 file.replace(file.with_suffix(ASIDE))
 
-    def __setitem__(self, key: str, value: Any) -> None:
+    def __setitem__(self, key: str, value: object) -> None:
         """Take a value, and write the file. Blocking.
 
         Raises

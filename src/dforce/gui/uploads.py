@@ -13,8 +13,8 @@ from dforce.core.files import in_quotes
 from dforce.core.toml import LONGEST, read_toml
 from dforce.gui.document import PLUGINS, Document
 from dforce.gui.explore import is_explorable
-from dforce.gui.rehearsal import rehearse, rehearse_measured, rehearse_over
 from dforce.gui.store import why
+from dforce.gui.upload_checks import validate_measured, validate_study, validate_upload
 from dforce.inverse.readers import endings
 from dforce.results import hdf5
 from dforce.results.curves import Picture
@@ -98,7 +98,7 @@ def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> 
     """
     with _looked_through(data, folder) as path:
         result = _result(path)
-        rehearse(result, path.parent, pictures)
+        validate_upload(result, path.parent, pictures)
     return result
 
 
@@ -113,11 +113,11 @@ def opened_from(data: bytes, folder: Path) -> xr.Dataset:
     with _looked_through(data, folder) as path:
         result = _read(path)
         if is_kind(result, "measured", "fit"):
-            rehearse_measured(result)
+            validate_measured(result)
         elif is_explorable(result):
-            rehearse_over(_result(path))
+            validate_study(_result(path))
         else:
-            rehearse(_result(path), path.parent)
+            validate_upload(_result(path), path.parent)
     return result
 
 
@@ -131,7 +131,7 @@ def beside_from(data: bytes, folder: Path) -> xr.Dataset:
     """
     with _looked_through(data, folder) as path:
         result = _read(path)
-        rehearse_measured(result)
+        validate_measured(result)
     return result
 
 

@@ -11,7 +11,7 @@ from dforce.gui import bounds, typed
 from dforce.gui.fields import Field, Shape
 
 
-def shown(field: Field, value: Any) -> tuple[str, str]:
+def shown(field: Field, value: object) -> tuple[str, str]:
     """Return text and unit that a field shows for a value of the document."""
     unit = usual_unit(field)
     if value is None or value == ():

@@ -18,7 +18,7 @@ from dforce.gui.chart import Chart
 from dforce.gui.compute import LIVE, Latest, in_thread, live_curve
 from dforce.gui.document import Document, Path, path_of
 from dforce.gui.session import Session
-from dforce.gui.shown import Part, Shown
+from dforce.gui.shown import PagePart, ShownParts
 from dforce.gui.words import in_words, with_labels
 from dforce.results.curves import Picture
 from dforce.validity import advice_in
@@ -51,7 +51,7 @@ class Said:
 
 
 @dataclasses.dataclass(frozen=True)
-class Curve:
+class DrawnResult:
     """A result, and the document whose case it is of."""
 
     document: Document
@@ -59,7 +59,7 @@ class Curve:
 
 
 @dataclasses.dataclass(frozen=True)
-class Wanted:
+class WantedResult:
     """What a page is to show: the curve that follows a document, or a result of its case.
 
     Attributes
@@ -123,10 +123,10 @@ class View:
         self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
         self.picture: Callable[[], Picture | None] = lambda: None
-        self.shown = Shown(lambda: self.document)
-        self.shown.mark(Part.CURVES, self._mark_curves)
-        self.shown.mark(Part.FORCE, lambda behind: self.force.dim(behind))
-        self.curve: Curve | None = None
+        self.shown = ShownParts(lambda: self.document)
+        self.shown.mark(PagePart.CURVES, self._mark_curves)
+        self.shown.mark(PagePart.FORCE, lambda behind: self.force.dim(behind))
+        self.curve: DrawnResult | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
         self.said, self.status = Said(), ""
         self._drawing = asyncio.Lock()
@@ -167,14 +167,14 @@ class View:
     def open(self, document: Document) -> None:
         """Show a document from elsewhere; where its curve takes long, it is run at once."""
         self.edit(document, anew=True)
-        self._latest.ask(Wanted(self.document, run=True))
+        self._latest.ask(WantedResult(self.document, run=True))
 
     def show(self, anew: bool) -> None:
         """Show the session's document, and ask for its curve."""
         self.shown.look()
         for hook in self.on_show:
             hook(anew)
-        self._latest.ask(Wanted(self.document))
+        self._latest.ask(WantedResult(self.document))
 
     def show_job(self) -> None:
         """Show how far the session's run is."""
@@ -196,7 +196,7 @@ class View:
 
     def show_result(self, result: xr.Dataset) -> None:
         """Show a result of the document's case in the main chart."""
-        self._latest.ask(Wanted(self.document, result))
+        self._latest.ask(WantedResult(self.document, result))
 
     async def run(self) -> str:
         """Run the case as it stands; where it is none, nothing is run, and what is wrong is returned."""
@@ -210,7 +210,7 @@ class View:
             return self.said.wrong
         return ""
 
-    async def _follow(self, wanted: Wanted) -> None:
+    async def _follow(self, wanted: WantedResult) -> None:
         """Draw the curve of a document, and ask for what stands beside it."""
         with self._saying_what_is_wrong(wanted.document, curves=True):
             case = self.session.limits.check(wanted.document.case())
@@ -225,7 +225,7 @@ class View:
                 return
             if result is not None:
                 self._status(STOPPED if result is wanted.result and result.attrs.get("interrupted") else "")
-                self.curve = Curve(wanted.document, result)
+                self.curve = DrawnResult(wanted.document, result)
                 await self.draw()
             self._beside.ask(Followed(wanted.document, case, result))
 
@@ -247,7 +247,7 @@ class View:
         with self._saying_what_is_wrong(followed.document):
             curve = await in_thread(LIVE, lambda: df.force_curve(followed.case))
             await self.force.draw(figures.force_distance(curve))
-            self.shown.show(Part.FORCE, followed.document)
+            self.shown.show(PagePart.FORCE, followed.document)
             if self._latest.busy or self._beside.overtaken or self.said.wrong:
                 return
             advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
@@ -257,7 +257,7 @@ class View:
         """Show what stands beside the curves."""
         for hook in self.on_beside:
             hook()
-        self.shown.show(Part.BESIDE, self.shown.of(Part.CURVES))
+        self.shown.show(PagePart.BESIDE, self.shown.of(PagePart.CURVES))
 
     def _safely(self, work: Callable[[T], Awaitable[None]]) -> Callable[[T], Awaitable[None]]:
         """Return work after which, whatever happens, the next edit finds a page that follows it."""
@@ -281,7 +281,7 @@ class View:
             if curves:
                 self._status("")
 
-    async def _live(self, case: df.Case, wanted: Wanted) -> xr.Dataset | None:
+    async def _live(self, case: df.Case, wanted: WantedResult) -> xr.Dataset | None:
         """Return the live curve; None, with a word on why, when it takes too long: it is run then, or tried again."""
         key = (case.experiment, case.solver)
         if self.slow[0] != key or time.monotonic() - self.slow[1] >= TRIED_AGAIN:
@@ -308,7 +308,7 @@ class View:
             asyncio.get_running_loop().call_later(TRIED_AGAIN, self._try_again, wanted)
         return None
 
-    def _try_again(self, wanted: Wanted) -> None:
+    def _try_again(self, wanted: WantedResult) -> None:
         """Ask once more for a curve that was given up, if it is still the one that is missing."""
         if self in self.session.views and self.status == TOO_LONG and wanted.document.same_case(self.document):
             self._latest.ask(dataclasses.replace(wanted, again=True))
@@ -317,10 +317,10 @@ class View:
         """Draw what is to be shown when the turn comes, with the results kept; one drawing after the other."""
         async with self._drawing:
             await self.session.load_shown()
-            await self.session.bench.load(self.document)
+            await self.session.measured.load(self.document)
             curve = self.curve
             await self.main.draw(self.compose(self.result))
-            self.shown.show(Part.CURVES, None if curve is None else curve.document)
+            self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 
     def _mark_curves(self, behind: bool) -> None:
         """Dim curves that are behind; those of another case than the one that was opened are taken away."""
@@ -351,7 +351,7 @@ class View:
     def _say(self, said: Said, document: Document) -> None:
         """Show errors and advice on a document."""
         self.said = said
-        self.shown.show(Part.ADVICE, document if said.advice else None)
+        self.shown.show(PagePart.ADVICE, document if said.advice else None)
         for hook in self.on_said:
             hook(said)
 

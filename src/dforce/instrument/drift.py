@@ -40,7 +40,7 @@ class Drift(Parameters):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _numbers_of_a_file(cls, data: Any) -> Any:
+    def _numbers_of_a_file(cls, data: object) -> Any:
         if not isinstance(data, Mapping) or not isinstance(data.get("file"), str):
             return data
         for name in ("zc", "Q", "A0"):

@@ -223,7 +223,10 @@ def _tone(
 ) -> ToneNumbers:
     if number > len(modes):
         count = "1 mode" if len(modes) == 1 else f"{len(modes)} modes"
-        raise ParameterError(f"{path}.mode = {number}, but the cantilever has only {count}")
+        raise ParameterError(
+            f"{path}.mode = {number}, but the cantilever has only {count}; add modes by cantilever.higher_modes, "
+            "cantilever.modes or cantilever.beam.modes"
+        )
     mode = modes[number - 1]
     seen = readout.weights(len(modes), number - 1)[number - 1]
     if given.frequency == "peak":

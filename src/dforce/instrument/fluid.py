@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 from dforce.instrument import beam
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 FUNCTIONS = 12  # of the traction across the blade; with 10 there are 12 digits
 FARTHEST = 2.0e4  # wave number over half the width: what lies beyond is below 1e-12
 NODES = 8  # of the quadrature over each half turn of the Bessel functions

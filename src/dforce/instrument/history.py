@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 STATES = 10  # of a mode: Γ is met within 0.2 %
 LOWEST, HIGHEST = 0.1, 30.0  # of the first resonance, between which Γ is met; and beyond for modes above
 ABOVE = 3.0  # of the highest resonance

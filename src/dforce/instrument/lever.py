@@ -89,6 +89,22 @@ class Mode(Parameters):
     )
 
 
+class HigherMode(Parameters):
+    """What was measured of a higher mode; the rest is as of an ideal beam: f2 = 6.27 f1, k2 = 39.3 k1."""
+
+    title_of: ClassVar[str] = "cantilever.higher_modes"
+
+    f0: MaybeNumber = param(
+        None, unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency; left out: an ideal beam's"
+    )
+    k: MaybeNumber = param(
+        None, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant; left out: an ideal beam's"
+    )
+    Q: MaybeNumber = param(
+        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; left out: by Sader's theory in a gas"
+    )
+
+
 TILT = param(
     None,
     unit="rad",
@@ -155,7 +171,7 @@ class Beam(Parameters):
 
     @pydantic.field_validator("Q", mode="before")
     @classmethod
-    def _one_or_many(cls, given: Any) -> Any:
+    def _one_or_many(cls, given: object) -> Any:
         return given if isinstance(given, list | tuple) else (given,)
 
     @pydantic.model_validator(mode="after")
@@ -267,7 +283,7 @@ class Cantilever(Parameters):
     """The cantilever: one mode by `f0`, `k` and `Q`, several by `modes`, or a rectangular `beam`."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "one mode": ("name", "library", "f0", "k", "Q", "tip_radius", "base_coupling", "added_mass"),
+        "one mode": ("name", "library", "f0", "k", "Q", "tip_radius", "base_coupling", "added_mass", "higher_modes"),
         "several modes": ("modes",),
         "a beam": ("beam",),
     }
@@ -321,13 +337,27 @@ class Cantilever(Parameters):
     )
     tilt: MaybeNumber = TILT
     drift: Part[Drift | None] = part(None, description="how Q or the free amplitude changes on the way to the sample")
+    higher_modes: Part[tuple[HigherMode, ...]] = part(
+        (),
+        max_length=MOST_MODES - 1,
+        description="modes above the first: how many, or a table of what was measured of each; the rest as of an ideal beam",
+    )
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _name_alone(cls, data: Any) -> Any:
+    def _name_alone(cls, data: object) -> Any:
         return {"name": data} if isinstance(data, str) else data
+
+    @pydantic.field_validator("higher_modes", mode="before")
+    @classmethod
+    def _so_many(cls, given: object) -> object:
+        if isinstance(given, int) and not isinstance(given, bool):
+            if not 0 <= given < MOST_MODES:
+                raise ParameterError(f"= {given} is not from 0 to {MOST_MODES - 1}")
+            return ({},) * given
+        return given
 
     @pydantic.model_validator(mode="after")
     def _known_values(self) -> Self:
@@ -336,9 +366,9 @@ class Cantilever(Parameters):
                 raise ParameterError("cantilever.library needs a name to look up: give cantilever.name")
             return self
         if self.modes or self.beam is not None:
-            raise ParameterError(
-                f"cantilever has both name and {'modes' if self.modes else 'beam'}; give only one of them"
-            )
+            other = "modes" if self.modes else "beam"
+            hint = "; what was measured of higher modes goes into cantilever.higher_modes" if self.modes else ""
+            raise ParameterError(f"cantilever has both name and {other}; give only one of them{hint}")
         if self.library is not None and self.f0 is not None and self.k is not None:
             return self  # it holds what it needs, wherever its file is
         known = cantilevers() if self.library is None else own_cantilevers(named(self.library, "cantilever.library"))
@@ -359,7 +389,7 @@ class Cantilever(Parameters):
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
-        given = [name for name in self.ways["one mode"] if getattr(self, name) is not None]
+        given = [name for name in self.ways["one mode"] if getattr(self, name) not in (None, ())]
         ways = [*(["f0, k, Q"] if given else []), *(["modes"] if self.modes else []), *(["beam"] if self.beam else [])]
         if self.beam is not None and self.tilt is not None:
             raise ParameterError("cantilever.tilt is that of given modes; a beam has its own, cantilever.beam.tilt")
@@ -390,8 +420,37 @@ class Cantilever(Parameters):
             return self.beam.resolve(medium)
         if self.modes:
             return tuple(_measured(mode, n, mode.Q, self.tilt) for n, mode in enumerate(self.modes, start=1))
-        mode = _measured(self, 1, self._nominal_Q(medium) if self.Q is None else self.Q, self.tilt)
-        return (mode,)
+        first = _measured(self, 1, self._nominal_Q(medium) if self.Q is None else self.Q, self.tilt)
+        higher = (self._higher(n, given, first, medium) for n, given in enumerate(self.higher_modes, start=2))
+        return (first, *higher)
+
+    def _higher(self, n: int, given: HigherMode, first: ModeNumbers, medium: Medium) -> ModeNumbers:
+        r"""Return a higher mode: what was measured of it, the rest from the first mode of an ideal beam.
+
+        .. math:: f_n = (\kappa_n / \kappa_1)^2 f_1, \qquad k_n = (\kappa_n / \kappa_1)^4 k_1, \qquad
+                  Q_n = Q_1\, \Gamma_i(f_1) / \Gamma_i(f_n)
+
+        All modes of such a beam move the same mass, so that k goes as the square of f.
+        """
+        ratio, path = (beam.wavenumber(n) / beam.wavenumber(1)) ** 2, f"cantilever.higher_modes.{n - 1}"
+        if given.f0 is None and medium.density and medium.density > DENSEST:
+            raise ParameterError(f"{path}.f0 is missing: the ratio of an ideal beam holds in air; give f0 as measured")
+        f0 = ratio * first.f0 if given.f0 is None else given.f0
+        k = ratio**2 * first.k if given.k is None else given.k * normal_factor(self.tilt)
+        shipped = self.name is not None and self.library is None
+        width = cantilevers()[str(self.name)].width if shipped else None
+        Q = given.Q
+        if Q is None:
+            if not (width and medium.density and medium.viscosity) or medium.density > DENSEST:
+                why = "" if width else ": the width of the lever is not known"
+                air = ', or write medium = "air"' if width else ""
+                raise ParameterError(f"{path}.Q (quality factor of mode {n}) is missing{why}; give Q as measured{air}")
+            damping = [
+                beam.hydrodynamic_function(beam.reynolds_number(f, width, medium.density, medium.viscosity)).imag
+                for f in (first.f0, f0)
+            ]
+            Q = first.Q * damping[0] / damping[1]
+        return ModeNumbers(f0, k, Q, beam.base_coupling(n))
 
     def _nominal_Q(self, medium: Medium) -> float:
         """Return Q in a gas from nominal f0, k and sizes, by Sader's theory."""

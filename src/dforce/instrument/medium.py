@@ -39,7 +39,7 @@ class Medium(Parameters):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _name_alone(cls, data: Any) -> Any:
+    def _name_alone(cls, data: object) -> Any:
         return {"name": data} if isinstance(data, str) else data
 
     @pydantic.model_validator(mode="after")

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
 
 ROUNDS, HALVINGS, CLOSE = 200, 30, 1e-10
 TINY = 1e-100  # against division by zero
@@ -30,7 +29,7 @@ class Resonance:
     mean_square: float
     background: float
 
-    def density(self, frequency: Floats) -> Floats:
+    def density(self, frequency: Array) -> Array:
         """Return the power density (m²/Hz) at frequencies (Hz)."""
         return _model(_logs(self), np.asarray(frequency, dtype=float))[0]
 
@@ -54,7 +53,7 @@ class FittedResonance:
     averages: float
 
 
-def most_likely(frequency: Floats, power: Floats, start: Resonance, beside: float | Floats = 0.0) -> FittedResonance:
+def most_likely(frequency: Array, power: Array, start: Resonance, beside: float | Array = 0.0) -> FittedResonance:
     """Return the resonance that makes an averaged spectrum most likely; its background is not negative.
 
     Parameters
@@ -110,12 +109,12 @@ def most_likely(frequency: Floats, power: Floats, start: Resonance, beside: floa
     return FittedResonance(peak, (f0, Q, mean_square), 1.0 / max(scatter, 1e-12))
 
 
-def _logs(peak: Resonance) -> Floats:
+def _logs(peak: Resonance) -> Array:
     """Return the numbers of a resonance as they are fitted."""
     return np.array([*np.log([peak.f0, peak.Q, peak.mean_square]), peak.background])
 
 
-def _model(found: Floats, frequency: Floats) -> tuple[Floats, Floats]:
+def _model(found: Array, frequency: Array) -> tuple[Array, Array]:
     """Return the density, and its derivatives by the logarithms of f0, Q and mean square, and by the background."""
     f0, Q, mean_square = np.exp(found[:3])
     r2 = (frequency / f0) ** 2

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any, Self
+
+import pydantic
+
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.marks import words
 from dforce.core.parameters import MaybeNumber, Number, Parameters, param
 from dforce.instrument.tip import Tip
+from dforce.library.materials import materials
 
 # J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011)
 A0_DEFAULT = "0.165 nm"
 
 
 class Sample(Parameters):
-    """The sample; flat and thick, unless a model asks for a thickness or a radius."""
+    """The sample, by name (`sample = "polystyrene"`) or by numbers; flat and thick, unless a force asks for more."""
 
+    name: str | None = words(
+        None,
+        max_length=50,
+        examples=list(materials()),
+        description="a material known by name: its nominal Young's modulus and Poisson's ratio, where they are not given",
+    )
     youngs_modulus: MaybeNumber = param(
         None, unit="Pa", symbol="E_s", above="0 GPa", high="10 TPa", doc="Young's modulus of the sample"
     )
@@ -24,6 +37,24 @@ class Sample(Parameters):
     radius: MaybeNumber = param(
         None, unit="m", symbol="R_s", above="0 nm", high="1 m", doc="radius of a spherical sample"
     )
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _name_alone(cls, data: object) -> Any:
+        return {"name": data} if isinstance(data, str) else data
+
+    @pydantic.model_validator(mode="after")
+    def _known_values(self) -> Self:
+        if self.name is None:
+            return self
+        if self.name not in materials():
+            raise ParameterError(f"sample = '{shorten(self.name)}' is not known{nearest(self.name, materials())}")
+        for field in ("youngs_modulus", "poisson_ratio"):
+            value = getattr(materials()[self.name], field)
+            if value is not None and (field not in self.model_fields_set or getattr(self, field) is None):
+                # not marked as given by the user, so that a case written to a file keeps the name alone
+                self.__dict__[field] = value
+        return self
 
 
 class Contact(Parameters):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Dwell
 from dforce.inverse._plan_words import sentences
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.inverse._states import Judged, Rest
-    from dforce.kernel import Array
 
 LEFT_OUT = (
     "corrections",

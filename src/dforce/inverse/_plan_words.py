@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
 from dforce.inverse.wishes import Wishes
@@ -14,7 +15,6 @@ from dforce.maps.axes import Axis
 
 if TYPE_CHECKING:
     from dforce.inverse._states import Judged
-    from dforce.kernel import Array
 
 WALKED = "the stable states on the branches of each case"
 MET = "the states that approach and retract meet; with fewer cases the branches are followed, too"

@@ -4,33 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import value_at, with_number
-from dforce.experiments.motion import base_of, rows_of, scales_of, states_of
+from dforce.core.arrays import Array, Bools, Texts
 from dforce.inverse.wishes import Goal
 from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
 from dforce.problem import Problem
+from dforce.procedures.motion import base_of, rows_of, scales_of, states_of
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import Lot
 from dforce.solvers.states import States
 
-if TYPE_CHECKING:
-    from dforce.kernel import Array
-
 SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
 SLOPE_STEP = 5e-3  # of the logarithm of a parameter: the phase bends little over it
 Watch = Callable[[], None]
-Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass
-class Points:
+class PlannedPoints:
     """Operating points that are evaluated together.
 
     Attributes
@@ -51,9 +48,11 @@ class Points:
     zc: Array
     motions: Array
 
-    def take(self, which: Any) -> Points:
+    def take(self, which: object) -> PlannedPoints:
         """Return some of them."""
-        return Points(*(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions")))
+        return PlannedPoints(
+            *(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions"))
+        )
 
     def __len__(self) -> int:
         return len(self.zc)
@@ -78,12 +77,10 @@ class Solver:
         key = (*map(float, values), *(value for _, value in extra))
         if key not in self._problems:
             case = self.case_at(values, extra)
-            self._problems[key] = Problem.build(
-                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-            )
+            self._problems[key] = Problem.build(case.instrument, case.forces)
         return self._problems[key]
 
-    def solve(self, points: Points, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
+    def solve(self, points: PlannedPoints, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
         """Return the operating points near some; their motions are written into `points`."""
         problems = [self.problem(values, extra) for values in points.values]
         found = solve(
@@ -107,7 +104,7 @@ class Solver:
             return States(np.empty((0, 2)), np.empty((0, 0)), np.empty((0, 0)))
         return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
 
-    def has_others(self, points: Points) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def has_others(self, points: PlannedPoints) -> Bools:
         """Say whether another stable state is found at the same distance as each point, from the curves beside it."""
         out = np.zeros(len(points), dtype=bool)
         pairs = [
@@ -134,7 +131,7 @@ class Solver:
             out[own[(branch.done == 1) & (apart > SAME)]] = True
         return out
 
-    def slopes(self, points: Points, path: str) -> Array:
+    def slopes(self, points: PlannedPoints, path: str) -> Array:
         """Return the slope of the phase (degrees) by the logarithm of a parameter, at constant amplitude."""
         phases: list[Array] = []
         for sign in (1.0, -1.0):
@@ -152,7 +149,7 @@ class Solver:
         return np.asarray((phases[0] - phases[1]) / (2.0 * SLOPE_STEP))
 
 
-def one_of_each(points: Points, length: Array) -> Any:
+def one_of_each(points: PlannedPoints, length: Array) -> Any:
     """Return the numbers of points without those that are the same state as one before."""
     order = np.lexsort((points.zc, points.set_points, points.near))
     kept: list[int] = []
@@ -206,9 +203,9 @@ class Judged:
         By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
     """
 
-    points: Points
+    points: PlannedPoints
     found: OperatingPoints
     others: Bools
-    hit: np.ndarray[Any, np.dtype[np.str_]]
+    hit: Texts
     bounds: Mapping[str, Array]
     excess: Array

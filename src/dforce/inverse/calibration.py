@@ -166,7 +166,7 @@ def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, floa
     return found
 
 
-def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[str, Any] | None) -> None:
+def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[str, object] | None) -> None:
     """Put k, f0 and Q into the attributes: of the thermal tune, else of the case, else as the file notes them."""
     if case is not None:
         mode, tone = case.problem.modes[0], case.problem.tones[0]

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Texts
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
 from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.readers import READERS
-from dforce.inverse.table import RETRACT, Column, Floats, Reader, Table, Words, segment_of
+from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
 from dforce.inverse.words import ABOVE_THE_SAMPLE, MEANINGS, bare, quantity_of
 from dforce.results.provenance import provenance
 
@@ -32,12 +33,11 @@ CLEAR = 5.0  # errors
 GIVE_THE_SIGN = "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What a user says about a file; see :func:`dforce.read_measured`."""
+class Told(TypedDict, total=False):
+    """The same as a user types it; see :func:`dforce.read_measured`."""
 
-    columns: Mapping[str, str]
-    units: Mapping[str, str]
+    columns: Mapping[str, str] | None
+    units: Mapping[str, str] | None
     sensitivity: float | str | None
     amplitude_is: str | None
     phase_convention: str | None
@@ -45,8 +45,22 @@ class Asked:
     height_grows: str | None
     direction: str | None
 
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user says about a file, checked; see :func:`dforce.read_measured`."""
+
+    columns: Mapping[str, str]
+    units: Mapping[str, str]
+    sensitivity: float | str | None = None
+    amplitude_is: str | None = None
+    phase_convention: str | None = None
+    height: str | None = None
+    height_grows: str | None = None
+    direction: str | None = None
+
     @classmethod
-    def of(cls, columns: Mapping[str, str] | None, units: Mapping[str, str] | None, *rest: Any) -> Asked:
+    def of(cls, told: Told | Mapping[str, Any]) -> Asked:
         """Return what was asked, after checking that the words are known.
 
         Raises
@@ -54,7 +68,7 @@ class Asked:
         ParameterError
             For an unknown one, with the nearest.
         """
-        asked = cls(columns or {}, units or {}, *rest)
+        asked = cls(**{**told, "columns": told.get("columns") or {}, "units": told.get("units") or {}})
         for name, table in (("columns", asked.columns), ("units", asked.units)):
             for key, value in table.items():
                 if key not in MEANINGS:
@@ -77,7 +91,7 @@ class Asked:
         return asked
 
 
-def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
+def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     """Return a curve as a Dataset, in the order of its walk.
 
     Raises
@@ -125,10 +139,10 @@ def curve_of(table: Table, asked: Asked, name: str) -> xr.Dataset:
 
 
 def _values(
-    found: Mapping[str, Column], table: Table, asked: Asked, name: str, history: list[str]
-) -> dict[str, Floats]:
+    found: Mapping[str, Column], table: MeasuredTable, asked: Asked, name: str, history: list[str]
+) -> dict[str, Array]:
     """Return the columns that are used, in SI units."""
-    values: dict[str, Floats] = {}
+    values: dict[str, Array] = {}
     wanted = [quantity for quantity in ("height", "amplitude", "phase", *OPTIONAL) if quantity in found]
     for quantity in wanted:
         taken = found["taken"].name if quantity == "height" else quantity
@@ -164,7 +178,7 @@ def _values(
 
 
 def _turn_heights(
-    values: dict[str, Floats], column: Column, reader: Reader, given: str | None, history: list[str]
+    values: dict[str, Array], column: Column, reader: Reader, given: str | None, history: list[str]
 ) -> bool:
     """Make larger heights the farther ones, in place, where their sign is given or known; say whether it is."""
     grows = given or reader.height_grows.get(quantity_of(column.name, reader.names) or "")
@@ -177,7 +191,7 @@ def _turn_heights(
     return grows is not None
 
 
-def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> None:
+def _refuse_negative(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:
     below = np.flatnonzero(values < 0.0)
     if len(below):
         where = table.place(int(below[0]))
@@ -186,7 +200,7 @@ def _refuse_negative(quantity: str, values: Floats, table: Table, name: str) -> 
         )
 
 
-def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | None:
+def _segments(found: Mapping[str, Column], table: MeasuredTable, name: str) -> Texts | None:
     """Return the part that each row belongs to, by a column of words or by the file's own."""
     column = found.get("direction")
     if column is None:
@@ -201,7 +215,7 @@ def _segments(found: Mapping[str, Column], table: Table, name: str) -> Words | N
     return np.array(words)
 
 
-def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, history: list[str]) -> None:
+def _check_orientation(values: Mapping[str, Array], known: bool, name: str, history: list[str]) -> None:
     """Check by the curve that larger heights are farther from the sample.
 
     Toward the sample the amplitude falls; with a frequency shift, its size grows.
@@ -233,7 +247,7 @@ def _check_orientation(values: Mapping[str, Floats], known: bool, name: str, his
 
 
 def _turn_phases(
-    values: dict[str, Floats], convention: str | None, directions: Words, name: str, history: list[str]
+    values: dict[str, Array], convention: str | None, directions: Texts, name: str, history: list[str]
 ) -> str:
     """Make lags of the phases, in place, where their convention is known; return the convention that they have then."""
     if convention is not None and convention not in CONVENTIONS:
@@ -261,14 +275,14 @@ def _turn_phases(
     return "lag"
 
 
-def _join(phase: Floats, directions: Words) -> None:
+def _join(phase: Array, directions: Texts) -> None:
     """Take whole turns out between the ends of approach and retract, in place."""
     back = directions == RETRACT
     if back.any() and not back.all():
         phase[back] += 360.0 * np.round((np.median(phase[~back]) - np.median(phase[back])) / 360.0)
 
 
-def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
+def _notes(table: MeasuredTable, history: list[str]) -> dict[str, float | str]:
     """Return the settings of lever, drive and instrument that the file notes, and say so; text may come from any maker."""
     found: dict[str, float | str] = {}
     for name, unit in NOTES.items():
@@ -286,7 +300,7 @@ def _notes(table: Table, history: list[str]) -> dict[str, float | str]:
     return found | ({"instrument": instrument} if instrument else {})
 
 
-def _noted(table: Table, name: str) -> str | None:
+def _noted(table: MeasuredTable, name: str) -> str | None:
     """Return a setting as the file notes it, under dForce's key or that of a maker."""
     keys = [name, *(reader.notes[name] for reader in (table.reader, *READERS) if name in reader.notes)]
     return next((table.notes[key] for key in keys if key in table.notes), None)

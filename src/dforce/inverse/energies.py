@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked
 from dforce.inverse.curve import described
-from dforce.inverse.table import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
 
 NEEDED = ("k", "Q", "free_amplitude")
-Law = Callable[["Lever", Floats, Floats], Floats]
+Law = Callable[["Lever", Array, Array], Array]
 
 
 class Lever(NamedTuple):
@@ -40,19 +40,19 @@ class Lever(NamedTuple):
         return math.hypot(1.0 - self.r**2, self.r / self.Q)
 
 
-def virial(lever: Lever, amplitude: Floats, lag: Floats) -> Floats:
+def virial(lever: Lever, amplitude: Array, lag: Array) -> Array:
     """Return the virial (J); the lag is in rad."""
     stiff = (1.0 - lever.r**2) * amplitude
     return 0.5 * lever.k * amplitude * (stiff - lever.drive * lever.A0 * np.cos(lag))
 
 
-def dissipated_energy(lever: Lever, amplitude: Floats, lag: Floats) -> Floats:
+def dissipated_energy(lever: Lever, amplitude: Array, lag: Array) -> Array:
     """Return the energy that the sample takes per period (J); the lag is in rad."""
     drag = lever.r * amplitude / lever.Q
     return math.pi * lever.k * amplitude * (lever.drive * lever.A0 * np.sin(lag) - drag)
 
 
-def passive_margin(lever: Lever, amplitude: Floats, lag: Floats) -> Floats:
+def passive_margin(lever: Lever, amplitude: Array, lag: Array) -> Array:
     r"""Return :math:`\sin\phi - r A / (Q g A_0)`, which is no smaller than 0 over a sample that gives no energy."""
     return np.sin(lag) - lever.r * amplitude / (lever.Q * lever.drive * lever.A0)
 
@@ -99,11 +99,11 @@ def lever_of(data: xr.Dataset) -> Lever:
     return Lever(float(known["k"]), float(known["Q"]), float(known["free_amplitude"]), ratio)
 
 
-def _errors(data: xr.Dataset, law: Law, lever: Lever, amplitude: Floats, lag: Floats) -> tuple[Floats, Floats]:
+def _errors(data: xr.Dataset, law: Law, lever: Lever, amplitude: Array, lag: Array) -> tuple[Array, Array]:
     """Return the errors of a law by the noise of its point and by what all points share, from differences."""
     known = data.attrs
 
-    def change(error: float, step: Callable[[float], Floats]) -> Floats:
+    def change(error: float, step: Callable[[float], Array]) -> Array:
         """Return by how much the law changes for one error of something."""
         return 0.5 * (step(error) - step(-error))
 

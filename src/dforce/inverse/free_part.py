@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from dforce.inverse.table import Floats
+from dforce.core.arrays import Array, Bools
 
 LEAST_POINTS, LEAST_SHARE = 10, 0.05  # of a curve
 WIDE = 3.0  # errors by which a point of the free part may be off its median
@@ -17,7 +17,7 @@ SIZES = 300  # stretches that are tried
 MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
 
 
-class Stretch(NamedTuple):
+class FreeChannel(NamedTuple):
     """A channel along the free part.
 
     Attributes
@@ -43,7 +43,7 @@ class Stretch(NamedTuple):
     points: int
 
 
-def _line(height: Floats, values: Floats) -> tuple[float, float, Floats]:
+def _line(height: Array, values: Array) -> tuple[float, float, Array]:
     """Return slope, the spread of the heights about their mean, and what a straight line leaves."""
     x = height - height.mean()
     spread = float(np.sqrt((x**2).sum()))
@@ -51,7 +51,7 @@ def _line(height: Floats, values: Floats) -> tuple[float, float, Floats]:
     return slope, spread, values - values.mean() - slope * x
 
 
-def stretch(height: Floats, values: Floats) -> Stretch:
+def stretch(height: Array, values: Array) -> FreeChannel:
     """Return what a channel does along a stretch of three points or more."""
     count = len(values)
     slope, spread, rest = _line(height, values)
@@ -63,7 +63,9 @@ def stretch(height: Floats, values: Floats) -> Stretch:
     noise /= np.sqrt(1.0 - known)
     longer = np.sqrt((1.0 + known) / (1.0 - known))
     slope_error = noise * longer / spread if spread > 0.0 else 0.0
-    return Stretch(float(values.mean()), noise * longer / np.sqrt(count), noise, correlation, slope, slope_error, count)
+    return FreeChannel(
+        float(values.mean()), noise * longer / np.sqrt(count), noise, correlation, slope, slope_error, count
+    )
 
 
 def fewest(points: int) -> int:
@@ -71,7 +73,7 @@ def fewest(points: int) -> int:
     return max(LEAST_POINTS, int(np.ceil(LEAST_SHARE * points)))
 
 
-def free_count(height: Floats, channels: Iterable[Floats], allowed: Iterable[float]) -> tuple[int, bool]:
+def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float]) -> tuple[int, bool]:
     """Return how many points, from the far end on, are free, and whether a channel drifts along them.
 
     The longest stretch in which no channel has a slope, or a point off its median by more than the noise explains; where
@@ -97,14 +99,14 @@ def free_count(height: Floats, channels: Iterable[Floats], allowed: Iterable[flo
     return 0, False
 
 
-def _is_flat(height: Floats, values: Floats, most: float) -> bool:
+def _is_flat(height: Array, values: Array, most: float) -> bool:
     found = stretch(height, values)
     if abs(found.slope) * float(np.ptp(height)) > most:
         return False
     return abs(found.slope) <= FLAT * found.slope_error and _few_strays(values - np.median(values), found.noise)
 
 
-def _is_straight(height: Floats, values: Floats, most: float) -> bool:
+def _is_straight(height: Array, values: Array, most: float) -> bool:
     """Say whether a stretch is a straight line within its noise: no curvature, no point far off it."""
     found = stretch(height, values)
     rest = _line(height, values)[2]
@@ -121,6 +123,6 @@ def _is_straight(height: Floats, values: Floats, most: float) -> bool:
     return abs(curvature) <= FLAT * found.noise and _few_strays(rest, found.noise)
 
 
-def _few_strays(rest: Floats, noise: float) -> bool:
-    far: np.ndarray[Any, np.dtype[np.bool_]] = np.abs(rest) > WIDE * noise
+def _few_strays(rest: Array, noise: float) -> bool:
+    far: Bools = np.abs(rest) > WIDE * noise
     return int(far.sum()) <= len(rest) // STRAY

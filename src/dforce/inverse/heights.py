@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Indices, Texts
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Floats, Table, Words
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, MeasuredTable
 
-Rows = np.ndarray[Any, np.dtype[np.int64]]
 TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
 MOST_NOISE = 0.25  # of the range of heights: what scatters by more than that within the tolerance is no walk
 MAD = 1.4826  # from the median of absolute values to the standard deviation, for normal noise
 WAYS = {APPROACH: -1.0, RETRACT: 1.0}  # how the height changes along each
 
 
-class Walk(NamedTuple):
+class OrderedRows(NamedTuple):
     """The rows of a table in the order of the walk, the direction of each, and sentences on how that was known."""
 
-    rows: Rows
-    directions: Words
+    rows: Indices
+    directions: Texts
     history: list[str]
 
 
-def sensor_noise(height: Floats) -> float:
+def sensor_noise(height: Array) -> float:
     """Return the standard deviation of a sensor's noise, from the second differences: of equal steps nothing is left."""
     if len(height) < 4:
         return 0.0
@@ -33,7 +33,7 @@ def sensor_noise(height: Floats) -> float:
     return float(MAD * np.median(second) / np.sqrt(6.0))
 
 
-def height_error(height: Floats, directions: Words) -> float:
+def height_error(height: Array, directions: Texts) -> float:
     """Return the noise (m) of heights that stand still or turn back within a direction; 0 where none do."""
     found = 0.0
     for word, way in WAYS.items():
@@ -45,7 +45,9 @@ def height_error(height: Floats, directions: Words) -> float:
     return found
 
 
-def walk_of(table: Table, height: Floats, segments: Words | None, direction: str | None, name: str) -> Walk:
+def walk_of(
+    table: MeasuredTable, height: Array, segments: Texts | None, direction: str | None, name: str
+) -> OrderedRows:
     """Return the order and the directions of the rows of a curve.
 
     Raises
@@ -74,10 +76,10 @@ def walk_of(table: Table, height: Floats, segments: Words | None, direction: str
             history.append(f"order: the points of the {word} were listed backward, and are turned")
         rows.append(places)
         words += [word] * len(places)
-    return Walk(np.concatenate(rows), np.array(words), history)
+    return OrderedRows(np.concatenate(rows), np.array(words), history)
 
 
-def _refuse_disorder(height: Floats, name: str) -> None:
+def _refuse_disorder(height: Array, name: str) -> None:
     """Raise ResultError for heights in no order at all, which pass for a sensor whose noise is as large as the walk."""
     noise = sensor_noise(height)
     if TOLERANCE * noise > MOST_NOISE * np.ptp(height):
@@ -87,7 +89,7 @@ def _refuse_disorder(height: Floats, name: str) -> None:
         )
 
 
-def _turns(height: Floats) -> list[int]:
+def _turns(height: Array) -> list[int]:
     """Return the rows at which the heights turn, by more than the noise; the last is counted."""
     tolerance = TOLERANCE * sensor_noise(height)
     turns: list[int] = []
@@ -105,7 +107,7 @@ def _turns(height: Floats) -> list[int]:
     return turns
 
 
-def _runs(table: Table, height: Floats, name: str) -> list[tuple[Rows, str]]:
+def _runs(table: MeasuredTable, height: Array, name: str) -> list[tuple[Indices, str]]:
     """Return the parts of a curve that names no directions: down, up, or down and then up."""
     turns = _turns(height)
     every = np.arange(len(height))
@@ -125,7 +127,7 @@ def _runs(table: Table, height: Floats, name: str) -> list[tuple[Rows, str]]:
     return [(every[: turns[0] + 1], APPROACH), (every[turns[0] + 1 :], RETRACT)]
 
 
-def _way(table: Table, height: Floats, places: Rows, word: str, name: str) -> float:
+def _way(table: MeasuredTable, height: Array, places: Indices, word: str, name: str) -> float:
     """Return 1 for rows whose heights rise, -1 where they fall."""
     own = height[places]
     turns = _turns(own)

@@ -7,15 +7,15 @@ import hashlib
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import numpy as np
 
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
-from dforce.inverse.curve import Asked, curve_of
+from dforce.inverse.curve import Asked, Told, curve_of
 from dforce.inverse.placing import split_curves
 from dforce.inverse.readers import content_of, own, tables_in
-from dforce.inverse.table import Table
+from dforce.inverse.table import MeasuredTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,18 @@ def read_measured(
     ParameterError
         Where something must be given that the file does not tell.
     """
-    asked = Asked.of(columns, units, sensitivity, amplitude_is, phase_convention, height, height_grows, direction)
+    asked = Asked.of(
+        {
+            "columns": columns,
+            "units": units,
+            "sensitivity": sensitivity,
+            "amplitude_is": amplitude_is,
+            "phase_convention": phase_convention,
+            "height": height,
+            "height_grows": height_grows,
+            "direction": direction,
+        }
+    )
     found = _curves(path, asked, curve)
     if len(found) > 1:
         raise ParameterError(
@@ -94,21 +105,18 @@ def read_measured(
 
 
 @checked
-def read_curves(
-    path: str | os.PathLike[str],
-    *,
-    columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    sensitivity: float | str | None = None,
-    amplitude_is: str | None = None,
-    phase_convention: str | None = None,
-    height: str | None = None,
-    height_grows: str | None = None,
-    direction: str | None = None,
-) -> list[xr.Dataset]:
+def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Dataset]:
     """Return all curves of a file, as :func:`read_measured` gives one of them; `x` and `y` (m) are attributes of each.
 
     Curves are told apart by a column `curve`, or by columns `x` and `y`; in HDF5 each group is one, in .nid each row.
+
+    Parameters
+    ----------
+    path
+        The file.
+    **how
+        `columns`, `units`, `sensitivity`, `amplitude_is`, `phase_convention`, `height`, `height_grows` and `direction`, as of
+        :func:`read_measured`.
 
     Raises
     ------
@@ -117,8 +125,7 @@ def read_curves(
     ParameterError
         As :func:`read_measured`.
     """
-    asked = Asked.of(columns, units, sensitivity, amplitude_is, phase_convention, height, height_grows, direction)
-    return _curves(path, asked, None)
+    return _curves(path, Asked.of(how), None)
 
 
 def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.Dataset | DForceError]:
@@ -136,19 +143,10 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
     DForceError
         When the file itself cannot be read.
     """
-    names = (
-        "columns",
-        "units",
-        "sensitivity",
-        "amplitude_is",
-        "phase_convention",
-        "height",
-        "height_grows",
-        "direction",
-    )
-    asked = Asked.of(*(how.get(name) for name in names))
+    told = dict(how)
+    number = told.pop("curve", None)
     out: list[xr.Dataset | DForceError] = []
-    for make in _each(path, asked, how.get("curve")):
+    for make in _each(path, Asked.of(told), number):
         try:
             out.append(make())
         except DForceError as error:
@@ -173,7 +171,7 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
     several = len(tables) > 1
 
-    def made(place: int, table: Table) -> xr.Dataset:
+    def made(place: int, table: MeasuredTable) -> xr.Dataset:
         counted = place if several else number
         label = table.label if table.label not in ("", str(counted)) else ""
         called = f"curve {place}{f' ({label} in the file)' if label else ''} of {name}"

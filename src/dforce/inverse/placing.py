@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dforce.core import units as known_units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
-from dforce.inverse.table import Column, Floats, Reader, Table
+from dforce.inverse.table import Column, MeasuredTable, Reader
 from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, quantity_of, scale_to
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
@@ -23,12 +24,12 @@ FEWEST = 8  # points of a curve
 class Placed(NamedTuple):
     """The quantities of a table: numbers in SI units by name, the columns that they came from, and sentences."""
 
-    values: dict[str, Floats]
+    values: dict[str, Array]
     columns: dict[str, Column]
     history: list[str]
 
 
-def place(table: Table, columns: Mapping[str, str], height: str | None, name: str) -> dict[str, Column]:
+def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, name: str) -> dict[str, Column]:
     """Return the column of each quantity, under "height" that which is taken.
 
     Raises
@@ -53,7 +54,7 @@ def place(table: Table, columns: Mapping[str, str], height: str | None, name: st
     return _with_height(found, columns, height, name)
 
 
-def _named(table: Table, wanted: str, quantity: str, name: str) -> Column:
+def _named(table: MeasuredTable, wanted: str, quantity: str, name: str) -> Column:
     for column in table.columns:
         full = f"{column.name} ({column.unit})" if column.unit else column.name
         if wanted.strip() in (column.name, full, f"{column.name} [{column.unit}]", f"{column.name}_{column.unit}"):
@@ -79,7 +80,7 @@ def _with_height(
     return found
 
 
-def refuse_missing(found: Mapping[str, Column], table: Table, name: str) -> None:
+def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str) -> None:
     """Refuse a table without the quantities that a curve consists of.
 
     Raises
@@ -111,7 +112,7 @@ def refuse_missing(found: Mapping[str, Column], table: Table, name: str) -> None
         )
 
 
-def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | str | None, name: str) -> Floats:
+def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | str | None, name: str) -> Array:
     """Return the numbers of a column in the unit that its quantity is stored in.
 
     Raises
@@ -164,7 +165,7 @@ def _sensitivity(given: float | str) -> float:
     return value
 
 
-def refuse_gaps(quantity: str, values: Floats, table: Table, name: str) -> None:
+def refuse_gaps(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:
     """Refuse a column that has a value which is no finite number.
 
     Raises
@@ -203,7 +204,7 @@ def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str
     return 1.0, f"amplitude: zero to peak, {'as given' if kind else 'as nothing in the file says otherwise'}"
 
 
-def split_curves(table: Table, columns: Mapping[str, str], name: str) -> list[Table]:
+def split_curves(table: MeasuredTable, columns: Mapping[str, str], name: str) -> list[MeasuredTable]:
     """Return the curves in a table, told apart by a column `curve`, or by the places `x` and `y` on a map."""
     found = {key: column for key, column in place(table, columns, None, name).items() if key in ("curve", "x", "y")}
     numbers = {key: column for key, column in found.items() if column.values.dtype.kind == "f"}

@@ -60,7 +60,7 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
     return PlanFile(case, asked["vary"], asked.get("set_points"), asked.get("limits"), asked.get("goal"))
 
 
-def _check(asked: Any) -> None:
+def _check(asked: object) -> None:
     if not isinstance(asked, Mapping):
         raise ParameterError(
             'there is no table [plan]; it says what to vary, such as vary = { "drive.A0" = ["1 nm", "9 nm"] }'

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.inverse._plan_result import result_of
-from dforce.inverse._states import Bools, Judged, Points, Rest, Solver, one_of_each
+from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
@@ -24,7 +25,6 @@ from dforce.runs import watched
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
@@ -104,7 +104,7 @@ def plan(
     return data
 
 
-def _pair(path: str, given: Any) -> Any:
+def _pair(path: str, given: object) -> Any:
     """Return a pair of values as a range."""
     if isinstance(given, list | tuple) and len(given) == 2 and isinstance(given[0], str):
         return {"start": given[0], "stop": given[1], "points": 19}
@@ -174,7 +174,7 @@ class _Work:
             for number, values in enumerate(self.grid):
                 walk(self.curves, number, self.solver.case_at(values), self.watch)
 
-    def _states(self) -> Points:
+    def _states(self) -> PlannedPoints:
         """Return where all stable states at the set points are, each once."""
         self._walk()
         self.next("states")
@@ -182,7 +182,7 @@ class _Work:
         if not seeds:
             raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
         near = np.array([seed.case for seed in seeds])
-        points = Points(
+        points = PlannedPoints(
             self.grid[near],
             self.shares[[seed.set_point for seed in seeds]],
             near,
@@ -195,7 +195,7 @@ class _Work:
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
 
-    def judge(self, points: Points, tells_others: bool = False) -> Judged:
+    def judge(self, points: PlannedPoints, tells_others: bool = False) -> Judged:
         """Solve operating points near some, and hold the limits against them; a point that is not found fails the first.
 
         Other states are looked for where a limit or `tells_others` asks for it.
@@ -243,7 +243,7 @@ class _Work:
             fails = hit != ""
             judged.hit[good[fails]] = np.char.add("margin: ", hit[fails])
 
-    def _moved(self, points: Points, steps: Mapping[str, float]) -> Points:
+    def _moved(self, points: PlannedPoints, steps: Mapping[str, float]) -> PlannedPoints:
         """Return points moved by so many margins; lengths of their motions go with the free amplitude."""
         values, shares = points.values.copy(), points.set_points.copy()
         for path, step in steps.items():
@@ -255,13 +255,13 @@ class _Work:
                 values[:, column] = margin.moved(values[:, column], step)
         return self._carried(points, values, shares)
 
-    def _carried(self, points: Points, values: Array, shares: Array) -> Points:
+    def _carried(self, points: PlannedPoints, values: Array, shares: Array) -> PlannedPoints:
         """Return points at other values, with motions to start from."""
         before = np.array([self.solver.problem(one).tones[0].A0 for one in points.values])
         after = np.array([self.solver.problem(one).tones[0].A0 for one in values])
         ratio = after / before
         zc = points.zc * ratio + (shares - points.set_points) * after
-        return Points(values, shares, points.near, zc, points.motions * ratio[:, None])
+        return PlannedPoints(values, shares, points.near, zc, points.motions * ratio[:, None])
 
     def _edges(self, judged: Judged, holds: Bools) -> list[tuple[Array, str]]:
         """Return where limits begin to fail between neighbors of the grid: parameters and set point, and the limit."""
@@ -294,7 +294,7 @@ class _Work:
         names[names == ""] = first[names == ""]
         return [(0.5 * (a + b), str(name)) for a, b, name in zip(low, high, names, strict=True)]
 
-    def _places(self, points: Points) -> Any:
+    def _places(self, points: PlannedPoints) -> Any:
         """Return the place of each point in the grid, (points, axes)."""
         of_case = np.unravel_index(points.near, self.shape[:-1])
         return np.column_stack([*of_case, np.searchsorted(self.shares, points.set_points)])
@@ -302,7 +302,7 @@ class _Work:
     def _values(self, place: Sequence[int]) -> list[float]:
         return [float(axis.values[i]) for axis, i in zip(self.axes, place, strict=True)]
 
-    def _room(self, points: Points, holds: Bools, edges: list[tuple[Array, str]]) -> Array:
+    def _room(self, points: PlannedPoints, holds: Bools, edges: list[tuple[Array, str]]) -> Array:
         """Return the distance of each point from the nearest boundary, in units of the margins: the largest along any axis.
 
         The ends of the ranges are boundaries, too, as nothing is known beyond. Points at which a limit fails have none.

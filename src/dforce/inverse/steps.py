@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Indices
 from dforce.core.errors import ParameterError
-from dforce.inverse.free_part import FLAT, WIDE, Stretch, fewest, free_count, stretch
-from dforce.inverse.heights import WAYS, Rows
-from dforce.inverse.table import APPROACH, Floats
+from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, stretch
+from dforce.inverse.heights import WAYS
+from dforce.inverse.table import APPROACH
 from dforce.inverse.values import show as shown
 
 if TYPE_CHECKING:
@@ -52,11 +53,11 @@ class Work:
     data: xr.Dataset
     history: list[str]
     given: Given
-    free: dict[str, Rows] = field(default_factory=dict)
+    free: dict[str, Indices] = field(default_factory=dict)
     tilted: dict[str, bool] = field(default_factory=dict)
-    found: dict[str, dict[str, Stretch]] = field(default_factory=dict)
+    found: dict[str, dict[str, FreeChannel]] = field(default_factory=dict)
 
-    def values(self, name: str) -> Floats:
+    def values(self, name: str) -> Array:
         """Return the numbers of a variable."""
         return np.asarray(self.data[name].values, dtype=float)
 
@@ -65,7 +66,7 @@ class Work:
         """The quantities that were measured at each height."""
         return [name for name in UNITS if name in self.data]
 
-    def rows(self, direction: str) -> Rows:
+    def rows(self, direction: str) -> Indices:
         """Return the rows of a direction, from the far end to the near one."""
         rows = np.flatnonzero(self.data["direction"].values == direction)
         return rows if direction == APPROACH else rows[::-1]
@@ -132,7 +133,7 @@ def find_free_part(work: Work) -> None:
     work.data["free"] = ("point", mask)
 
 
-def _allowed(name: str, values: Floats) -> float:
+def _allowed(name: str, values: Array) -> float:
     """Return by how much a channel may drift along a free part."""
     if name in ("amplitude", "amplitude_2"):
         return DRIFT * float(np.median(values[: fewest(len(values))]))

@@ -6,10 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-import numpy as np
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-Words = np.ndarray[Any, np.dtype[np.str_]]
+from dforce.core.arrays import Array, Indices, Texts
 
 APPROACH, RETRACT, PAUSE = "approach", "retract", "pause"
 SEGMENTS = {
@@ -25,7 +22,7 @@ class Column(NamedTuple):
 
     name: str
     unit: str | None
-    values: Floats | Words
+    values: Array | Texts
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class Reader:
     kind: str
     endings: tuple[str, ...]
     is_one: Callable[[bytes], bool]
-    read: Callable[[bytes, str], list[Table]]
+    read: Callable[[bytes, str], list[MeasuredTable]]
     maker: str = ""
     height_grows: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
@@ -78,7 +75,7 @@ class Reader:
     def __str__(self) -> str:
         return f"{self.kind} of {self.maker}" if self.maker and self.maker not in self.kind else self.kind
 
-    def tables(self, content: bytes, name: str) -> list[Table]:
+    def tables(self, content: bytes, name: str) -> list[MeasuredTable]:
         """Return the curves in a file of this kind, each with its reader.
 
         Raises
@@ -93,7 +90,7 @@ OF_NOBODY = Reader("table", (), lambda content: False, lambda content, name: [])
 
 
 @dataclass(frozen=True)
-class Table:
+class MeasuredTable:
     """A curve as a file holds it.
 
     Attributes
@@ -116,8 +113,8 @@ class Table:
 
     columns: tuple[Column, ...]
     notes: Mapping[str, str] = field(default_factory=dict)
-    segments: Words | None = None
-    lines: np.ndarray[Any, np.dtype[np.int64]] | None = None
+    segments: Texts | None = None
+    lines: Indices | None = None
     position: tuple[float, float] | None = None
     label: str = ""
     reader: Reader = OF_NOBODY
@@ -126,7 +123,7 @@ class Table:
         """Return where a row (from 0) stands, for a sentence."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
-    def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> Table:
+    def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> MeasuredTable:
         """Return some of the rows."""
         return replace(
             self,

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked, shorten
 from dforce.instrument import beam
 from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
 from dforce.inverse.readers import content_of, tables_in
-from dforce.inverse.table import OF_NOBODY, Column, Floats, Table
+from dforce.inverse.table import OF_NOBODY, Column, MeasuredTable
 from dforce.inverse.values import ends, measured, show
 from dforce.inverse.words import DENSITY, bare, known_unit, scale_to
 from dforce.results.dataset import describe
@@ -85,7 +86,7 @@ class ThermalTune:
     averages: float
     band: tuple[float, float]
     history: tuple[str, ...]
-    spectrum: tuple[Floats, Floats] = field(repr=False, compare=False)
+    spectrum: tuple[Array, Array] = field(repr=False, compare=False)
 
     def __repr__(self) -> str:
         units = {"f0": "Hz", "k": "N/m", "Q": "1"}
@@ -96,7 +97,7 @@ class ThermalTune:
         """Return value and error of f0, k and Q by name."""
         return {name: (getattr(self, name), getattr(self, f"{name}_error")) for name in ("f0", "k", "Q")}
 
-    def density(self, frequency: Floats) -> Floats:
+    def density(self, frequency: Array) -> Array:
         """Return the fitted power density (m²/Hz) at frequencies (Hz)."""
         return Resonance(self.f0, self.Q, self.mean_square, self.background).density(frequency)
 
@@ -203,7 +204,7 @@ def thermal_tune(
     )
 
 
-def _arrays(frequency: Any, density: Any, unit: str | None) -> Table:
+def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:
     """Return a table of frequencies and densities that were given as arrays."""
     if density is None or isinstance(frequency, str | os.PathLike):
         raise ParameterError("give a file, or two arrays: frequencies (Hz) and densities, with their unit")
@@ -222,12 +223,12 @@ def _arrays(frequency: Any, density: Any, unit: str | None) -> Table:
         raise ParameterError(
             f"unit = '{shorten(unit)}' is no unit that dForce knows, such as 'm^2/Hz' or 'pm/sqrt(Hz)'"
         )
-    return Table((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
+    return MeasuredTable((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
 
 
 def _spectrum(
-    table: Table, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
-) -> tuple[Floats, Floats, str]:
+    table: MeasuredTable, columns: Mapping[str, str], unit: str | None, sensitivity: float | None, name: str
+) -> tuple[Array, Array, str]:
     """Return frequencies (Hz), power densities (m²/Hz), and a sentence on the unit."""
     unknown = [key for key in columns if key not in ("frequency", "density")]
     if unknown:
@@ -251,7 +252,7 @@ def _spectrum(
     return f[keep][order], s[keep][order], f"density: column '{density.name}' in {said}"
 
 
-def _column(table: Table, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
+def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
     numbers = [column for column in table.columns if column.values.dtype.kind == "f"]
     if wanted is not None:
         found = [column for column in numbers if column.name == wanted]
@@ -279,7 +280,7 @@ def _scale(unit: str, column: str, name: str) -> tuple[float, bool, float]:
     )
 
 
-def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, name: str) -> ThermalTune:
+def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, name: str) -> ThermalTune:
     """Return the fit of a spectrum, with k of 1 at a mean square of 1; its errors are of the fit alone."""
     if band is not None:
         inside = (frequency >= band[0]) & (frequency <= band[1])
@@ -321,7 +322,7 @@ def _fitted(frequency: Floats, power: Floats, band: tuple[float, float] | None, 
     )
 
 
-def _most_likely(frequency: Floats, power: Floats, start: Resonance, name: str) -> FittedResonance:
+def _most_likely(frequency: Array, power: Array, start: Resonance, name: str) -> FittedResonance:
     try:
         return most_likely(frequency, power, start)
     except ArithmeticError:
@@ -330,7 +331,7 @@ def _most_likely(frequency: Floats, power: Floats, start: Resonance, name: str) 
         ) from None
 
 
-def _about(every: tuple[Floats, Floats], peak: Resonance, widths: float, name: str) -> tuple[Floats, Floats]:
+def _about(every: tuple[Array, Array], peak: Resonance, widths: float, name: str) -> tuple[Array, Array]:
     """Return the points within so many widths of a peak, and not so far that another mode counts."""
     frequency, power = every
     half = max(widths * peak.f0 / peak.Q, FEW * float(np.median(np.diff(frequency))))
@@ -340,7 +341,7 @@ def _about(every: tuple[Floats, Floats], peak: Resonance, widths: float, name: s
     return frequency[inside], power[inside]
 
 
-def _misfit(rest: Floats) -> tuple[float, tuple[str, ...]]:
+def _misfit(rest: Array) -> tuple[float, tuple[str, ...]]:
     """Return by what errors grow where neighbors are off the fit together, by a share, and the sentence that says so.
 
     A window of the spectra, as Hann's, makes neighbors alike, no farther than by two points. Where they are off the fit
@@ -363,12 +364,12 @@ def _misfit(rest: Floats) -> tuple[float, tuple[str, ...]]:
     )
 
 
-def _correlation(rest: Floats, points: int) -> float:
+def _correlation(rest: Array, points: int) -> float:
     """Return how much values so many points apart are alike."""
     return float((rest[points:] * rest[:-points]).sum() / (rest**2).sum())
 
 
-def _start(frequency: Floats, power: Floats, name: str) -> Resonance:
+def _start(frequency: Array, power: Array, name: str) -> Resonance:
     """Return the resonance to start from: by the highest smoothed point, and the area about it."""
     scatter = 0.5 * float(np.diff(np.log(power)).var())  # of neighbors: that of single spectra is 1.6
     count = int(np.clip(round(SMOOTH * scatter), 1, max(len(power) // 20, 1)))

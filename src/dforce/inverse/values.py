@@ -11,14 +11,14 @@ from dforce.core.errors import ParameterError, UnitError, shorten
 WITH_ERROR = re.compile(r"\s*([+-]?\d+(?:\.(\d+))?)\((\d+(?:\.\d+)?)\)((?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
 
 
-class Measured(NamedTuple):
+class ValueWithError(NamedTuple):
     """A value in SI units, and its standard error; None where none is known."""
 
     value: float
     error: float | None
 
 
-def measured(given: object, unit: str, name: str) -> Measured:
+def measured(given: object, unit: str, name: str) -> ValueWithError:
     """Return a value with its error, of a number, a text with a unit, a text such as ``"2.7(2) N/m"``, or a pair.
 
     Raises
@@ -32,18 +32,18 @@ def measured(given: object, unit: str, name: str) -> Measured:
             digits = 0 if "." in error else len(places or "")
             value = units.parse(f"{number}{power} {written}", unit)
             scale = units.parse(f"1{power} {written}", unit) - units.parse(f"0 {written}", unit)
-            return _checked(Measured(value, float(error) * 10.0**-digits * scale), name)
+            return _checked(ValueWithError(value, float(error) * 10.0**-digits * scale), name)
         if isinstance(given, tuple | list):
             if len(given) != 2:
                 raise ParameterError(f"{name} = {shorten(given)} is not a pair of value and error")
             error_given = None if given[1] is None else units.parse(given[1], unit)
-            return _checked(Measured(units.parse(given[0], unit), error_given), name)
-        return _checked(Measured(units.parse(given, unit), None), name)
+            return _checked(ValueWithError(units.parse(given[0], unit), error_given), name)
+        return _checked(ValueWithError(units.parse(given, unit), None), name)
     except UnitError as problem:
         raise UnitError(f"{name} {problem}") from None
 
 
-def _checked(found: Measured, name: str) -> Measured:
+def _checked(found: ValueWithError, name: str) -> ValueWithError:
     if found.error is not None and found.error <= 0.0:
         raise ParameterError(f"{name} has an error that is not above 0")
     return found

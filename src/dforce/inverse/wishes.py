@@ -6,18 +6,16 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import place_of, value_at
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.quantities import OBSERVABLES
-
-if TYPE_CHECKING:
-    from dforce.kernel import Array
 
 LIMIT = re.compile(r"\s*(<=?|>=?)\s*(.+?)\s*", re.DOTALL)
 SHARE = re.compile(r"(.+?)\s+of\s+([\w.]+)", re.DOTALL)
@@ -117,7 +115,7 @@ def read_wishes(case: Case, paths: Sequence[str], limits: Any, goal: Any) -> Wis
     )
 
 
-def _table(name: str, given: Any) -> Mapping[str, Any]:
+def _table(name: str, given: object) -> Mapping[str, Any]:
     if given is None:
         return {}
     if not isinstance(given, Mapping):
@@ -168,7 +166,7 @@ def _example(unit: str) -> str:
     return f"100 {_usual(unit)}" if unit != "1" else "0.5"
 
 
-def _margins(case: Case, paths: Sequence[str], given: Any) -> tuple[dict[str, Margin], frozenset[str]]:
+def _margins(case: Case, paths: Sequence[str], given: object) -> tuple[dict[str, Margin], frozenset[str]]:
     """Return the margin of each path and of the set point, and those that are asked for."""
     out = {path: Margin(USUAL_MARGINS[""], True) for path in paths}
     out["set_point"] = Margin(USUAL_MARGINS["set_point"], False)
@@ -192,7 +190,7 @@ def _margins(case: Case, paths: Sequence[str], given: Any) -> tuple[dict[str, Ma
     return out, frozenset(asked)
 
 
-def _goals(case: Case, given: Any) -> tuple[Goal, ...]:
+def _goals(case: Case, given: object) -> tuple[Goal, ...]:
     out: list[Goal] = []
     for word, wanted in _table("goal", given).items():
         if word not in ("minimize", "maximize"):

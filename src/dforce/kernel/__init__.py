@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from dforce.core import log
+from dforce.core.arrays import Array as Array
+from dforce.core.arrays import Complexes
 from dforce.core.stopping import unbroken
 from dforce.forces import Force
 from dforce.kernel import any_force, cache, texts
@@ -28,7 +30,6 @@ from dforce.kernel.interpreted import interpreted
 from dforce.kernel.whole import is_part
 from dforce.problem import Problem
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 TWO_PI = 2.0 * np.pi
 
 
@@ -97,7 +98,7 @@ def tone_table(problem: Problem) -> Array:
     return table
 
 
-def stiffness_of(numbers: Array, modes: int, late: int, omega: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
+def stiffness_of(numbers: Array, modes: int, late: int, omega: Array) -> Complexes:
     """Return the scaled force over deflection of each mode at scaled angular frequencies, (..., modes).
 
     `numbers` are parameters (..., parameters), `late` the states of the fluid's memory of each mode, `omega` (..., modes).
@@ -109,7 +110,7 @@ def stiffness_of(numbers: Array, modes: int, late: int, omega: Array) -> np.ndar
     return np.asarray(lever[..., 0] - omega**2 + 1j * omega * drag)
 
 
-def drive_of(tones: Array, modes: int) -> np.ndarray[Any, np.dtype[np.complex128]]:
+def drive_of(tones: Array, modes: int) -> Complexes:
     """Return the complex drive that tone tables (..., tones, columns) hold, (..., tones, modes)."""
     parts = tones[..., FIRST_DRIVE : FIRST_DRIVE + 2 * modes]
     return np.asarray(parts[..., :modes] + 1j * parts[..., modes:])
@@ -132,9 +133,7 @@ def fluid_behind(numbers: Array, problem: Problem, omega: Array, speeds: Any) ->
     return np.asarray(fluid_amplitudes(numbers, problem, omega, speeds).sum(axis=-2).real)
 
 
-def fluid_amplitudes(
-    numbers: Array, problem: Problem, omega: Array, speeds: Any
-) -> np.ndarray[Any, np.dtype[np.complex128]]:
+def fluid_amplitudes(numbers: Array, problem: Problem, omega: Array, speeds: Any) -> Complexes:
     """Return the complex states of the fluid's memory behind steady motion, (..., tones, numbers).
 
     Parameters
@@ -151,7 +150,7 @@ def fluid_amplitudes(
     return np.asarray(behind.reshape(*behind.shape[:-2], modes * late))
 
 
-def base_of(tones: Array) -> np.ndarray[Any, np.dtype[np.complex128]]:
+def base_of(tones: Array) -> Complexes:
     """Return the scaled complex motion of the base that tone tables (..., tones, columns) hold, (..., tones)."""
     return np.asarray(tones[..., -3] + 1j * tones[..., -2])
 

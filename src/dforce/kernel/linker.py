@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray
 from dforce.core.errors import ForceError
 from dforce.kernel import vocabulary
 from dforce.kernel.specialize import fold
@@ -151,7 +152,7 @@ class Linker:
             "arrays of numbers, functions of math and functions of its own file"
         )
 
-    def _table(self, values: np.ndarray[Any, Any], used: str, user: str) -> str:
+    def _table(self, values: AnyArray, used: str, user: str) -> str:
         """Add an array of numbers; return the name under which the text knows it."""
         if values.dtype.kind not in "fi" or not np.isfinite(values).all():
             raise ForceError(f"'{user}' uses '{used}', an array that holds something other than finite numbers")

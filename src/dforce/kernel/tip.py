@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.first_answer import may_be_early
-from dforce.kernel import Array, Kernel, any_force, behind, load_any, load_laws, size_of
+from dforce.kernel import Kernel, any_force, behind, load_any, load_laws, size_of
 from dforce.kernel.codegen import OTHERS, native_types
 from dforce.problem import Problem
 
 
-class Tip:
+class TipFunctions:
     """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call.
 
     Where answers may be early (:mod:`dforce.core.first_answer`), functions that are not compiled yet are compiled in the

@@ -50,6 +50,8 @@ class Probe:
         lines = [
             (key.replace("_", " "), units.show(value, unit, 4)) for key, value, unit in numbers if value is not None
         ]
+        if self.Q is None:
+            lines.append(("Q", "not known: give Q" + ', or medium = "air" (theory of Sader)' * bool(self.width)))
         return aligned([*lines, ("maker", self.maker), ("source", self.source), ("nominal", NOMINAL)])
 
 

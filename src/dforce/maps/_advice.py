@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case
 from dforce.case.paths import changed
-from dforce.core import units
+from dforce.maps._one_by_one import unpadded
 from dforce.maps.axes import Axis, dims_of
 from dforce.validity import Advice, advice, points_not_settled
 
@@ -32,7 +32,7 @@ def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset | None) -> li
         at = dict(zip(dims, corner, strict=True))
         one = type(case)(**changed(case, [(axis.path, axis.values[at[axis.dim]]) for axis in axes]))
         part = None if data is None else _curve(data.isel(at))
-        where = ", ".join(f"{axis.path} = {_shown(axis, at[axis.dim])}" for axis in axes)
+        where = ", ".join(axis.text(at[axis.dim]) for axis in axes)
         for piece in advice(one, part):
             found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {where}: {piece.text}"))
     return list(found.values())
@@ -40,12 +40,8 @@ def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset | None) -> li
 
 def _curve(part: xr.Dataset) -> xr.Dataset:
     """Return the result of one case; a curve goes along its own distances."""
+    part = unpadded(part)
     if "zc" in part.coords and part["zc"].dims not in ((), ("zc",)):
         part = part.swap_dims({part["zc"].dims[0]: "zc"})
         part.attrs.pop("along", None)
     return part
-
-
-def _shown(axis: Axis, i: int) -> str:
-    value = axis.values[i]
-    return units.show(value, axis.quantity.unit, 4) if axis.quantity is not None else str(value)

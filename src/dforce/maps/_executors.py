@@ -19,8 +19,7 @@ from dforce.core.files import beside
 from dforce.core.parallel import Crew, Stopped, cores
 from dforce.core.stopping import watching
 from dforce.forces import read_plugin
-from dforce.maps._part import solve
-from dforce.maps._result import Found, Layout, table
+from dforce.maps._cases import cases_of
 from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
@@ -75,14 +74,12 @@ class Kept:
         Stopped
             When the work was stopped before its end.
         """
-        layout = Layout(case, axes)
-        founds = Found.of(layout)
+        cases = cases_of(case, axes)
         names = self.names if self.set_point is None else self.names | NEEDED
-        done, example = solve(case, layout, crew, names, founds, checks=False)
-        if not done:
+        if not cases.compute(crew, names, checks=False):
             raise Stopped
-        data = table(case, layout, founds, example)
-        return data if self.set_point is None else states_of(data, layout, self.set_point, self.wanted)
+        data = cases.result(case)
+        return data if self.set_point is None else states_of(data, cases.layout, self.set_point, self.wanted)
 
     def arrays(self, case: Case, axes: list[Axis], crew: Crew) -> Arrays:
         """Return the arrays of :meth:`result` that differ from case to case."""

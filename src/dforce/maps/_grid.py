@@ -70,9 +70,7 @@ class Grid:
         for axis, value in self._values(place):
             case = with_number(case, axis.path, value)
         try:
-            return Problem.build(
-                case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-            )
+            return Problem.build(case.instrument, case.forces)
         except DForceError as error:
             where = ", ".join(f"{axis.path} = {value:g}" for axis, value in self._values(place))
             raise ParameterError(f"at {where}: {error}") from None

@@ -21,12 +21,12 @@ from dforce.core.log import announce
 from dforce.core.quantities import JUMPS as WORDS
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
-from dforce.experiments import Approach
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
 from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, Kept, Threads
+from dforce.maps._one_by_one import fill
 from dforce.maps._pace import paced
-from dforce.maps._result import JUMPS, QUANTITIES, Layout, unfinished
+from dforce.maps._result import QUANTITIES, Layout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps.axes import Axis
 from dforce.results import store
@@ -47,7 +47,8 @@ MOST_STATES = 16  # of a curve at a set point that a store holds
 NAMED = 3  # damaged parts that are named
 DISTANCES = "zc"  # coordinate
 LOOK = 0.2  # s between looks at the blocks
-LIMITS = {"jump": MOST_JUMPS, "crossing": MOST_STATES}
+MOST_BRANCH_POINTS = 4096  # of all states of a case along a parameter that a store holds
+LIMITS = {"jump": MOST_JUMPS, "crossing": MOST_STATES, "state": MOST_STATES, "point": MOST_BRANCH_POINTS}
 Place = Mapping[str, slice]
 
 
@@ -86,7 +87,8 @@ class Map:
         store.check_store(self.store, resume)
         with Writer(self.store) as writer, watched(progress, self.case.title) as tell:
             found = resume and writer.find()
-            names = quantities_of(self.names, frozenset(writer.seal.quantities.split()) if found else None)
+            before = frozenset(writer.seal.quantities.split()) if found else None
+            names = quantities_of(self.names, before, self.layout)
             if found:
                 self._check(writer, names)
                 self._mend(writer, names)
@@ -149,14 +151,16 @@ class Map:
                     inner[str(dim)] = LIMITS.get(str(dim), max(size, inner.get(str(dim), 0)))
             for name, one in pilot.variables.items():
                 if set(dims) <= set(one.dims) and name not in axes:
-                    variables[str(name)] = _variable(one, name in pilot.coords)
+                    variables[str(name)] = _variable(str(name), one, name in pilot.coords)
                 elif name not in axes and (name not in fixed or one.size > fixed[str(name)].size):
                     fixed[str(name)] = one
         if self.layout.distances is not None and DISTANCES in fixed:  # they vary along some of the axes
             fixed[DISTANCES] = (*self.layout.distances, fixed[DISTANCES].attrs)
-        if self.set_point is None and isinstance(self.case.experiment, Approach):
+        for dim in LIMITS.keys() & fixed.keys():  # they count, from 1
+            fixed[dim] = (dim, np.arange(1, inner[dim] + 1), fixed[dim].attrs)
+        if self.set_point is None and self.layout.jumps:
             inner["jump"] = MOST_JUMPS
-            for name in JUMPS:
+            for name in self.layout.jumps:
                 variables.setdefault(name, _jump_variable(name, dims))
         if len({pilot.sizes.get("component") for pilot in pilots}) > 1:  # forces of another choice may remember more
             variables.pop(MOTION, None)
@@ -189,7 +193,7 @@ class Map:
         """Return how the cases are cut: into few blocks, the first dimensions first; it follows from the grid alone."""
         sizes = {axis.dim: len(axis.values) for axis in self.layout.axes}
         choices = {axis.dim for axis in self.layout.choices}
-        points = len(self.layout.visits)
+        points = self.layout.points
         most = max(BLOCKS, -(-math.prod(sizes.values()) * points // MOST_POINTS))
         while True:
             left = max(1, most // math.prod(sizes[dim] for dim in choices))
@@ -206,7 +210,7 @@ class Map:
         """Give the store the advice on all cases together."""
         data = store.open_store(self.store)
         advice = advice_on_sweep(self.asked, self.layout.axes, data if self.set_point is None else None)
-        writer.finish(attributes(advice), JUMPS, without=(QUANTITIES,))
+        writer.finish(attributes(advice), self.layout.jumps, without=(QUANTITIES,))
 
 
 class _Run:
@@ -215,7 +219,7 @@ class _Run:
     def __init__(self, of: Map, writer: Writer, hands: Hands, tell: Progress) -> None:
         self.map, self.writer, self.hands, self.tell = of, writer, hands, tell
         self.blocks = Blocks(of.blocks().sizes, writer.seal.block)
-        self.case_points = len(of.layout.visits)
+        self.case_points = of.layout.points
         self.done = self.computed = 0
         self.pending: dict[Future[Arrays], tuple[Place, int]] = {}
 
@@ -287,12 +291,13 @@ def _say(writer: Writer, work: _Run) -> None:
         announce(f"{writer.files.name} is complete and undamaged; nothing was computed")
 
 
-def _variable(one: xr.Variable, is_coordinate: bool) -> Variable:
+def _variable(name: str, one: xr.Variable, is_coordinate: bool) -> Variable:
     """Return how a store holds a variable of a result."""
-    if one.dtype.kind in "OUT":
-        return Variable(tuple(map(str, one.dims)), str, "", one.attrs, is_coordinate)
-    fill: Any = np.nan if one.dtype.kind == "f" else False if one.dtype.kind == "b" else int(Status.NOT_COMPUTED)
-    return Variable(tuple(map(str, one.dims)), one.dtype, fill, one.attrs, is_coordinate)
+    kind = str if one.dtype.kind in "OUT" else one.dtype
+    empty = fill(name, one.dtype)
+    return Variable(
+        tuple(map(str, one.dims)), kind, int(empty) if name == "status" else empty, one.attrs, is_coordinate
+    )
 
 
 def _jump_variable(name: str, dims: tuple[str, ...]) -> Variable:

@@ -16,13 +16,12 @@ from dforce.case import Case
 from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
 from dforce.core.stopping import watching
-from dforce.experiments import Approach, Dwell, RelativeGrid
-from dforce.experiments.base import initial_motions
-from dforce.experiments.motion import motions
-from dforce.experiments.table import statuses
+from dforce.experiments.base import DISTANCE, CurveExperiment, initial_motions
 from dforce.maps._grid import Grid
-from dforce.maps._result import Found, Layout, to_result
-from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, count, dims_of
+from dforce.maps._result import Found, Layout, split, table, to_result
+from dforce.maps.axes import Axis, amplitude_axis, count, dims_of
+from dforce.procedures.motion import motions
+from dforce.procedures.table import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
@@ -33,12 +32,37 @@ from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.transient import unwatched
 
 if TYPE_CHECKING:
-    from dforce.kernel import Array
+    import xarray as xr
+
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
 LEAST_BLOCK = 8
 _loading = threading.Lock()
+
+
+class SideBySide:
+    """The cases of a sweep, curves or points along the distance, solved in blocks; see :class:`dforce.maps._cases.Cases`."""
+
+    def __init__(self, case: Case, layout: Layout) -> None:
+        self.case, self.layout = case, layout
+        self.founds = Found.of(layout)
+        self.example: Problem = case.problem
+
+    def take(self, earlier: xr.Dataset) -> int:
+        """Take over the cases that an interrupted sweep has whole; return the number of their points."""
+        self.founds = split(earlier, self.layout)
+        return sum(int(found.whole.sum()) for found in self.founds) * self.layout.points
+
+    def compute(self, crew: Crew, kept: frozenset[str], checks: bool = True) -> bool:
+        """Compute the cases that are missing; return False when stopped before the end."""
+        done, self.example = solve(self.case, self.layout, crew, kept, self.founds, checks)
+        return done
+
+    def result(self, asked: Case) -> xr.Dataset:
+        """Return what was found, with the words and the case that was asked for."""
+        return table(asked, self.layout, self.founds, self.example)
 
 
 def solve(
@@ -65,7 +89,8 @@ class Part:
         self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found, checks: bool = True
     ) -> None:
         self.case, self.crew, self.kept = case, crew, kept
-        self.experiment = cast(Approach | Dwell, case.experiment)
+        self.experiment = cast(CurveExperiment, case.experiment)
+        self.plan, self.settings = self.experiment.plan(case.problem), self.experiment.solved_with(case.solver)
         self.grid: Grid = Grid(case, [axis for axis in axes if axis.path != DISTANCE], checks)
         dims = dims_of(axes)
         size = count(axes)
@@ -78,33 +103,26 @@ class Part:
 
     def _distances(self, axes: list[Axis], place: Any, size: int) -> Array:
         """Return the average distances of each case, (cases, points), in the order in which the tip comes to them."""
-        if isinstance(self.experiment, Approach):
-            order = [visit[0] for visit in self.experiment.visits()]
-            if not isinstance(self.experiment.zc, RelativeGrid):
-                return np.broadcast_to(self.experiment.distances()[order], (size, len(order)))
-            free = amplitude_axis(self.case, axes)
-            A0 = np.array(free.values)[place[free.dim]] if free else np.full(size, self.case.problem.tones[0].A0)
-            return np.asarray(np.multiply.outer(A0, self.experiment.distances()[order]))
         for axis in axes:
             if axis.path == DISTANCE:
                 return np.asarray(np.array(axis.values)[place[axis.dim]][:, None])
-        return np.full((size, 1), self.experiment.zc)
+        order = [visit[0] if visit else 0 for visit in self.plan.visits]
+        if self.plan.shares is None:
+            return np.broadcast_to(self.plan.values[order], (size, len(order)))
+        free = amplitude_axis(self.case, axes)
+        A0 = np.array(free.values)[place[free.dim]] if free else np.full(size, self.case.problem.tones[0].A0)
+        return np.asarray(np.multiply.outer(A0, self.plan.shares[order]))
 
     def run(self) -> bool:
         """Compute all points; return False when stopped before the end."""
         if not self.todo.any():
             return True
-        self._load_kernels()
+        load(self.grid.example)
         whole = self.crew.run(self._jobs())
         empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED))
         for array in self.found.arrays.values():
             array[empty] = np.nan
         return whole
-
-    def _load_kernels(self) -> None:
-        """Load the kernels once, before threads ask for them at the same time."""
-        with _loading:
-            load_kernels(self.grid.example)
 
     def _jobs(self) -> Iterable[Callable[[], None]]:
         if not self.grid.alike:
@@ -126,25 +144,25 @@ class Part:
 
     def _samples(self, todo: Any, lot: Lot) -> Any:
         """Return the samples per period of each case."""
-        if has_own_samples(self.grid.example, self.case.solver):
-            return lot.samples(self.case.solver)
+        if has_own_samples(self.grid.example, self.settings):
+            return lot.samples(self.settings)
         if self.grid.example.heights is not None:  # of a dwell the lever is that at its distance
-            return np.array([sample_count(self._problem(int(case)), self.case.solver) for case in todo])
+            return np.array([sample_count(self._problem(int(case)), self.settings) for case in todo])
         numbers, place = np.unique(self.numbers[todo], return_inverse=True)
-        each = [sample_count(self.grid.problem(int(number)), self.case.solver) for number in numbers]
+        each = [sample_count(self.grid.problem(int(number)), self.settings) for number in numbers]
         return np.array(each)[place.ravel()]
 
     def _problem(self, case: int) -> Problem:
         """Return the problem of a case, as a single run has it."""
         problem = self.grid.problem(int(self.numbers[case]))
-        return problem.at_height(float(self.zc[case, 0])) if isinstance(self.experiment, Dwell) else problem
+        return problem.at_height(float(self.zc[case, 0])) if not self.plan.coords else problem
 
     def _block(self, which: Any, alone: bool = False) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
         first = self._problem(int(which[0]))
         told = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
-            for points, _ in sample_counts(sample_count(first, self.case.solver), self.case.solver):
+            for points, _ in sample_counts(sample_count(first, self.settings), self.settings):
                 self._solve(which, alone, points, first, told)
                 which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
                 if not len(which):
@@ -164,12 +182,9 @@ class Part:
         def at(case: int, zc: float) -> tuple[Problem, float]:
             return self._problem(int(which[case])).at_height(zc), zc
 
-        block = Block(lot, at, self.case.solver, self.experiment.harmonics, points, self.crew.watch)
-        approach = self.experiment if isinstance(self.experiment, Approach) else None
-        protocol, carry = (approach.protocol, approach.carry_state) if approach else ("quasi_static", True)
-        solver = make_protocol(
-            protocol, block, zc, initial_motions(block, zc[:, 0], self.experiment.start), told, carry
-        )
+        block = Block(lot, at, self.settings, self.experiment.harmonics, points, self.crew.watch)
+        plan = self.plan
+        solver = make_protocol(plan.protocol, block, zc, initial_motions(block, zc[:, 0], plan.start), told, plan.carry)
         try:
             solver.run()
             assure(block, zc, solver.points)
@@ -197,6 +212,12 @@ class Part:
             if name not in arrays:
                 arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
             return arrays[name]
+
+
+def load(problem: Problem) -> None:
+    """Load the kernels of a problem once, before threads ask for them at the same time."""
+    with _loading:
+        load_kernels(problem)
 
 
 def _nothing(points: int) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
-from dforce.experiments import Approach, Dwell, RelativeGrid
-from dforce.experiments.motion import COMPONENT, components
-from dforce.maps.axes import DISTANCE, Axis, amplitude_axis, dims_of
+from dforce.experiments.base import DISTANCE, CurveExperiment, CurvePlan
+from dforce.maps.axes import Axis, amplitude_axis, dims_of
+from dforce.procedures.motion import COMPONENT, components
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.results.status import Status
@@ -20,7 +20,7 @@ from dforce.results.status import Status
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies
@@ -70,7 +70,7 @@ class Found:
     @classmethod
     def of(cls, layout: Layout) -> list[Found]:
         """Return room for each part of a sweep."""
-        return [cls.nothing((layout.cases, len(layout.visits))) for _ in range(layout.parts)]
+        return [cls.nothing((layout.cases, layout.points)) for _ in range(layout.parts)]
 
     @property
     def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -82,34 +82,45 @@ class Layout:
     """Where the cases of a sweep, and the points of each of them, lie in its result.
 
     A part is all cases with the same choices; inside it the cases are those of the numbers, the last one fastest.
+
+    Attributes
+    ----------
+    plan
+        The curve that each case is, where curves along the distance are solved side by side; None: each case by itself.
+    inner
+        Dimensions of each case that are known beforehand, with their coordinates.
+    points
+        Number of points of each case.
     """
 
     def __init__(self, case: Case, axes: list[Axis]) -> None:
-        experiment = case.experiment
-        self.axes = axes
+        experiment, problem = case.experiment, case.problem
+        assert experiment is not None
+        plan = experiment.plan(problem) if isinstance(experiment, CurveExperiment) else None
+        self.jumps = jumps_along(plan.name) if plan is not None and plan.coords else []
+        self.plan: CurvePlan | None = plan if plan is not None and plan.zc is None else None
+        self.axes, self.lengths = axes, dims_of(axes)
         self.choices = [axis for axis in axes if axis.quantity is None]
         self.numbers = [axis for axis in axes if axis.quantity is not None]
-        self.inner: dict[str, Any] = {}
-        self.visits: list[tuple[int, ...]] = [()]
-        self.free: Axis | None = None  # that of the amplitude of which the distances are shares
-        if isinstance(experiment, Approach):
-            self.visits = experiment.visits()
-            if isinstance(experiment.zc, RelativeGrid):
-                self.free = amplitude_axis(case, axes)
-            along = "zc" if self.free is None else RATIO
-            self.inner[along] = experiment.distances(case.problem.tones[0].A0 if self.free is None else 1.0)
-            if experiment.direction == "both":
-                self.inner["direction"] = ["approach", "retract"]
+        self.inner = experiment.coordinates(problem)
+        shares = None if plan is None else plan.shares
+        # the axis of the amplitude of which the distances are shares
+        self.free = None if shares is None else amplitude_axis(case, axes)
+        if self.free is not None:
+            self.inner = {RATIO if dim == "zc" else dim: values for dim, values in self.inner.items()}
+            self.inner[RATIO] = shares
+        self.points = math.prod(map(len, self.inner.values()))
         lengths = dims_of((*self.choices, *self.numbers))
         self.shape = tuple(lengths.values())
         self.parts, self.cases = math.prod(self.shape[: len(self.choices)]), math.prod(self.shape[len(self.choices) :])
         self._order = [self.dims.index(dim) for dim in lengths]
-        self._places = tuple(np.array(self.visits, dtype=int).reshape(len(self.visits), -1).T)
+        if self.plan is not None:
+            self._places = tuple(np.array(self.plan.visits, dtype=int).reshape(self.points, -1).T)
 
     @property
     def dims(self) -> tuple[str, ...]:
         """The dimensions of the parameters."""
-        return tuple(dims_of(self.axes))
+        return tuple(self.lengths)
 
     @property
     def distances(self) -> tuple[tuple[str, str], Any] | None:
@@ -152,7 +163,7 @@ def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> x
     """Put the parts together, and give everything its words; `example` is one of the problems."""
     import xarray as xr
 
-    experiment, axes = case.experiment, layout.axes
+    assert layout.plan is not None
     dims = (*layout.dims, *layout.inner)
     names = {name for part in parts for name in part.arrays}
     variables: dict[str, Any] = {
@@ -172,15 +183,21 @@ def table(case: Case, layout: Layout, parts: list[Found], example: Problem) -> x
         for name in variables.keys() & OBSERVABLES
         for dim in OBSERVABLES[name].dims
     }
-    data = describe(xr.Dataset(variables, coords=layout.inner | counted))
-    if isinstance(experiment, Dwell) and all(axis.path != DISTANCE for axis in axes):
-        data = describe(data.assign_coords(zc=experiment.zc))
-    data = data.assign_coords({axis.name: axis.coordinate() for axis in axes})
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | {"over": " ".join(axis.path for axis in axes)}
+    data = xr.Dataset(variables, coords=layout.inner | counted)
+    if not layout.inner and all(axis.path != DISTANCE for axis in layout.axes):
+        data = data.assign_coords(zc=float(layout.plan.values[0]))
     if layout.distances is not None:
-        data = describe(data.assign_coords(zc=layout.distances))
-        data.attrs["along"] = RATIO
+        data = data.assign_coords(zc=layout.distances).assign_attrs(along=RATIO)
+    data = finished(data, case, layout)
     return data.assign_coords(components(example)) if MOTION in data else data
+
+
+def finished(data: xr.Dataset, case: Case, layout: Layout) -> xr.Dataset:
+    """Give a sweep its axes, its words and its provenance."""
+    data = describe(data).assign_coords({axis.name: axis.coordinate() for axis in layout.axes})
+    over = {"over": " ".join(axis.path for axis in layout.axes)}
+    data.attrs = provenance(case.to_toml(complete=True), case.title) | over | data.attrs
+    return data
 
 
 def unfinished(kept: frozenset[str]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, nearest
+from dforce.core.quantities import AXES, NOISES
 from dforce.maps._result import JUMPS, KEPT, Layout
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         )
 
 
-def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None) -> frozenset[str]:
+def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None, layout: Layout) -> frozenset[str]:
     """Return the names of the quantities to keep: those given, else those of the sweep that goes on, else all.
 
     Raises
@@ -61,8 +62,9 @@ def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None) ->
         For a name that is not known, or names other than those of the sweep that goes on.
     """
     names = frozenset(given if given is not None else ALL if before is None else before)
-    for name in sorted(names - ALL):
-        raise ParameterError(f"there is no quantity '{name}'{nearest(name, ALL)}")
+    known = ALL if layout.plan is not None else ALL | frozenset(AXES) | frozenset(NOISES)
+    for name in sorted(names - known):
+        raise ParameterError(f"there is no quantity '{name}'{nearest(name, known)}")
     if before is not None and names != before:
         raise ParameterError("this sweep keeps other quantities, so it cannot be continued with these; leave them out")
     return names

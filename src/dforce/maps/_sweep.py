@@ -10,12 +10,11 @@ from dforce.case import Case
 from dforce.core.errors import ParameterError, checked
 from dforce.core.log import announce
 from dforce.core.parallel import Crew
-from dforce.experiments import Approach, Dwell
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
+from dforce.maps._cases import cases_of
 from dforce.maps._pace import paced
-from dforce.maps._part import solve
-from dforce.maps._result import QUANTITIES, Found, Layout, split, table, unfinished
+from dforce.maps._result import QUANTITIES, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps._states import NEEDED, check_set_point, states_of
 from dforce.maps.axes import MOST_POINTS, axes_of, count
@@ -103,15 +102,16 @@ def sweep(
         When a store cannot be written, is there already, or is open in another run, and when the cluster is lost; the blocks
         that are done stay there.
     """
-    if not isinstance(case.experiment, Approach | Dwell):
-        raise ParameterError("a sweep repeats an approach or a dwell; give the case one of them as experiment")
+    if case.experiment is None:
+        raise ParameterError('a sweep repeats an experiment; give the case one, such as kind = "approach"')
     if case.solver.integrator == "langevin":
         raise ParameterError("a sweep repeats steady motion; df.noisy_motion runs many seeds under thermal noise")
     names = None if quantities is None else list(quantities)
     set_point = check_set_point(case, at_set_point, names)
     asked, axes = axes_of(case, over, rows, along)
     case = asked.model_copy(update={"sweep": None})  # each case is built without it
-    layout = Layout(case, axes)
+    cases = cases_of(case, axes)
+    layout = cases.layout
     if store is not None:
         from dforce.maps._map import Map
 
@@ -122,10 +122,10 @@ def sweep(
         raise ParameterError(
             "resume=True goes on with a store, and none is given; give the store, or the result as resume"
         )
-    points = count(axes) * len(layout.visits)
+    points = count(axes) * layout.points
     if points > MOST_POINTS:
         raise ParameterError(
-            f"the sweep has {count(axes)} cases of {len(layout.visits)} points; at most {MOST_POINTS} are allowed in memory, "
+            f"the sweep has {count(axes)} cases of {layout.points} points; at most {MOST_POINTS} are allowed in memory, "
             "more in a store"
         )
     if resume is not None and set_point is not None:
@@ -135,13 +135,12 @@ def sweep(
         if not resume.attrs.get("interrupted"):
             announce("this sweep is complete; nothing was computed")
             return resume
-    kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()))
-    founds = Found.of(layout) if resume is None else split(resume, layout)
+    kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
     with watched(progress, case.title) as tell:
         crew = Crew(points, paced(tell), workers)
-        crew.add(sum(int(found.whole.sum()) for found in founds) * len(layout.visits))
-        done, example = solve(case, layout, crew, kept if set_point is None else kept | NEEDED, founds)
-    data = table(asked, layout, founds, example)
+        crew.add(0 if resume is None else cases.take(resume))
+        done = cases.compute(crew, kept if set_point is None else kept | NEEDED)
+    data = cases.result(asked)
     data = data.assign_attrs(attributes(advice_on_sweep(asked, axes, data)))
     data = data if done else data.assign_attrs(unfinished(kept))
     if set_point is None or crew.done == 0:

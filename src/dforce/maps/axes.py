@@ -16,12 +16,11 @@ from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import named
-from dforce.core.parameters import Quantity
-from dforce.experiments import Dwell
+from dforce.core.parameters import ParameterQuantity
+from dforce.experiments.base import DISTANCE
 from dforce.maps._rows import read_rows
 
 INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
-DISTANCE = "experiment.zc"
 ROW = "case"  # dimension of cases that are given one by one
 WAYS = COMBINATIONS, CASES = "combinations", "cases"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
@@ -50,7 +49,12 @@ class Axis:
     name: str
     dim: str
     values: tuple[Any, ...]
-    quantity: Quantity | None
+    quantity: ParameterQuantity | None
+
+    def text(self, place: int) -> str:
+        """Return path and value at a place for a reader."""
+        value = self.values[place]
+        return f"{self.path} = {units.show(value, self.quantity.unit, 4) if self.quantity is not None else value}"
 
     def coordinate(self) -> tuple[str, Any, dict[str, str]]:
         """Return the coordinate of the result."""
@@ -141,8 +145,10 @@ def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
     paths = [str(path) for path in over]
     last = [path.split(".")[-1] for path in paths]
     taken = {*quantities.OBSERVABLES, *quantities.AXES, "status", ROW} - {"zc", "frequency"}
-    if case.experiment is not None and not isinstance(case.experiment, Dwell):
-        taken.add("zc")
+    if case.experiment is not None:
+        taken |= {*case.experiment.coordinates(case.problem), case.experiment.path.split(".")[-1]}
+    if _one_distance(case):
+        taken.discard("zc")
     axes: list[Axis] = []
     places: dict[tuple[str | int, ...], str] = {}
     for path, word in zip(paths, last, strict=True):
@@ -155,13 +161,15 @@ def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
     return axes
 
 
-def _number_at(case: Case, path: str) -> Quantity | None:
+def _number_at(case: Case, path: str) -> ParameterQuantity | None:
     """Return the declaration of a plain number that can be changed without building the case anew, else None."""
     value = value_at(case, path)
-    if path == DISTANCE and isinstance(case.experiment, Dwell):
+    if path == DISTANCE and _one_distance(case):
         return quantity_at(case, path)
     if path == DISTANCE:
-        raise ParameterError("experiment.zc can be swept over in a dwell only; an approach has its own distances")
+        raise ParameterError(
+            "experiment.zc can be swept over where it is one distance; this experiment has a range of its own"
+        )
     if path.split(".", maxsplit=1)[0] not in INSTRUMENT or not (value is None or isinstance(value, float)):
         return None
     try:
@@ -170,7 +178,12 @@ def _number_at(case: Case, path: str) -> Quantity | None:
         return None
 
 
-def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]:
+def _one_distance(case: Case) -> bool:
+    """Say whether the experiment of a case is done at one distance."""
+    return isinstance(getattr(case.experiment, "zc", None), float)
+
+
+def _values(path: str, given: Any, quantity: ParameterQuantity | None) -> tuple[Any, ...]:
     if isinstance(given, Mapping):
         given = Sweep(over={path: given}).over[path]
     if isinstance(given, Range):
@@ -195,7 +208,7 @@ def _values(path: str, given: Any, quantity: Quantity | None) -> tuple[Any, ...]
     return numbers
 
 
-def _spread(path: str, given: Range, quantity: Quantity | None) -> Any:
+def _spread(path: str, given: Range, quantity: ParameterQuantity | None) -> Any:
     """Return the values of a range (SI)."""
     if quantity is None:
         raise ParameterError(f"{path} takes no plain number, so it has no range; list its values")

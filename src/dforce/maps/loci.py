@@ -145,9 +145,7 @@ class Lines:
         case = self.case
         for knob, value in zip(self.knobs, scaled, strict=True):
             case = with_number(case, knob.path, knob.value(value))
-        problem = Problem.build(
-            case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-        )
+        problem = Problem.build(case.instrument, case.forces)
         return Block.of_one(problem, case.solver, 1)
 
     def _march(self, us: Array) -> tuple[Array, list[dict[str, Array]]]:

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.experiments.table import statuses
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
+from dforce.procedures.table import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block

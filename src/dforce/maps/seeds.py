@@ -14,6 +14,7 @@ from dforce.experiments import Approach, Branches
 from dforce.experiments.base import Progress
 from dforce.findings.set_point import at_set_point
 from dforce.maps._sweep import sweep
+from dforce.runs import carry_out
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,7 +114,7 @@ def walk(curves: Curves, number: int, case: Case, watch: Callable[[], None]) -> 
     """
     span = {"start": FAR * case.problem.tones[0].A0, "stop": curves.nearest(number)}
     experiment = Branches(zc=span, search=SEARCHED, largest_step=LARGEST_STEP, harmonics=1)
-    found = experiment.run(case.problem, case.solver, lambda *_: watch())
+    found = carry_out(case.model_copy(update={"experiment": experiment}), lambda *_: watch())
     if found.attrs.get("interrupted"):
         raise KeyboardInterrupt
     curves.walked[number] = found

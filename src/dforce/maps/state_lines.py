@@ -11,11 +11,11 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
-from dforce.experiments.motion import base_of, scales_of, states_of
 from dforce.maps.axes import Axis
 from dforce.maps.loci import Condition, Knob, Lines, Place
 from dforce.maps.seeds import Curves, Seed
 from dforce.problem import Problem
+from dforce.procedures.motion import base_of, scales_of, states_of
 
 if TYPE_CHECKING:
     from dforce.kernel import Array
@@ -74,9 +74,7 @@ def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any
     """Return the problem at values of the parameters."""
     for axis, value in zip(axes, values, strict=True):
         case = with_number(case, axis.path, value)
-    return Problem.build(
-        case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-    )
+    return Problem.build(case.instrument, case.forces)
 
 
 def scaled_motion(problem: Any, motion: Array) -> Array:

@@ -13,9 +13,10 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations, product
 from math import ceil, lcm
-from typing import Any
 
 import numpy as np
+
+from dforce.core.arrays import Array
 
 LONGEST_COMMON = 200  # periods of the first tone; beyond this tones count as incommensurate
 SAME = 1e-10  # relative difference of a frequency ratio from a fraction that is rounding
@@ -61,7 +62,7 @@ def _beats(frequencies: Sequence[float]) -> Iterator[float]:
             yield abs(m * first + n * second - round(m * first + n * second))
 
 
-def weights(frequencies: Sequence[float], periods: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+def weights(frequencies: Sequence[float], periods: int) -> Array:
     """Return the weight of each period in an average; they sum to one."""
     if common_period(frequencies) is not None:
         return np.full(periods, 1.0 / periods)

@@ -6,27 +6,23 @@ numbers that are strided. Sums, products and roots of real numbers are rounded a
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from dforce.kernel import Array
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+from dforce.core.arrays import Array, Complexes
 
 
-def modulus(c: Complex) -> Array:
+def modulus(c: Complexes) -> Array:
     """Return the modulus of complex numbers, whose squares have to be within the range of floating point."""
     return np.asarray(np.sqrt(c.real * c.real + c.imag * c.imag))
 
 
-def angle(c: Complex) -> Array:
+def angle(c: Complexes) -> Array:
     """Return the angle (degrees) of complex numbers, in (-180°, 180°]."""
     # parts of complex numbers always are strided, copies of them are not
     return np.degrees(np.arctan2(np.array(c.imag, order="C"), np.array(c.real, order="C")))
 
 
-def phase_lag(c: Complex) -> Array:
+def phase_lag(c: Complexes) -> Array:
     """Return the phase lag (degrees) of complex amplitudes, in (-90°, 270°].
 
     Never folded, and without a jump near 0° (far below resonance) and 180° (strong attraction).
@@ -34,7 +30,7 @@ def phase_lag(c: Complex) -> Array:
     return np.asarray(270.0 - (270.0 + angle(c)) % 360.0)
 
 
-def product(a: Complex, b: Complex) -> Complex:
+def product(a: Complexes, b: Complexes) -> Complexes:
     """Return the products of complex numbers."""
     out = np.empty(np.broadcast(a, b).shape, dtype=complex)
     out.real, out.imag = a.real * b.real - a.imag * b.imag, a.real * b.imag + a.imag * b.real

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES, Scale
-from dforce.kernel import Array, drive_of, stiffness_of
+from dforce.kernel import drive_of, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone

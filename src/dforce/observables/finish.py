@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
-from dforce.kernel import Array, Scales
+from dforce.core.arrays import Array, Complexes
+from dforce.kernel import Scales
 from dforce.kernel.codegen import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables import measure as m
-from dforce.observables.complex_numbers import Complex, angle, modulus, phase_lag, product
+from dforce.observables.complex_numbers import angle, modulus, phase_lag, product
 from dforce.problem import Problem
 
 
 def finish(
-    problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array, added: Complex | None = None
+    problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array, added: Complexes | None = None
 ) -> dict[str, Any]:
     """Return every scalar observable of a settled motion.
 
@@ -57,7 +58,7 @@ def finish_each(
     weights: Array,
     numbers: Array,
     tables: Array,
-    added: Complex | None = None,
+    added: Complexes | None = None,
 ) -> dict[str, Array]:
     """Return the same for motions of different problems with as many modes and tones as `problem`.
 
@@ -136,7 +137,7 @@ def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Arr
     return modulus(detected(problem, moves, tip, base)[:, 0]) * scales.length
 
 
-def detected(problem: Problem, moves: Complex, tip: Complex, base: Complex) -> Complex:
+def detected(problem: Problem, moves: Complexes, tip: Complexes, base: Complexes) -> Complexes:
     """Return what the detector reads at tones from the first on, (motions, tones).
 
     Given are the deflections of the modes, (motions, tones, modes), the tip's motion, (motions, tones), and the base's.
@@ -147,7 +148,7 @@ def detected(problem: Problem, moves: Complex, tip: Complex, base: Complex) -> C
     return np.asarray((moves * weights).sum(axis=2) + problem.readout.base * base)
 
 
-def apparent_energy(problem: Problem, total: Complex, numbers: Array, tables: Array) -> Array:
+def apparent_energy(problem: Problem, total: Complexes, numbers: Array, tables: Array) -> Array:
     r"""Return what amplitude and phase say that the sample takes in a period of each tone (J), (motions, tones).
 
     .. math:: E = \frac{\pi k r A}{Q} (A_0 \sin\phi - A), \qquad r = \omega / \omega_0

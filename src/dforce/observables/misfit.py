@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
-from dforce.kernel import Array
+from dforce.core.arrays import Array, Bools
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, PER_MODE
 from dforce.observables import measure as m
 from dforce.observables.finish import driving_tone
@@ -24,7 +24,6 @@ from dforce.problem import Problem
 
 OF_MODES = ("mode_amplitude", "mode_phase", "virial", "dissipated_energy")
 MEASURED = (*OF_MODES, "mean_deflection", "mean_force")  # what a misfit is made of
-Mask = np.ndarray[Any, np.dtype[np.bool_]]
 
 GROSS = 0.02  # of the drive: more than this is refined, or no result
 GAINED = 0.05  # of the energy that the drive can give in a period
@@ -98,14 +97,14 @@ def reach(problem: Problem) -> float:
     return float(sum(np.sqrt(power * mode.Q / (np.pi * mode.f0 * mode.k)) for mode in problem.modes))
 
 
-def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats: bool) -> Mask:
+def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats: bool) -> Bools:
     """Return at which points the numbers mean nothing: they break the tip equation, or energy is not kept.
 
     Over long a motion that never repeats loses no more energy than the drives give, a passive sample gives none, and the
     mean force bends the lever; nor does it move farther than the drives can keep up. Numbers that are no numbers are wrong,
     too; of a motion that has not settled nothing else is asked.
     """
-    wrong: Mask = ~np.isfinite(values["amplitude"]).all(axis=1)
+    wrong: Bools = ~np.isfinite(values["amplitude"]).all(axis=1)
     if settled and repeats:
         wrong |= misfit(problem, values) > GROSS
     elif settled:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from dforce.plot._style import Floats
+from dforce.core.arrays import Array, Bools, Texts
 
-Bools = np.ndarray[Any, np.dtype[np.bool_]]
-Words = np.ndarray[Any, np.dtype[np.str_]]
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))  # of a cell of the grid, one after the other
 SAME = 1e-9  # relative difference of values that are one line of the grid
 
 
-def nodes(dataset: xr.Dataset, x: str, y: str) -> tuple[Bools, Bools, Words]:
+def nodes(dataset: xr.Dataset, x: str, y: str) -> tuple[Bools, Bools, Texts]:
     """Return at each setting (y, x) whether a state is allowed, whether its limits hold, and which limit fails else."""
     allowed = np.asarray(dataset["allowed"].transpose(y, x, "state").values.any(axis=-1))
     hit = dataset["limit_hit"].transpose(y, x, "state").values.astype(str)
@@ -24,7 +21,7 @@ def nodes(dataset: xr.Dataset, x: str, y: str) -> tuple[Bools, Bools, Words]:
     return allowed, holds, np.where(holds, "", hit[..., 0])
 
 
-def located(dataset: xr.Dataset, x: str, y: str) -> Floats:
+def located(dataset: xr.Dataset, x: str, y: str) -> Array:
     """Return the located boundaries (SI) in the plane of a picture, (edges, 2)."""
     pairs = np.column_stack([dataset[f"edge_{name}"].values for name in (x, y)])
     if "set_point" in (x, y):
@@ -33,7 +30,7 @@ def located(dataset: xr.Dataset, x: str, y: str) -> Floats:
     return pairs[apart < SAME]
 
 
-def region(dataset: xr.Dataset, x: str, y: str, inside: Bools, with_margins: bool) -> list[Floats]:
+def region(dataset: xr.Dataset, x: str, y: str, inside: Bools, with_margins: bool) -> list[Array]:
     """Return polygons (SI) of the settings around the places of the grid that are inside.
 
     Between a place inside and one outside they end at the boundary located on that line of the grid, with margins so much
@@ -41,11 +38,11 @@ def region(dataset: xr.Dataset, x: str, y: str, inside: Bools, with_margins: boo
     """
     grid = [np.asarray(dataset[name].values, dtype=float) for name in (x, y)]
     sides = _Sides(dataset, (x, y), grid, located(dataset, x, y), with_margins)
-    polygons: list[Floats] = []
+    polygons: list[Array] = []
     for row, column in np.ndindex(len(grid[1]) - 1, len(grid[0]) - 1):
         corners = [(column + right, row + up) for right, up in CORNERS]
         holding = [bool(inside[at[1], at[0]]) for at in corners]
-        walk: list[list[Floats]] = [[]]
+        walk: list[list[Array]] = [[]]
         for n, (a, b) in enumerate(itertools.pairwise([*corners, corners[0]])):
             if holding[n]:
                 walk[-1].append(sides.place(a))
@@ -63,7 +60,7 @@ class _Sides:
     """The lines of the grid, with the boundaries on them."""
 
     def __init__(
-        self, dataset: xr.Dataset, names: tuple[str, str], grid: list[Floats], edges: Floats, margins: bool
+        self, dataset: xr.Dataset, names: tuple[str, str], grid: list[Array], edges: Array, margins: bool
     ) -> None:
         self.grid, self.edges = grid, edges
         asked = str(dataset.attrs.get("limits", "")).split("; ")
@@ -72,11 +69,11 @@ class _Sides:
             dataset[name].attrs if margins and f"margin {paths.get(name, name)}" in asked else {} for name in names
         ]
 
-    def place(self, at: tuple[int, int]) -> Floats:
+    def place(self, at: tuple[int, int]) -> Array:
         """Return a place of the grid."""
         return np.array([self.grid[0][at[0]], self.grid[1][at[1]]])
 
-    def end(self, inside: tuple[int, int], outside: tuple[int, int]) -> Floats:
+    def end(self, inside: tuple[int, int], outside: tuple[int, int]) -> Array:
         """Return where the region ends between a place inside and its neighbor outside."""
         here, there = self.place(inside), self.place(outside)
         axis = 0 if inside[0] != outside[0] else 1

@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from dforce.case import case_of
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import DForceError, ParameterError
-from dforce.plot._style import Floats
 from dforce.results.dataset import reader_unit
 
 MARKS: dict[str, dict[str, Any]] = {
@@ -61,7 +61,7 @@ def _matter(result: xr.Dataset) -> Any:
     return {name: getattr(case, name) for name in type(case).model_fields if name not in APART}
 
 
-def draw_states(axes: Axes, x: Floats, y: Floats, states: xr.Dataset, colors: Mapping[int, str]) -> None:
+def draw_states(axes: Axes, x: Array, y: Array, states: xr.Dataset, colors: Mapping[int, str]) -> None:
     """Draw values along all curves, in pieces that are stable or not, and mark special points; a color for each curve."""
     several = are_several(states)
     for number, points, stable in _pieces(states):
@@ -91,20 +91,20 @@ def draw_under(axes: Axes, variable: xr.DataArray, states: xr.Dataset, scale: fl
         axes.plot(x[folds], y[folds], "o", color="black", markersize=3.0, zorder=BEHIND, label="fold" if named else "")
 
 
-def are_several(states: xr.Dataset) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def are_several(states: xr.Dataset) -> Bools:
     """Return at which points the motion repeats only after several of the shortest time that any needs."""
     periods = repeats(states)
     return np.asarray(periods > periods.min())
 
 
-def repeats(states: xr.Dataset) -> np.ndarray[Any, np.dtype[np.int64]]:
+def repeats(states: xr.Dataset) -> Indices:
     """Return after how many periods the motion at each point repeats; a result of an older version does not say."""
     if "repeat_periods" in states:
         return np.asarray(states["repeat_periods"].values, dtype=np.int64)
     return np.ones(states.sizes["point"], dtype=np.int64)
 
 
-def _pieces(states: xr.Dataset) -> Iterator[tuple[int, np.ndarray[Any, np.dtype[np.int64]], bool]]:
+def _pieces(states: xr.Dataset) -> Iterator[tuple[int, Indices, bool]]:
     """Give the pieces of all curves that are stable or not: the curve's number, the points, and whether they are stable."""
     curve, stable = states["branch"].values, states["stable"].values
     for number in np.unique(curve):

@@ -16,13 +16,12 @@ from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.text import Text
 
 from dforce.core import units
+from dforce.core.argument_kinds import told
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
 from dforce.core.files import check_target, write_whole
-from dforce.core.kinds import told
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.status import check_computed
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 # Okabe and Ito, Color Universal Design (2008): told apart by the color-blind, and in print
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -89,7 +88,7 @@ def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
     return dataset[name]
 
 
-def shown(variable: xr.DataArray) -> tuple[Floats, str]:
+def shown(variable: xr.DataArray) -> tuple[Array, str]:
     """Return values in the unit that reads best, and the text of their axis."""
     scale, unit = reader_unit(variable)
     return np.asarray(variable.values, dtype=float) / scale, axis_text(variable, unit)
@@ -102,7 +101,7 @@ def axis_text(variable: xr.DataArray, unit: str) -> str:
     return " ".join([name, *([f"${symbol}$"] if symbol else []), *([f"({unit})"] if unit != "1" else [])])
 
 
-def thin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+def thin(x: Array, y: Array) -> tuple[Array, Array]:
     """Return a line of at most :data:`MOST_POINTS` points that looks the same: extremes of stretches."""
     stride = -(-2 * len(x) // MOST_POINTS)
     if stride <= 2:
@@ -121,7 +120,7 @@ def tidy(axes: Axes) -> None:
     axes.ticklabel_format(axis="both", useOffset=False) if _linear(axes) else None
 
 
-def without_errors(axes: Axes, sizes: Floats, error: float, scale: float) -> None:
+def without_errors(axes: Axes, sizes: Array, error: float, scale: float) -> None:
     """Show as a line at 0 an amount that is below its estimated error throughout."""
     if 0.0 < np.max(np.abs(sizes), initial=0.0, where=np.isfinite(sizes)) < error:
         axes.set_ylim(-error / scale, error / scale)
@@ -167,7 +166,7 @@ def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> Non
         target.suptitle(lines, fontsize="medium", parse_math=False)
 
 
-def figure_of(axes: Any) -> Figure:
+def figure_of(axes: object) -> Figure:
     """Return the whole figure that holds axes, one or a list of them, or a part of a figure.
 
     Raises
@@ -190,7 +189,7 @@ def wrapped(text: str, length: int) -> str:
 
 
 @checked
-def save(axes: Any, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
+def save(axes: object, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
     """Write the picture that holds `axes` (one, or a list of them) to PNG, PDF or SVG, whole or not at all.
 
     Parameters

@@ -13,6 +13,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from dforce.core.arrays import AnyArray, Array
 from dforce.core.errors import ParameterError, checked
 from dforce.plot._points import draw_points
 from dforce.plot._states import check_under, draw_under
@@ -20,7 +21,6 @@ from dforce.plot._style import (
     DIRECTIONS,
     GRAY,
     VERMILLION,
-    Floats,
     axis_text,
     color_cycle,
     colored_axes,
@@ -249,7 +249,7 @@ def _lines(
     tidy(axes)
 
 
-def _mark(axes: Axes, x: Floats, y: Floats, status: np.ndarray[Any, Any], color: str) -> None:
+def _mark(axes: Axes, x: Array, y: Array, status: AnyArray, color: str) -> None:
     restless = (status == Status.NOT_SETTLED) & np.isfinite(y)
     if restless.any():
         axes.plot(

@@ -14,8 +14,9 @@ from matplotlib.figure import FigureBase
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, nearest
-from dforce.plot._style import LIGHT, Floats, axis_text, head, new_figure, shown, take
+from dforce.plot._style import LIGHT, axis_text, head, new_figure, shown, take
 from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
 from dforce.results.curves import first_state
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
@@ -96,7 +97,7 @@ def regimes(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     return map(dataset, x, y, "regime", figure=figure)
 
 
-def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]], figure: FigureBase | None) -> Axes:
+def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Array, str]], figure: FigureBase | None) -> Axes:
     """Draw the regimes of a map, and the boundaries that were solved."""
     if {x, y} != set(dataset["regime"].dims):
         raise ParameterError(
@@ -114,7 +115,7 @@ def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Floats, str]
     return axes
 
 
-def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
+def _side(dataset: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a parameter as they are shown, and the text of its axis."""
     if name not in dataset.coords:
         raise ParameterError(
@@ -128,7 +129,7 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Floats, str]:
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)
 
 
-def is_log(at: Floats) -> bool:
+def is_log(at: Array) -> bool:
     """Say whether values go by equal factors, and not by equal steps as well."""
     steps = np.diff(at)
     if len(at) < 3 or not (at > 0.0).all() or np.ptp(steps) <= EVEN * np.abs(steps).max():
@@ -137,7 +138,7 @@ def is_log(at: Floats) -> bool:
     return bool(np.ptp(factors) <= EVEN * np.abs(factors).max())
 
 
-def edges_of(at: Floats) -> Floats:
+def edges_of(at: Array) -> Array:
     """Return the borders of cells around values: halfway between them, on the scale of their axis."""
     on_scale = np.log(at) if is_log(at) else at
     middle = 0.5 * (on_scale[1:] + on_scale[:-1])
@@ -146,7 +147,7 @@ def edges_of(at: Floats) -> Floats:
     return np.asarray(np.exp(edges) if is_log(at) else edges)
 
 
-def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:
+def _colors(values: Array, variable: xr.DataArray) -> tuple[str, Normalize]:
     """Return the colors of a quantity, and how its values become colors."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
@@ -158,7 +159,7 @@ def _colors(values: Floats, variable: xr.DataArray) -> tuple[str, Normalize]:
     return ONE_SIDED, Normalize(low, high if high > low else low + 1.0)
 
 
-def _lines(axes: Axes, x: Floats, y: Floats, values: Floats, levels: Any) -> None:
+def _lines(axes: Axes, x: Array, y: Array, values: Array, levels: Any) -> None:
     """Draw lines of equal value, where there are any."""
     finite = values[np.isfinite(values)]
     if not finite.size or finite.min() == finite.max():

@@ -13,9 +13,10 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from dforce.core.arrays import Array, Texts
 from dforce.core.errors import ParameterError, checked
-from dforce.plot._plan_regions import Words, located, nodes, region
-from dforce.plot._style import BLUE, VERMILLION, Floats, axis_text, head, new_figure
+from dforce.plot._plan_regions import located, nodes, region
+from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure
 from dforce.plot.maps import edges_of, is_log
 from dforce.results.dataset import reader_unit
 
@@ -82,7 +83,7 @@ def _place(dataset: xr.Dataset, name: str) -> tuple[int, ...]:
     return tuple(int(i) for i in found[0]) if len(found) else ()
 
 
-def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> list[Any]:
+def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Array]) -> list[Any]:
     """Color what fails by cells of the grid, and above it what holds, up to the boundaries that were located."""
     allowed, holds, first = nodes(dataset, x, y)
     names = sorted(set(first.ravel().tolist()) - {""})
@@ -102,7 +103,7 @@ def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> 
     return [Patch(facecolor=color, edgecolor="gray", label=word) for word, color in found]
 
 
-def _everywhere(first: Words) -> Words:
+def _everywhere(first: Texts) -> Texts:
     """Return the limit that fails at each place of the grid; where none does, that at the nearest place."""
     bad, out = np.argwhere(first != ""), first.copy()
     for row, column in np.argwhere(first == ""):
@@ -111,7 +112,7 @@ def _everywhere(first: Words) -> Words:
     return out
 
 
-def _marks(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Floats]) -> list[Any]:
+def _marks(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Array]) -> list[Any]:
     """Mark the points that a plan names."""
     looks = (
         ("pareto", "Pareto front", {"marker": "o", "markersize": 5, "color": "none", "markeredgecolor": BLUE}),

@@ -7,22 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
+from dforce.core.arrays import Array
 from dforce.core.errors import checked
-from dforce.plot._style import (
-    BLUE,
-    GRAY,
-    GREEN,
-    LIGHT,
-    ORANGE,
-    PURPLE,
-    SKY,
-    Floats,
-    head,
-    new_figure,
-    shown,
-    take,
-    tidy,
-)
+from dforce.plot._style import BLUE, GRAY, GREEN, LIGHT, ORANGE, PURPLE, SKY, head, new_figure, shown, take, tidy
 from dforce.results.dataset import reader_unit
 
 BAND = 2.0  # errors
@@ -86,13 +73,13 @@ def reconstruction(
     return axes
 
 
-def _felt(x: Floats, y: Floats) -> float:
+def _felt(x: Array, y: Array) -> float:
     """Return how far the force is felt, with room."""
     felt = np.abs(y) > SHOWN * np.nanmax(np.abs(y))
     return float(x[0] + 1.3 * (x[felt].max() - x[0]))
 
 
-def _frame(axes: Axes, y: Floats, error: Floats) -> None:
+def _frame(axes: Axes, y: Array, error: Array) -> None:
     """Show the force whole, and its band where that is no larger."""
     room = 0.15 * float(np.nanmax(y) - np.nanmin(y))
     axes.set_ylim(

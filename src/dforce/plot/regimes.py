@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from dforce.plot._style import Floats
+from dforce.core.arrays import Array
 from dforce.results.dataset import reader_unit
 
 # a color for each regime, in the order of their numbers: red attracts, blue repels, as in maps of the phase
@@ -34,7 +34,7 @@ def is_regime_map(dataset: xr.Dataset) -> bool:
     return "edge_kind" in dataset and "map_over" in dataset.attrs
 
 
-def fill_regimes(axes: Axes, dataset: xr.Dataset, x: str, y: str, edges: tuple[Floats, Floats]) -> None:
+def fill_regimes(axes: Axes, dataset: xr.Dataset, x: str, y: str, edges: tuple[Array, Array]) -> None:
     """Color the cells of a picture by regime, with a legend of those that there are."""
     variable = dataset["regime"].transpose(y, x)
     colors = ListedColormap(list(COLORS))
@@ -64,7 +64,7 @@ def draw_edges(axes: Axes, dataset: xr.Dataset, x: str, y: str) -> None:
             axes.plot(*pair, color="black", linestyle=style, linewidth=1.4, marker=marker)
 
 
-def _chains(values: Floats, rows: Floats, farthest: float) -> list[Floats]:
+def _chains(values: Array, rows: Array, farthest: float) -> list[Array]:
     """Return points of boundaries joined from row to row, each to the nearest on the next one."""
     chains: list[list[tuple[float, float]]] = []
     growing: list[list[tuple[float, float]]] = []

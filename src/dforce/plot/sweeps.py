@@ -13,19 +13,20 @@ from dforce.core.errors import ParameterError
 from dforce.plot._style import COLORS, head
 from dforce.plot.laid_over import lay_over
 from dforce.plot.maps import map as map_of_two
-from dforce.results.curves import Picture, drawable, goes_along, swept
+from dforce.results.curves import Picture, drawable, first_state, goes_along, swept
 from dforce.results.dataset import reader_unit
 from dforce.results.status import check_computed
 
 MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
-FIRST = ("amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
+FIRST = ("share", "amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
 PANELS = 3
 
 
 def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
     """Draw some cases of a sweep over each other, and return all axes.
 
-    Curves are drawn along what they go along, dwells along the parameter with the most values. Of many cases some are drawn.
+    Curves are drawn along what they go along, dwells along the parameter with the most values, and so is the state of basins
+    that most starts lead to. Of many cases some are drawn.
 
     Raises
     ------
@@ -36,7 +37,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     if "crossing" in dataset.dims:
         return [_at_set_point(dataset, over, figure)]
     along = usual_along(dataset)
-    layers = cases_of(dataset, along)
+    layers = cases_of(first_state(dataset), along)
     known = drawable(next(iter(layers.values())), along) if along else []
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
     if not names:

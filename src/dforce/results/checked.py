@@ -10,7 +10,7 @@ from zarr.storage import FsspecStore, LocalStore, WrapperStore
 
 from dforce.core.errors import ResultError
 from dforce.results.seal import ABSENT, Seal, damage, record_key
-from dforce.results.store_files import Files, said
+from dforce.results.store_files import StoreFiles, said
 
 
 class Checked(WrapperStore[Store]):
@@ -31,7 +31,7 @@ class Checked(WrapperStore[Store]):
         Whether each block must have a record.
     """
 
-    def __init__(self, files: Files, seal: Seal, once: Mapping[str, bytes], finished: bool) -> None:
+    def __init__(self, files: StoreFiles, seal: Seal, once: Mapping[str, bytes], finished: bool) -> None:
         super().__init__(
             LocalStore(files.folder, read_only=True)
             if files.folder is not None

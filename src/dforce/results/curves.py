@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray, Array, Indices
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.status import check_computed
@@ -15,8 +16,6 @@ from dforce.results.status import check_computed
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-Places = np.ndarray[Any, np.dtype[np.int64]]
 
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 BELOW = 30.0  # how far below the strongest resonance a logarithmic picture of a density begins: white noise alone
@@ -79,19 +78,19 @@ class Line:
     places
         Place of each point along `row`; -1 in gaps.
     chosen
-        Places along other dimensions, such as that of the direction.
+        Indices along other dimensions, such as that of the direction.
     marks
         Special points by place in the line, such as a fold.
     """
 
-    x: Floats
-    y: Floats
+    x: Array
+    y: Array
     name: str
     direction: str
     column: int
     stable: bool
     row: str
-    places: Places
+    places: Indices
     chosen: Mapping[str, int]
     marks: Mapping[int, str]
 
@@ -141,7 +140,7 @@ def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
     return [dim for dim in dims if dim != along]
 
 
-def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np.ndarray[Any, np.dtype[Any]]:
+def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> AnyArray:
     """Return a quantity of a sweep over parameters `over` as (cases, directions, points of a row, columns ...).
 
     Any other result is one case, and where there are no directions there is one; what has no such dimensions is repeated.
@@ -156,8 +155,9 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> np
 
 
 def first_state(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a sweep with the first of the states at a set point alone; any other result as it is."""
-    return dataset.isel(crossing=0) if "crossing" in dataset.dims else dataset
+    """Return a sweep with the first of the states at a set point, or of basins, alone; any other result as it is."""
+    several = next((dim for dim in ("crossing", "state") if dim in dataset.dims and swept(dataset)), None)
+    return dataset.isel({several: 0}) if several is not None else dataset
 
 
 @checked
@@ -219,7 +219,7 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
             yield from _parts(dataset, row, values[0], values[1], name, str(direction), sum(index), chosen)
 
 
-def _values(variable: xr.Variable, row: str, chosen: Mapping[str, int], picked: Mapping[str, int]) -> Floats:
+def _values(variable: xr.Variable, row: str, chosen: Mapping[str, int], picked: Mapping[str, int]) -> Array:
     """Return the values of a variable along a row; of columns that the other quantity lacks the first."""
     places = {**chosen, **picked}
     one = variable.isel({dim: places.get(str(dim), 0) for dim in variable.dims if dim != row})
@@ -227,14 +227,7 @@ def _values(variable: xr.Variable, row: str, chosen: Mapping[str, int], picked: 
 
 
 def _parts(
-    dataset: xr.Dataset,
-    row: str,
-    x: Floats,
-    y: Floats,
-    name: str,
-    direction: str,
-    column: int,
-    chosen: Mapping[str, int],
+    dataset: xr.Dataset, row: str, x: Array, y: Array, name: str, direction: str, column: int, chosen: Mapping[str, int]
 ) -> Iterator[Line]:
     """Give a line as it is, or its stable and unstable parts with gaps between its pieces."""
     places = np.arange(len(x))

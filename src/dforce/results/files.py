@@ -111,7 +111,7 @@ def _plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     return plain | ({BOOLEANS: " ".join(booleans)} if booleans else {})
 
 
-def _python_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def _python_attributes(attributes: Mapping[object, object]) -> dict[str, Any]:
     """Undo :func:`_plain_attributes`."""
     python = {str(k): v.item() if isinstance(v, np.generic) else v for k, v in attributes.items()}
     for key in str(python.pop(BOOLEANS, "")).split():
@@ -214,7 +214,7 @@ def _none(dataset: xr.Dataset) -> set[str]:
     return {column for column, none in columns if none.ndim == 0 and bool(none)}
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> Any:
     """Return a value as a table holds it: the shortest text that gives the same number back; NaN is empty."""
     if isinstance(value, str):
         return FORMULA.sub(r"\1'\2", value)

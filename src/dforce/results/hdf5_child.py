@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import h5py
-    import numpy as np
 
-    Column = tuple[str, dict[str, str], np.ndarray[Any, Any]]
+    from dforce.core.arrays import AnyArray
+
+    Column = tuple[str, dict[str, str], AnyArray]
     Curve = tuple[list[Column], dict[str, str]]
 
 MOST_MEMORY = 4_000_000_000  # bytes of the process
@@ -117,7 +118,7 @@ def _is_column(member: h5py.Dataset) -> bool:
     return bool(plain and member.ndim == 1 and len(member) > 1)
 
 
-def _is_text(dtype: Any) -> bool:
+def _is_text(dtype: object) -> bool:
     import h5py
 
     return h5py.check_string_dtype(dtype) is not None

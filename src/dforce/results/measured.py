@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from dforce.core.arrays import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 QUANTITIES = ("zc", "amplitude", "phase", "amplitude_ratio", "total_virial", "total_dissipated_energy")
 
@@ -22,10 +23,10 @@ def moved(curve: xr.Dataset, shift: float, turn: float) -> xr.Dataset:
     )
 
 
-def by_model(curve: xr.Dataset) -> dict[str, list[Floats]]:
+def by_model(curve: xr.Dataset) -> dict[str, list[Array]]:
     """Return what was measured, an array for each tone, by those of :data:`QUANTITIES` that there are; heights are `zc`."""
 
-    def tones(name: str) -> list[Floats]:
+    def tones(name: str) -> list[Array]:
         return [np.asarray(curve[key].values, dtype=float) for key in (name, f"{name}_2") if key in curve]
 
     found = {"zc": tones("height"), "amplitude": tones("amplitude"), "phase": tones("phase")}

@@ -83,7 +83,7 @@ def checksum(identity: str, key: str, content: bytes) -> bytes:
     return found.digest()
 
 
-def identity_of(words: Any) -> str:
+def identity_of(words: object) -> str:
     """Return a name for a sweep, of all that decides its numbers, as JSON holds it."""
     return hashlib.blake2b(json.dumps(words, sort_keys=True).encode(), digest_size=SIZE).hexdigest()
 
@@ -126,7 +126,7 @@ def unsealed(content: bytes | None) -> tuple[dict[str, Any], Seal] | None:
     return ({key: value for key, value in attributes.items() if key != KEY}, seal) if whole else None
 
 
-def _canonical(attributes: Mapping[str, Any]) -> bytes:
+def _canonical(attributes: Mapping[str, object]) -> bytes:
     return json.dumps(attributes, sort_keys=True).encode()
 
 

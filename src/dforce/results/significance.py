@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.core.quantities import AMOUNTS
 from dforce.results.dataset import COLUMN_DIMS
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.results.curves import Line
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-Bools = np.ndarray[Any, np.dtype[np.bool_]]
 SCALE = "error_scale"  # attribute of an amount (SI): its estimated error is the result's error_estimate times this
 ROUNDING = 1e-12  # of sums of force times distance
 ERRORS = ("error_estimate", "peak_force", "min_force")  # quantities that tell the errors of others
@@ -61,7 +60,7 @@ def _energy(problem: Problem, n: int) -> float:
 
 
 @checked
-def error_of(dataset: xr.Dataset, name: str) -> Floats:
+def error_of(dataset: xr.Dataset, name: str) -> Array:
     """Return the estimated error (SI) of a quantity at each point of a result; 0 of quantities that are no amounts.
 
     Where the motion has no estimated error, the accuracy that is asked for by default takes its place; where the result

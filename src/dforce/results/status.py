@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Status(enum.IntEnum):
@@ -46,7 +45,7 @@ WORTHLESS = 1e-2  # of a quantity's scale: with a larger error a point has no nu
 REPEATING = (Status.OK, Status.INACCURATE)  # of motions that settled and repeat from period to period
 
 
-def repeats(status: Any) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def repeats(status: Any) -> Bools:
     """Return at which points the motion settled into one that repeats."""
     return np.isin(status, REPEATING)
 

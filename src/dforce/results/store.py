@@ -11,7 +11,7 @@ from dforce.core.errors import ParameterError, ResultError, shorten
 from dforce.core.files import reason
 from dforce.core.quantities import OBSERVABLES
 from dforce.results.seal import COPY, KEY, ROOT, Seal, attributes_in, damage, sealed, unsealed
-from dforce.results.store_files import Files, said
+from dforce.results.store_files import StoreFiles, said
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +36,7 @@ def check_store(path: str | os.PathLike[str], resume: bool) -> None:
         to go on with.
     """
     zarr_package()
-    files = Files(path)
+    files = StoreFiles(path)
     if not is_store(path):
         raise ResultError(f"{files.name} does not end in '{SUFFIX}', as a store does")
     try:
@@ -68,7 +68,7 @@ def open_store(path: str | os.PathLike[str]) -> xr.Dataset:
     zarr_package()
     from dforce.results.checked import Checked
 
-    files = Files(path)
+    files = StoreFiles(path)
     attributes, seal = read_root(files)
     once = whole_files(files, seal)
     for key in seal.files:
@@ -93,7 +93,7 @@ def open_store(path: str | os.PathLike[str]) -> xr.Dataset:
     return data
 
 
-def read_root(files: Files) -> tuple[dict[str, Any], Seal]:
+def read_root(files: StoreFiles) -> tuple[dict[str, Any], Seal]:
     """Return the attributes of a store and its seal.
 
     Raises
@@ -122,7 +122,7 @@ def read_root(files: Files) -> tuple[dict[str, Any], Seal]:
     raise ResultError(f"{files.name} was not written by dForce, or was not finished being made")
 
 
-def whole_files(files: Files, seal: Seal) -> dict[str, bytes]:
+def whole_files(files: StoreFiles, seal: Seal) -> dict[str, bytes]:
     """Return the files of a store that are written once, without those that are missing or not as they were written."""
     found = files.read(seal.files)
     return {key: content for key, content in found.items() if seal.is_whole(key, content)}
@@ -144,5 +144,5 @@ def zarr_package() -> Any:
     return zarr
 
 
-def _is_there(files: Files) -> bool:
+def _is_there(files: StoreFiles) -> bool:
     return files.folder.exists() if files.folder is not None else bool(files.read([ROOT, COPY]))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 MOST_BYTES = 2_000_000_000  # of a file of a store
 
 
-class Files:
+class StoreFiles:
     """The files of a store; each is written whole or not at all.
 
     Attributes

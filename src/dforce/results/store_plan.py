@@ -141,7 +141,7 @@ def encoded(plan: Plan) -> dict[str, bytes]:
     return {key: one.to_bytes() for key, one in desk.items() if key not in (ROOT, COPY)}
 
 
-def plain(attrs: Mapping[str, Any]) -> dict[str, Any]:
+def plain(attrs: Mapping[str, object]) -> dict[str, Any]:
     """Return attributes as JSON holds them."""
     return {
         str(key): value.tolist() if isinstance(value, np.ndarray | np.generic) else value

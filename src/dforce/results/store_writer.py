@@ -19,7 +19,7 @@ from dforce.core.errors import ResultError, shorten
 from dforce.core.files import TEMPORARY, reason
 from dforce.results.seal import ABSENT, COPY, ROOT, Seal, checksum, record_key, sealed, unsealed
 from dforce.results.store import UNFINISHED, read_root, whole_files, zarr_package
-from dforce.results.store_files import Files, said
+from dforce.results.store_files import StoreFiles, said
 from dforce.results.store_plan import Blocks, Plan, encoded, plain
 
 STATUS = "status"
@@ -48,7 +48,7 @@ class Writer:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         import filelock
 
-        self.files = Files(path)
+        self.files = StoreFiles(path)
         self._lock = None if self.files.folder is None else filelock.FileLock(f"{self.files.folder}.lock", timeout=0)
         self.attributes: dict[str, Any] = {}
         self.seal = Seal("", {}, (), "", {})
@@ -135,12 +135,12 @@ class Writer:
         self.seal = replace(self.seal, files={**self.seal.files, **sums})
         self._take(whole_files(self.files, self.seal))
 
-    def mark(self, attrs: Mapping[str, Any]) -> None:
+    def mark(self, attrs: Mapping[str, object]) -> None:
         """Write attributes beside those that the store has, such as that it is unfinished, and mend those that are damaged."""
         with self._told():
             self._put_attributes(self.attributes | plain(attrs))
 
-    def _put_attributes(self, attributes: Mapping[str, Any]) -> None:
+    def _put_attributes(self, attributes: Mapping[str, object]) -> None:
         """Write attributes of the store; the copy first, so that one of the two is whole at any moment."""
         self.attributes = dict(attributes)
         content = sealed(self.attributes, self.seal)
@@ -175,7 +175,11 @@ class Writer:
         return not wrong
 
     def put(
-        self, blocks: Blocks, place: Mapping[str, slice], arrays: Mapping[str, tuple[tuple[str, ...], Any]], broken: int
+        self,
+        blocks: Blocks,
+        place: Mapping[str, slice],
+        arrays: Mapping[str, tuple[tuple[str, ...], object]],
+        broken: int,
     ) -> None:
         """Write a block, its record last.
 
@@ -237,7 +241,7 @@ class Writer:
             with self._told():
                 self._put_attributes(self.attributes | {NOTES: "\n".join([*before, sentence])})
 
-    def finish(self, attrs: Mapping[str, Any], empty: Sequence[str], without: Sequence[str]) -> None:
+    def finish(self, attrs: Mapping[str, object], empty: Sequence[str], without: Sequence[str]) -> None:
         """Write attributes of a result that is complete, without some that it had, and without arrays that stayed empty."""
         kept = {key: value for key, value in self.attributes.items() if key not in {*without, UNFINISHED}}
         gone = [f"{name}/{ROOT}" for name in empty if name in self._arrays and name not in self._filled]

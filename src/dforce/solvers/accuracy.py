@@ -12,9 +12,9 @@ import time
 
 import numpy as np
 
+from dforce.core.arrays import Array, Indices
 from dforce.core.first_answer import may_be_early
 from dforce.core.parallel import Stopped
-from dforce.kernel import Array
 from dforce.kernel.codegen import ZC
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
@@ -23,7 +23,6 @@ from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.crests import passed_by
 from dforce.solvers.integrator import load_kernels
 from dforce.solvers.points import Points
-from dforce.solvers.problem_batch import Indices
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States

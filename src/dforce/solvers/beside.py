@@ -27,7 +27,7 @@ from dforce.core import log
 from dforce.core.first_answer import may_be_early, may_go_on_beside
 from dforce.core.parallel import cores
 from dforce.kernel import behind, cache
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.problem import Problem
 from dforce.solvers.integrator import CALLED, load_kernels
 from dforce.solvers.newton import empty_orbits
@@ -54,7 +54,7 @@ class Order(NamedTuple):
     later: Sequence[str] = ()
 
 
-def solver(solvers: kernel.Kernel, name: str, orbits: int, problem: Problem, tip: Tip) -> Callable[..., Any]:
+def solver(solvers: kernel.Kernel, name: str, orbits: int, problem: Problem, tip: TipFunctions) -> Callable[..., Any]:
     """Return a solver for so many orbits of such problems: as Python runs it, where nobody is to wait for a compiler."""
     if not solvers.is_ready(name):
         if orbits <= FEW.get(name, orbits) and may_be_early() and compile_behind(problem, tip):
@@ -74,7 +74,7 @@ def compile_beside(problem: Problem) -> None:
                 _start(Order(problem, names))
 
 
-def compile_behind(problem: Problem, tip: Tip) -> bool:
+def compile_behind(problem: Problem, tip: TipFunctions) -> bool:
     """Begin to compile what runs wait for, then all solvers for as many modes; say whether that goes on."""
     kind = len(problem.modes), problem.late_fluid
     with _BEGINNING:
@@ -151,7 +151,7 @@ class _Compiled(kernel.Kernel):
         return lambda *arguments: self.compile_for(name, arguments)
 
 
-class _Unready(Tip):
+class _Unready(TipFunctions):
     """A tip equation that nothing is compiled of, because nobody calls it."""
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Indices
 from dforce.integrators.lanes import padded
-from dforce.kernel import Array
 from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
 from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
@@ -23,7 +23,7 @@ from dforce.solvers.beside import solver
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
-from dforce.solvers.problem_batch import Indices, Levers, Lot
+from dforce.solvers.problem_batch import Levers, Lot
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.retune import retune
@@ -60,13 +60,6 @@ class Block:
 
     predicted, wanted = PREDICTED, ALL
 
-    def __new__(cls, lot, problem, settings, *given, **named):  # type: ignore[no-untyped-def]
-        if settings.integrator == "engine" and cls is Block:
-            from dforce.solvers.engine_block import EngineBlock
-
-            return super().__new__(EngineBlock)
-        return super().__new__(cls)
-
     def __init__(
         self,
         lot: Lot,
@@ -98,7 +91,7 @@ class Block:
             self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
-        self._tip, self._parameters = Tip(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
+        self._tip, self._parameters = TipFunctions(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
         self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
         self._finer: dict[int, Block] = {}

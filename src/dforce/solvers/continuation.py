@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.orbit import END, FOLD, GRAZING, PERIOD_DOUBLING, TORUS, Orbit, ParameterRange
 from dforce.solvers.transient import Watch
 

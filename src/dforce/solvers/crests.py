@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.forces import Force
-from dforce.kernel import Array
 from dforce.kernel.codegen import CONTACT, parameter_count
 from dforce.problem import Problem
 

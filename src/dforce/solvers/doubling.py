@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.continuation import Curve, alternation
 from dforce.solvers.orbit import MOST_REPEATS, PERIOD_DOUBLING, Orbit, ParameterRange
 from dforce.solvers.transient import Watch

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
 from dforce.solvers.orbit import Orbit, ParameterRange

@@ -12,10 +12,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import AnyArray, Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.integrators import adaptive, lanes, loops, lsoda, rk4
-from dforce.kernel import Array
-from dforce.kernel.tip import Tip
+from dforce.kernel.tip import TipFunctions
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
 from dforce.solvers import newton, period_map, quasi_static, relaxation
@@ -95,8 +95,8 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
         needs.append(force.fastest_rate / (RELAXED * first))
         if needs[-1] > MOST_POINTS:
             raise ParameterError(
-                f"{force.name} relaxes in {1.0 / force.fastest_rate:.3g} s, so fast beside the period of "
-                f"{1.0 / first:.3g} s that more than {MOST_POINTS} samples per period are needed; give a longer time"
+                f"{force.name} relaxes in {1.0 / force.fastest_rate:.3g} s, so fast relative to the period of "
+                f"{1.0 / first:.3g} s that more than {MOST_POINTS} samples per period are needed; use a longer relaxation time"
             )
     return int(enough_samples(np.array(max(needs)), settings))
 
@@ -146,7 +146,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = Tip(self.kernel, problem, CALLED)
+        self._tip = TipFunctions(self.kernel, problem, CALLED)
         self._turns: dict[int, lockin.Turns] = {}
 
     def turns(self, points: int) -> lockin.Turns:
@@ -163,7 +163,7 @@ class Integrator(ABC):
         """Return the tip equation at the distance as the solvers take it, which call these functions."""
         return self._tip.at(self.p, names)
 
-    def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, np.ndarray[Any, np.dtype[np.complex128]]]:
+    def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
         out = np.empty((periods, 2 * len(self.problem.tones)))
         motion = self._march(motion, periods, False, out)
@@ -183,14 +183,14 @@ class Integrator(ABC):
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion: ...
 
 
-def free_amplitudes(integrator: Integrator, period: int = 0) -> np.ndarray[Any, np.dtype[np.complex128]]:
+def free_amplitudes(integrator: Integrator, period: int = 0) -> Complexes:
     """Return the complex amplitudes (m) of the motion without forces at the start of a period, (tones, modes)."""
     problem = integrator.problem
     turns = np.array([tone.frequency / problem.tones[0].frequency * period for tone in problem.tones])
     return np.asarray(problem.free * np.exp(1j * kernel.TWO_PI * (turns - np.floor(turns)))[:, None])
 
 
-def with_amplitudes(integrator: Integrator, amplitudes: np.ndarray[Any, Any], period: int = 0) -> Motion:
+def with_amplitudes(integrator: Integrator, amplitudes: AnyArray, period: int = 0) -> Motion:
     """Return the state at the start of a period that deflects with these amplitudes; forces' memories are at rest."""
     omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
     base = kernel.base_in_motion(integrator.problem, integrator.tones, period)[: 2 * amplitudes.shape[1]]
@@ -332,8 +332,4 @@ class LSODA(Integrator):
         return left
 
 
-class Engine(RK4):
-    name = "engine"
-
-
-INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, LSODA, Adaptive, Engine)}
+INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, LSODA, Adaptive)}

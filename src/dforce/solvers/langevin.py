@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Complexes, Indices
 from dforce.core.errors import ParameterError
 from dforce.instrument import ModeNumbers
 from dforce.instrument.noise import time_constant
-from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.solvers import _langevin_loops as loops
 from dforce.solvers.integrator import Integrator, Motion
@@ -129,7 +129,7 @@ class Lanes:
     y: Array
     memory: Array
     latched: Array
-    keys: np.ndarray[Any, np.dtype[np.int64]]
+    keys: Indices
     period: int
     lowest: Array
     lock_ins: Array
@@ -208,7 +208,7 @@ class Langevin(Integrator):
         case = zlib.crc32(text.encode())
         return (seed & WORD) ^ case, (seed >> 32) & WORD ^ (case * 0x9E3779B1 & WORD)
 
-    def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, np.ndarray[Any, np.dtype[np.complex128]]]:
+    def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, Complexes]:
         """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
 
         It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.

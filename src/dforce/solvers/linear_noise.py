@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Complexes
 from dforce.instrument.history import FluidMemory
 from dforce.instrument.noise import time_constant
 from dforce.integrators import loops
-from dforce.kernel import Array
 from dforce.problem import Problem
 from dforce.solvers._tangents import tangents
 from dforce.solvers.integrator import Integrator, Motion
@@ -49,7 +49,7 @@ class LinearNoise:
     state: Array
     quadratures: Array
 
-    def amplitude_and_phase(self, read: np.ndarray[Any, np.dtype[np.complex128]]) -> tuple[Array, Array]:
+    def amplitude_and_phase(self, read: Complexes) -> tuple[Array, Array]:
         """Return the standard deviation of amplitude (m) and phase (degrees) beside mean complex amplitudes (m)."""
         turned = np.exp(-1j * np.angle(read))
         along = np.stack([turned.real, -turned.imag], axis=-1)

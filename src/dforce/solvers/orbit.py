@@ -12,12 +12,11 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
-from dforce.kernel import Array
 from dforce.observables import measure
 from dforce.observables.averaging import common_period, weights
 from dforce.observables.complex_numbers import angle
@@ -83,7 +82,7 @@ class Orbit:
         return self.u[:-1]
 
     @functools.cached_property
-    def multipliers(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+    def multipliers(self) -> Complexes:
         """Floquet multipliers over the period after which the motion repeats, the largest first."""
         found = np.linalg.eigvals(self.monodromy).astype(complex)
         return found[np.argsort(-np.abs(found), kind="stable")]

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, finish_each, first_amplitudes, multipliers
 from dforce.solvers.block import Block
-from dforce.solvers.problem_batch import Indices
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
@@ -133,7 +131,7 @@ class Points:
         return Steady(values, motion, True, True, block.settings.accuracy)
 
     @property
-    def is_orbit(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def is_orbit(self) -> Bools:
         """Whether a point is an orbit of one common period."""
         return np.isfinite(self.residual)
 

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
-from dforce.kernel import Array
+from dforce.core.arrays import Array
+from dforce.core.arrays import Indices as Indices  # noqa: PLC0414
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import PHASE_ERROR, enough_samples
 
 LEAST_SAMPLES = 32  # per period of a mode
-Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 
 def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:

@@ -8,7 +8,7 @@ from typing import Protocol as Kind
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion

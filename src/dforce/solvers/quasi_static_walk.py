@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array, Indices
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, multipliers
 from dforce.solvers.block import ENDED, TOO_ROUGH, Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Jump, Points, amplitude_of
-from dforce.solvers.problem_batch import Indices
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.state_ends import End, Landing, Left, directions

@@ -27,7 +27,7 @@ from itertools import combinations, islice, product
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
 from dforce.solvers.integrator import free_amplitudes, with_amplitudes

@@ -11,15 +11,15 @@ from dforce.core.parameters import Parameters
 
 
 class SolverSettings(Parameters):
-    """How the steady motion is found: the integrator, its sampling, and when the motion counts as settled."""
+    """Settings of the solver: the integrator, its sampling, and the criterion of a settled motion."""
 
     title_of: ClassVar[str] = "solver"
 
     method: Literal["periodic", "transient"] = pydantic.Field(
         default="periodic",
-        description="periodic: find the periodic orbit itself (by rk4); transient: integrate until the motion has settled",
+        description="periodic: solve for the periodic orbit (with rk4); transient: integrate until the motion has settled",
     )
-    integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
+    integrator: Literal["rk4", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
         description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks; langevin: "
         "fixed steps with thermal motion, for a dwell",
@@ -28,25 +28,25 @@ class SolverSettings(Parameters):
         default=256,
         ge=16,
         le=65_536,
-        description="samples per period of the first tone; raised where a faster tone or mode needs more",
+        description="samples per period of the first tone; raised if a faster tone or mode needs more",
     )
     accuracy: float | None = pydantic.Field(
         default=1e-4,
         ge=1e-8,
         le=0.01,
-        description="periodic: error of each quantity as a share of its scale; found again with more samples where it is "
-        "larger; left out beside points_per_period: the samples stay as given",
+        description="periodic: error of each quantity as a share of its scale; an orbit with a larger error gets more "
+        "samples; without accuracy, points_per_period is fixed",
     )
     relative_tolerance: float = pydantic.Field(
         default=1e-10,
         ge=1e-13,
         le=1e-3,
-        description="error per step allowed by lsoda and adaptive, relative to the motion",
+        description="allowed error per step of lsoda and adaptive, relative to the motion",
     )
     settle: Literal["converged", "fixed"] = pydantic.Field(
         default="converged",
-        title="How long the motion settles",
-        description="converged: until amplitudes and phases stop moving; fixed: a count of periods",
+        title="Settling of the motion",
+        description="converged: until amplitudes and phases are constant; fixed: a number of periods",
     )
     settle_tolerance: float = pydantic.Field(
         default=1e-6,
@@ -60,7 +60,7 @@ class SolverSettings(Parameters):
         ge=1,
         le=1_000_000_000,
         title="Most periods to settle",
-        description="converged: give up after so many periods; left out: 40 decay times of the slowest mode, at least 400",
+        description="converged: largest number of periods; default: 40 decay times of the slowest mode, at least 400",
     )
     periods: int = pydantic.Field(
         default=400,
@@ -73,7 +73,7 @@ class SolverSettings(Parameters):
         default=8,
         ge=1,
         le=1_000_000,
-        description="periods measured once settled; raised to whole common periods of all tones",
+        description="measured periods after settling; raised to whole common periods of all tones",
     )
 
     @pydantic.model_validator(mode="before")
@@ -94,16 +94,14 @@ class SolverSettings(Parameters):
 
     @pydantic.model_validator(mode="after")
     def _method_and_integrator_agree(self) -> Self:
-        if self.method == "periodic" and self.integrator not in ("rk4", "engine"):
+        if self.method == "periodic" and self.integrator != "rk4":
             raise ParameterError(
-                f'solver.integrator = {self.integrator} goes with method = "transient"; periodic orbits are found with rk4'
+                f'solver.integrator = {self.integrator} needs method = "transient"; periodic orbits use rk4'
             )
         if self.method == "periodic" and self.settle == "fixed":
-            raise ParameterError(
-                'solver.settle = fixed goes with method = "transient"; a periodic orbit has no settling'
-            )
+            raise ParameterError('solver.settle = fixed needs method = "transient"; a periodic orbit has no settling')
         return self
 
 
 def _asks_for_transient(given: dict[str, Any]) -> bool:
-    return bool(given.get("integrator", "rk4") not in ("rk4", "engine") or given.get("settle", "converged") != "converged")
+    return bool(given.get("integrator", "rk4") != "rk4" or given.get("settle", "converged") != "converged")

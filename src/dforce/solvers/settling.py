@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array, Indices
 from dforce.solvers.block import Block
-from dforce.solvers.problem_batch import Indices
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.relaxation import ARRIVED
 from dforce.solvers.states import States

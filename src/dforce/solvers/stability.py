@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.newton import multiply
 from dforce.solvers.period_map import FD_STEP
 

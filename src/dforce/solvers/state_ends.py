@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.integrator import Motion
 from dforce.solvers.quasi_static import Branch
 

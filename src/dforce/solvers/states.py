@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.integrator import Motion
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import AnyArray, Array
 from dforce.observables import measure
 from dforce.observables.averaging import common_period, weights, window_length
 from dforce.observables.finish import finish
@@ -75,9 +75,7 @@ def decay_periods(problem: Problem) -> int:
     return max(1, math.ceil(max(mode.Q * first / (math.pi * mode.f0) for mode in problem.modes)))
 
 
-def march(
-    integrator: Integrator, motion: Motion, periods: int, watch: Watch, kept: int = 1
-) -> tuple[Motion, np.ndarray[Any, Any]]:
+def march(integrator: Integrator, motion: Motion, periods: int, watch: Watch, kept: int = 1) -> tuple[Motion, AnyArray]:
     """Advance with looks at the watch; return the motion and the complex amplitudes of the last periods `kept`."""
     last = np.empty((0, len(integrator.tones)), dtype=complex)
     for count in _chunks(periods, watch):
@@ -205,7 +203,7 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
     return False, rows[:count], drift
 
 
-def _range(c: np.ndarray[Any, Any]) -> float:
+def _range(c: AnyArray) -> float:
     return float(max(np.ptp(c.real), np.ptp(c.imag)))
 
 

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.orbit import ParameterRange
 
 SAMPLES, FINER, TURN = 64, 12, 0.7  # of a side, how often those are halved, and between neighbors the largest turn

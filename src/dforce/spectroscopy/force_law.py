@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.forces import Force
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
-from dforce.spectroscopy.evaluate import Answer, Array, Motion, follow
+from dforce.spectroscopy.evaluate import Answer, Motion, follow
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
@@ -183,14 +184,14 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
     return np.linspace(start, problem.a0 - min(depth, MOST_DEPTH), POINTS)
 
 
-def _number(given: Any, unit: str, name: str) -> float:
+def _number(given: object, unit: str, name: str) -> float:
     try:
         return units.parse(given, unit)
     except UnitError as error:
         raise UnitError(f"{name} {error}") from None
 
 
-def _numbers(given: Any, unit: str, name: str) -> Array:
+def _numbers(given: object, unit: str, name: str) -> Array:
     """Return numbers in SI, given as an array or as a list of texts with units."""
     try:
         if isinstance(given, list | tuple) and any(isinstance(item, str) for item in given):

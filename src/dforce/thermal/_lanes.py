@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, case_of
+from dforce.core.arrays import Complexes
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
-from dforce.experiments.motion import motion_of
 from dforce.instrument.noise import detector_readings, time_constant
 from dforce.observables.complex_numbers import phase_lag
+from dforce.procedures.motion import motion_of
+from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.runs import dwell, watched
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
 CHUNK = 64  # periods between looks at the watch
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
 MOST_SEED = 2**62
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @checked
@@ -124,12 +125,12 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
     return [*counts]
 
 
-def _lag(c: Complex) -> Any:
+def _lag(c: Complexes) -> Any:
 
     return phase_lag(c)
 
 
-def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Motion]:
+def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float, Motion]:
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")
@@ -139,13 +140,11 @@ def start_of(case: Case | xr.Dataset, zc: Any) -> tuple[Case, Problem, float, Mo
         if zc is not None:
             raise ParameterError("a point of a result has its distance; leave zc out")
         asked, point = case_of(case), case
-        if asked.experiment is None:
-            raise ParameterError("the result does not say which experiment it is from")
         if MOTION not in point.variables or point["status"].ndim:
             raise ResultError(
                 "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
             )
-        problem = asked.experiment.problem_at(asked.problem, point, asked)
+        problem = problem_at(asked, point)
     if MOTION not in point.variables:
         raise ResultError("there is no motion at this distance")
     motion = motion_of(point, problem)
@@ -168,7 +167,7 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complex, Lanes]:
+def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complexes, Lanes]:
     """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.
@@ -186,7 +185,7 @@ def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[
     return np.concatenate(parts, axis=1), lanes
 
 
-def read_out(integrator: Langevin, c: Complex, seeds: Sequence[int], band: tuple[float, int] | None) -> Complex:
+def read_out(integrator: Langevin, c: Complexes, seeds: Sequence[int], band: tuple[float, int] | None) -> Complexes:
     """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
@@ -207,7 +206,7 @@ def _detector(
     return added if band is None else _low_pass(added, frequency, *band)
 
 
-def _low_pass(read: Complex, frequency: float, bandwidth: float, poles: int) -> Complex:
+def _low_pass(read: Complexes, frequency: float, bandwidth: float, poles: int) -> Complexes:
     """Return noise of periods behind equal poles."""
     from scipy.signal import lfilter
 

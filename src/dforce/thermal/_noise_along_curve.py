@@ -8,12 +8,14 @@ import numpy as np
 
 from dforce.case import Case, case_of
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress as Told
-from dforce.experiments.motion import motion_of
 from dforce.observables.averaging import common_period
+from dforce.procedures.motion import motion_of
+from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.status import REPEATING
 from dforce.runs import watched
@@ -24,7 +26,6 @@ from dforce.validity import advice, attributes
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
     from dforce.problem import Problem
 
 Progress = Told | bool | None
@@ -95,7 +96,7 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     return _finished(curve, case, found, band, count, interrupted)
 
 
-def lock_in_of(problem: Problem, bandwidth: Any, poles: int | None) -> tuple[float, int]:
+def lock_in_of(problem: Problem, bandwidth: object, poles: int | None) -> tuple[float, int]:
     """Return bandwidth (Hz) and poles of the lock-in, as given or as the case says."""
     try:
         band = problem.noise.bandwidth if bandwidth is None else units.parse(bandwidth, "Hz")
@@ -121,7 +122,7 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
         return None
     if MULTIPLIERS in point and not _dies_out(point[MULTIPLIERS].values):
         return None
-    problem = case.experiment.problem_at(case.problem, point, case)
+    problem = problem_at(case, point)
     common = common_period([tone.frequency for tone in problem.tones])
     repeats = float(point[REPEATS]) if REPEATS in point else np.nan
     periods = int(repeats) if np.isfinite(repeats) else common

@@ -8,6 +8,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
@@ -16,7 +17,6 @@ from dforce.thermal._snap import at_rest, barrier_at, of_high_Q
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
     from dforce.problem import Problem
 
 FARTHEST = 1e-6  # m from a0, beyond which no attraction is looked for
@@ -73,7 +73,7 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
     return describe(data)
 
 
-def _speeds(given: Any) -> Array:
+def _speeds(given: object) -> Array:
     try:
         found = np.array(units.parse_all(given, "m/s"))
     except UnitError as error:

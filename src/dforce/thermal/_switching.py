@@ -139,7 +139,7 @@ def switching_rate(
     return describe(data)
 
 
-def _temperatures(problem: Problem, given: Any) -> list[float]:
+def _temperatures(problem: Problem, given: object) -> list[float]:
     try:
         found = units.parse_all(problem.noise.temperature if given is None else given, "K")
     except UnitError as error:

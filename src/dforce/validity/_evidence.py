@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Bools
 from dforce.forces import Force
 from dforce.results.significance import is_none, with_scales
 
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
-Mask = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 class Evidence:
@@ -54,6 +52,8 @@ class Evidence:
         """Return the path of a number of a mode, counted from 0."""
         if self.case.cantilever.beam is not None:
             return "cantilever.beam"
+        if number and self.case.cantilever.higher_modes:
+            return f"cantilever.higher_modes.{number}.{field}"
         return f"cantilever.modes.{number + 1}.{field}" if self.case.cantilever.modes else f"cantilever.{field}"
 
     def of_tone(self, number: int, field: str) -> str:
@@ -80,13 +80,13 @@ class Evidence:
         return np.asarray(values)
 
     @functools.cached_property
-    def stable(self) -> Mask | None:
+    def stable(self) -> Bools | None:
         """Which points of branches are stable; None for other results."""
         array = self.array("stable")
         return None if array is None else np.asarray(array, dtype=bool)
 
     @functools.cached_property
-    def _trusted(self) -> Mask | None:
+    def _trusted(self) -> Bools | None:
         """Where the motion settled and is stable; None where a result does not say."""
         from dforce.results.status import Status, repeats
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dforce.experiments import FrequencySweep
 from dforce.library.cantilevers import NOMINAL
+from dforce.library.materials import materials
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
 
@@ -105,4 +106,46 @@ def nominal_lever(seen: Evidence) -> Advice | None:
     )
 
 
-PIECES = (unusual_value, nominal_lever)
+def ideal_higher_mode(seen: Evidence) -> Advice | None:
+    """Look for higher modes whose frequency or spring constant is that of an ideal beam."""
+    modes = seen.case.cantilever.higher_modes
+    taken = [
+        (n, field) for n, mode in enumerate(modes, start=2) for field in ("f0", "k") if getattr(mode, field) is None
+    ]
+    if not taken:
+        return None
+    said = ", ".join(
+        f"{field} of mode {n} = {shown(getattr(seen.problem.modes[n - 1], field), USUAL[field].unit)}"
+        for n, field in taken
+    )
+    return Advice(
+        "ideal_higher_mode",
+        len(taken),
+        0.0,
+        f"An ideal beam gives {said} (f2 = 6.27 f1, k2 = 39.3 k1). A heavy tip or a pointed end changes them: "
+        "measure f0 in a tune, and write it in cantilever.higher_modes.",
+        "Euler-Bernoulli beam with one free end, without the mass of a tip",
+        tuple(f"cantilever.higher_modes.{n - 1}.{field}" for n, field in taken),
+    )
+
+
+def nominal_sample(seen: Evidence) -> Advice | None:
+    """Look for a sample whose Young's modulus is known by its name alone."""
+    name = seen.case.sample.name
+    if name is None or "youngs_modulus" in seen.case.sample.model_fields_set:
+        return None
+    material = materials()[name]
+    spread = f", from {material.range}" if material.range else ""
+    return Advice(
+        "nominal_sample",
+        material.youngs_modulus,
+        0.0,
+        f"Young's modulus of {name} is nominal: {shown(material.youngs_modulus, 'Pa')}{spread}. Compute at both ends, or write "
+        "a measured sample.youngs_modulus beside the name.",
+        material.source,
+        ("sample.youngs_modulus",),
+        "Pa",
+    )
+
+
+PIECES = (unusual_value, nominal_lever, nominal_sample, ideal_higher_mode)

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.validity._advice import Advice, percent, shown
-from dforce.validity._evidence import Array, Evidence
+from dforce.validity._evidence import Evidence
 
 SEEN = 2e-4  # of the drive: 0.01 degrees at resonance; RK4 by itself may turn a mode by half of that
 CLOSURE = 0.005  # of the mean force

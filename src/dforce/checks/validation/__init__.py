@@ -33,10 +33,10 @@ def validate(quick: bool = False, progress: Callable[[str], None] | None = None)
     """
     from dforce.checks.machine import machine
     from dforce.checks.validation import closed_forms, curves, disagreements, identities, orders, published
-    from dforce.checks.validation.checks import Part, as_table
+    from dforce.checks.validation.checks import ValidationPart, as_table
 
     tell, start = progress or (lambda text: None), time.perf_counter()
-    steps: tuple[tuple[str, Callable[[], Part]], ...] = (
+    steps: tuple[tuple[str, Callable[[], ValidationPart]], ...] = (
         ("published values", lambda: published.part(quick)),
         ("identities", lambda: identities.part(quick)),
         ("closed forms", lambda: closed_forms.part(quick)),

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from dforce.checks.validation.tip_equation import Array, Region, TipEquation, attraction_that_stops, dmt_with_drag, jkr
+from dforce.checks.validation.tip_equation import Region, TipEquation, attraction_that_stops, dmt_with_drag, jkr
+from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.forces.dmt import DMT
 from dforce.forces.hertz import Hertz

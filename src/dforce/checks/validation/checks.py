@@ -51,7 +51,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Part:
+class ValidationPart:
     """A part of the validation.
 
     Attributes
@@ -88,28 +88,18 @@ def half_a_digit(text: str) -> float:
     return 0.5 * 10.0**-decimals / abs(float(mantissa)) * (1.0 + 1e-9) if float(mantissa) else math.inf
 
 
-def compare(
-    group: str,
-    name: str,
-    found: float,
-    expected: str,
-    unit: str,
-    within: float | None = None,
-    of: float | None = None,
-    source: str = "",
-    note: str = "",
-) -> Check:
-    """Return the check of a number against one as written: to half a unit of its last digit, or relative `within`.
+def deviation(found: float, expected: str, within: float | None = None, of: float | None = None) -> tuple[float, float]:
+    """Return the error of a number against one as written, and its limit: half a unit of the last digit, or `within`.
 
-    `of` is the size that errors are relative to, where that is not the expected value itself.
+    Both are relative to the expected value, or to the size `of`.
     """
     value = float(expected)
     size = abs(value) if of is None else of
     limit = half_a_digit(expected) * abs(value) / size if within is None else within
-    return Check(group, name, found, value, unit, abs(found - value) / size, limit, source, note)
+    return abs(found - value) / size, limit
 
 
-def as_table(parts: tuple[Part, ...]) -> list[dict[str, Any]]:
+def as_table(parts: tuple[ValidationPart, ...]) -> list[dict[str, Any]]:
     """Return the parts as plain data, for JSON."""
     return [
         {

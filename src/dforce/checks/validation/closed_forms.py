@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from dforce.case import Case, example
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.checks.validation.comparison import find
 from dforce.forces.dmt import DMT
 from dforce.instrument import Cantilever, Drive, Sample, Tip
@@ -117,10 +117,10 @@ def _small_amplitude() -> Iterator[Check]:
         )
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
     sources = [_attraction_without_contact, _small_amplitude, *([] if quick else [_phase_of_a_conservative_force])]
     checks = tuple(check for source in sources for check in source())
     if not np.isfinite([check.error for check in checks]).all():
         raise ArithmeticError("a closed form has no value")
-    return Part("closed_forms", "Closed forms", TEXT, checks, {})
+    return ValidationPart("closed_forms", "Closed forms", TEXT, checks, {})

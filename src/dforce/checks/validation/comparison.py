@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array
 from dforce.experiments.base import Start, initial_motion
-from dforce.kernel import Array
 from dforce.observables.averaging import weights, window_length
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
@@ -32,7 +32,7 @@ SEEN = 0.01  # of the free amplitude: the phase of a smaller motion is not compa
 
 
 @dataclass(frozen=True)
-class Found:
+class SteadyMotion:
     """A steady motion as dForce finds it.
 
     Attributes
@@ -68,7 +68,7 @@ def mean_squares(integrator: Integrator, motion: Motion) -> Array:
     return np.asarray(weights(frequencies, count) @ np.array(squares))
 
 
-def find(case: Case, zc: float, points: int, start: Start | Motion = "free") -> Found | None:
+def find(case: Case, zc: float, points: int, start: Start | Motion = "free") -> SteadyMotion | None:
     """Return the steady motion that another one settles to; None where none repeats with the tones."""
     for settings in (
         SolverSettings(points_per_period=points),
@@ -86,7 +86,7 @@ def find(case: Case, zc: float, points: int, start: Start | Motion = "free") -> 
         return None
     common = window_length([tone.frequency for tone in case.problem.tones])
     motion, _ = integrator.lock_in(found.motion, -found.motion.period % common)
-    return Found(found.values, motion, by_newton, integrator)
+    return SteadyMotion(found.values, motion, by_newton, integrator)
 
 
 @dataclass(frozen=True)

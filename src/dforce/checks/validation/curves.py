@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
+from dforce.core.arrays import Array, Bools
 from dforce.results.status import Status
 from dforce.runs import approach
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 SAME = 2e-5  # of A0: a transient settles to 1e-6 of it, and what is left is more where multipliers are near one
 STEP = 0.1e-9  # m
 JUMP = 6.0  # steps of the distance: more than any branch turns in one
@@ -52,7 +52,7 @@ def both_ways(case: Case, zc: Array) -> tuple[Any, Any]:
     return orbits, transients
 
 
-def jumps(zc: Array, motion: Any, sound: np.ndarray[Any, np.dtype[np.bool_]]) -> list[int]:
+def jumps(zc: Array, motion: Any, sound: Bools) -> list[int]:
     """Return the steps between sound points in which the complex amplitude jumps."""
     large = np.abs(np.diff(motion)) > JUMP * np.abs(np.diff(zc))
     return [int(i) for i in np.flatnonzero(large & sound[1:] & sound[:-1])]
@@ -115,7 +115,7 @@ def _checks(seed: int) -> Iterator[Check]:
     yield Check("difference of the hysteresis area, of a step times A0", words, found.area, None, "1", found.area, 2.0)
 
 
-def part(quick: bool, tell: Callable[[str], None] = lambda text: None) -> Part:
+def part(quick: bool, tell: Callable[[str], None] = lambda text: None) -> ValidationPart:
     """Return this part of the validation."""
     total = 3 if quick else 30
     checks: list[Check] = []
@@ -124,6 +124,6 @@ def part(quick: bool, tell: Callable[[str], None] = lambda text: None) -> Part:
             tell(f"curves {seed + 1} to {min(seed + 10, total)} of {total}")
         checks += _checks(seed)
     checks.sort(key=lambda check: check.group)
-    return Part(
+    return ValidationPart(
         "curves", f"Approach and retract: periodic orbits against transients ({total} cases)", TEXT, tuple(checks), {}
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dforce.checks.validation.by_hand import measured
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.checks.validation.comparison import SEEN, SIZES, disagreement, find, reference
 from dforce.checks.validation.draws import FAMILIES, QUICK, Draw, draw
 from dforce.checks.validation.identities import closures, limit
@@ -129,7 +129,7 @@ class Tally:
         return dict(sorted(named.items(), key=lambda pair: int(pair[0].split()[1])))
 
 
-def part(quick: bool, tell: Callable[[str], None] = lambda text: None, count: int | None = None) -> Part:
+def part(quick: bool, tell: Callable[[str], None] = lambda text: None, count: int | None = None) -> ValidationPart:
     """Return this part of the validation: 200 cases, or a few of the shipped examples' forces."""
     families = QUICK if quick else tuple(FAMILIES)
     tally, total = Tally(), count or (12 if quick else 200)
@@ -138,4 +138,4 @@ def part(quick: bool, tell: Callable[[str], None] = lambda text: None, count: in
             tell(f"random cases {number + 1} to {min(number + 20, total)} of {total}")
         tally.take(draw(SEED, number, families))
     title = f"Random cases against independent integrators ({total} cases, seed {SEED})"
-    return Part("random", title, TEXT, tuple(tally.checks()), tally.cases())
+    return ValidationPart("random", title, TEXT, tuple(tally.checks()), tally.cases())

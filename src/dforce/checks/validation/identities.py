@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case, example
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.checks.validation.comparison import find
 from dforce.experiments import InitialMotion
 from dforce.experiments.base import Start
@@ -145,9 +145,9 @@ def on_example(name: str, zc: float, start: Start) -> Iterator[Check]:
         yield Check(what, where, error, None, "1", error, limit(what), SOURCES[what], f"of {SIZES[what]}")
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
     chosen = [row for row in EXAMPLES if not quick or row[0] in QUICK]
     checks = [check for row in chosen for check in on_example(*row)]
     checks.sort(key=lambda check: list(SOURCES).index(check.group))
-    return Part("identities", "Exact identities", TEXT, tuple(checks), {})
+    return ValidationPart("identities", "Exact identities", TEXT, tuple(checks), {})

@@ -17,7 +17,7 @@ from dforce.forces.kelvin_voigt import KelvinVoigt
 from dforce.forces.sneddon import Sneddon
 from dforce.instrument import Cantilever, Drive, Sample, Tip
 from dforce.observables.finish import finish
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.runs import dwell
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS
@@ -107,10 +107,12 @@ def averages(
     too stiff for the force and too little damped to need a drive.
     """
     problem = Problem.build(
-        Cantilever(f0=frequency, k=UNMOVED, Q=UNDAMPED),
-        Drive(A0=10e-9),
-        Tip(radius=2e-9),
-        Sample(youngs_modulus=1e9, poisson_ratio=0.3),
+        Instrument(
+            Cantilever(f0=frequency, k=UNMOVED, Q=UNDAMPED),
+            Drive(A0=10e-9),
+            Tip(radius=2e-9),
+            Sample(youngs_modulus=1e9, poisson_ratio=0.3),
+        ),
         forces=[DMT(hamaker=hamaker), KelvinVoigt(viscosity=viscosity)],
     )
     settings = SolverSettings(method="transient", integrator="adaptive", points_per_period=points)

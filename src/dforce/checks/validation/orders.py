@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.checks.validation.checks import Check, Part
+from dforce.checks.validation.checks import Check, ValidationPart
+from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.forces.dmt import DMT
 from dforce.forces.hertz import Hertz
@@ -20,11 +21,10 @@ from dforce.forces.kelvin_voigt import KelvinVoigt
 from dforce.forces.sneddon import Sneddon
 from dforce.forces.van_der_waals import VanDerWaals
 from dforce.instrument import Cantilever, Drive, Sample, Tip
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 DISTANCES = np.linspace(4.1e-9, 7.7e-9, 12)
 POINTS = (32, 64, 128, 256, 512, 1024)
 SMOOTH = np.array([10.6e-9, 10.8e-9, 11e-9])  # the tip stays outside contact
@@ -100,10 +100,12 @@ def _problem(name: str) -> Problem:
     }
     # Q = 2, so that RK4 takes as few points as asked for
     return Problem.build(
-        Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
-        Drive(A0="10 nm"),
-        Tip(radius="2 nm"),
-        Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        Instrument(
+            Cantilever(f0="50 kHz", k="0.9 N/m", Q=2),
+            Drive(A0="10 nm"),
+            Tip(radius="2 nm"),
+            Sample(youngs_modulus="20 MPa" if name in ("spring", "root") else "1 GPa"),
+        ),
         forces=choices[name],
     )
 
@@ -164,6 +166,6 @@ def checks(quick: bool) -> Iterator[Check]:
         )
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    return Part("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})
+    return ValidationPart("orders", "Orders of convergence", TEXT, tuple(checks(quick)), {})

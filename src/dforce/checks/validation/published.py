@@ -8,7 +8,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from dforce.checks.validation.checks import Check, Part, compare
+from dforce.checks.validation.checks import Check, ValidationPart, deviation
 from dforce.checks.validation.motions import MOTION_RECIPES
 from dforce.checks.validation.recipes import FORCE_RECIPES
 
@@ -40,14 +40,16 @@ OF_THE_TABLE = ("group", "source", "unit", "recipe", "what", "expected", "within
 def check(entry: dict[str, Any]) -> Check:
     """Return what dForce gives for an entry of a table, held against what is written there."""
     given = {key: value for key, value in entry.items() if key not in OF_THE_TABLE}
-    return compare(
+    found, expected = RECIPES[entry["recipe"]](given), entry["expected"]
+    error, limit = deviation(found, expected, entry.get("within"), entry.get("of"))
+    return Check(
         entry["group"],
         entry["what"],
-        RECIPES[entry["recipe"]](given),
-        entry["expected"],
+        found,
+        float(expected),
         entry["unit"],
-        entry.get("within"),
-        entry.get("of"),
+        error,
+        limit,
         entry["source"],
         entry.get("note", ""),
     )
@@ -61,6 +63,6 @@ def checks(quick: bool) -> Iterator[Check]:
                 yield check(entry)
 
 
-def part(quick: bool) -> Part:
+def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    return Part("values", "Values of published equations", TEXT, tuple(checks(quick)), {})
+    return ValidationPart("values", "Values of published equations", TEXT, tuple(checks(quick)), {})

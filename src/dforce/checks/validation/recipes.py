@@ -39,7 +39,7 @@ def bound(given: Given) -> Force:
     return REGISTRY[given["model"]](**options).bind(instrument)
 
 
-def _part(model: type[Tip | Sample], instrument: Mapping[str, Any]) -> Any:
+def _part(model: type[Tip | Sample], instrument: Mapping[str, object]) -> Any:
     head = model.__name__.lower() + "."
     return model(**{key.removeprefix(head): value for key, value in instrument.items() if key.startswith(head)})
 

@@ -12,12 +12,12 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
+
 STEPS = 60  # a period of the first mode, at least: a contact must not be stepped over
 MEASURED = 6  # integrals: z cos, z sin, F, F v, F z, and z
 LOOKS = 40  # a step of the integrator, to find where a force is largest
@@ -187,7 +187,7 @@ def hertz(radius: float, E_eff: float, depth: float) -> float:
 def dmt_with_drag(radius: float, E_eff: float, hamaker: float, viscosity: float, a0: float) -> Callable[..., float]:
     """Return DMT contact with Kelvin–Voigt drag; one region, the contact."""
 
-    def force(d: float, v: float, flags: Sequence[bool], memory: Any) -> float:
+    def force(d: float, v: float, flags: Sequence[bool], memory: object) -> float:
         if not flags[0]:
             return -hamaker * radius / (6 * d * d)
         depth = max(a0 - d, 0.0)
@@ -200,7 +200,7 @@ def dmt_with_drag(radius: float, E_eff: float, hamaker: float, viscosity: float,
 def attraction_that_stops(radius: float, E_eff: float, hamaker: float, a0: float) -> Callable[..., float]:
     """Return the paper's law that jumps: van der Waals outside contact, Hertz alone inside."""
 
-    def force(d: float, v: float, flags: Sequence[bool], memory: Any) -> float:
+    def force(d: float, v: float, flags: Sequence[bool], memory: object) -> float:
         return hertz(radius, E_eff, a0 - d) if flags[0] else -hamaker * radius / (6 * d * d)
 
     return force
@@ -213,7 +213,7 @@ def jkr(gamma: float, radius: float, E_eff: float, a0: float) -> tuple[Callable[
     unit = (3 * math.pi**2 * gamma**2 * radius / (16 * E_eff**2)) ** (1 / 3)
     last = 3.0 ** (-1 / 3)
 
-    def force(d: float, v: float, flags: Sequence[bool], memory: Any) -> float:
+    def force(d: float, v: float, flags: Sequence[bool], memory: object) -> float:
         if not flags[0]:
             return 0.0
         depth = max((a0 - d) / unit, 3 * last**4 - 4 * last)

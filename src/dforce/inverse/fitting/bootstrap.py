@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.inverse.fitting.minimize import Minimum, Objective
-from dforce.inverse.fitting.model import Model
-from dforce.kernel import Array
+from dforce.inverse.fitting.model import CurveModel
 
 TIMES = 3.0  # lengths of correlation in a block
 LEAST_BLOCKS = 5  # in a branch
@@ -56,7 +56,9 @@ def block_length(residuals: Sequence[Array], correlation: float) -> int:
     return most if together >= 1.0 else min(math.ceil(TIMES / -math.log(together)), most)
 
 
-def bootstrap(model: Model, best: Minimum, seen: Sequence[int], count: int, done: Callable[[Bootstrap], None]) -> None:
+def bootstrap(
+    model: CurveModel, best: Minimum, seen: Sequence[int], count: int, done: Callable[[Bootstrap], None]
+) -> None:
     """Fit to redrawn residuals as often as asked for; `done` gets all that there are after each fit."""
     if best.prediction is None:
         return

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Bools
 from dforce.inverse.fitting.unknowns import Unknown
-from dforce.kernel import Array
 
 DEAD = 1e-10  # of the largest eigenvalue of the scaled information: a direction that no data can tell
 UNSEEN = 1.0  # error of a logarithm beyond which a parameter is not seen, even with all others known
@@ -36,7 +35,7 @@ class Certainty:
         By how much correlated noise of neighbors has raised the covariance.
     """
 
-    seen: np.ndarray[Any, np.dtype[np.bool_]]
+    seen: Bools
     covariance: Array
     dead: Array
     inflation: float = 1.0

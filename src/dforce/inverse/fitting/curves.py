@@ -10,17 +10,17 @@ on both sides instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from dforce import kernel
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError
 from dforce.inverse.fitting.edges import over_edges
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
-from dforce.kernel import Array
 from dforce.observables.averaging import weights
 from dforce.observables.complex_numbers import phase_lag
 from dforce.observables.finish import finish_each
@@ -41,7 +41,7 @@ BESIDE_END = 2e-5  # of the free amplitude: the chord between the end of a branc
 
 
 @dataclass(frozen=True)
-class Stretch:
+class BranchPoints:
     """Points on one branch: their places in the data, and their heights (m) in the order in which they are followed."""
 
     kind: int
@@ -68,7 +68,7 @@ class Solved:
     """
 
     values: Array
-    lost: np.ndarray[Any, np.dtype[np.bool_]]
+    lost: Bools
     short: Array
     x: Array
     memory: Array
@@ -77,7 +77,7 @@ class Solved:
     at: Array
 
 
-class Curves:
+class ModelBranches:
     """The branches of problems that differ in numbers only, at the same measured heights.
 
     Parameters
@@ -95,11 +95,11 @@ class Curves:
     def __init__(
         self,
         problem: Problem,
-        stretches: Sequence[Stretch],
+        stretches: Sequence[BranchPoints],
         settings: SolverSettings,
         tones: int,
         finer: int = 1,
-        watch: Any = None,
+        watch: Callable[[], None] | None = None,
     ) -> None:
         if settings.method != "periodic":
             settings = SolverSettings(points_per_period=settings.points_per_period)
@@ -164,7 +164,9 @@ class Curves:
             np.full((cases, points), np.nan),
         )
 
-    def _follow(self, block: Block, stretch: Stretch, offsets: Array, turns: Array, out: Solved, short: Array) -> None:
+    def _follow(
+        self, block: Block, stretch: BranchPoints, offsets: Array, turns: Array, out: Solved, short: Array
+    ) -> None:
         every = np.arange(len(offsets))
         values = stretch.heights + offsets[:, None]
         first = values[:, 0]
@@ -200,7 +202,15 @@ class Curves:
                 short[case] = abs(values[case, -1] - branch.last_value[i])
 
     def _keep(
-        self, block: Block, stretch: Stretch, case: int, branch: Any, i: int, values: Array, end: Array, out: Solved
+        self,
+        block: Block,
+        stretch: BranchPoints,
+        case: int,
+        branch: Any,
+        i: int,
+        values: Array,
+        end: Array,
+        out: Solved,
     ) -> bool:
         """Keep what was found of one problem's branch, and of its end where it ends before the last point.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel import Array
+from dforce.core.arrays import Array
 from dforce.solvers.block import Block
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.settling import apart, polished

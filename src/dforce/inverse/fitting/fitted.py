@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from dforce.case import Case, Fit
+from dforce.core.arrays import Array
 from dforce.inverse.fitting.bootstrap import Bootstrap
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.minimize import Minimum
-from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import Measured
+from dforce.inverse.fitting.model import CurveModel
+from dforce.inverse.fitting.points import MeasuredPoints
 from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
 from dforce.inverse.fitting.starts import Start
 from dforce.inverse.fitting.unknowns import Unknown
-from dforce.kernel import Array
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Fitted:
 
     case: Case
     settings: Fit
-    data: Measured
+    data: MeasuredPoints
     unknowns: list[Unknown]
     minima: list[Minimum]
     starts: list[Start]
@@ -52,7 +52,7 @@ class Fitted:
     passed: Array
     profiles: dict[str, Profile]
     bootstrap: Bootstrap | None
-    model: Model
+    model: CurveModel
     coarse: float
     runs: int
     interrupted: bool = False

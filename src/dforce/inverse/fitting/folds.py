@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dforce.inverse.fitting.curves import Stretch
+from dforce.core.arrays import Array
+from dforce.inverse.fitting.curves import BranchPoints
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
-from dforce.inverse.fitting.model import Model, Prediction
+from dforce.inverse.fitting.model import CurveModel, Prediction
 from dforce.inverse.fitting.points import FROM_FREE
 from dforce.inverse.fitting.unknowns import HEIGHT, limits
-from dforce.kernel import Array
 
 NEAR = 0.02  # of the free amplitude: folds farther behind the last point of a branch do not bend the curve
 NEAREST = 1e-5  # of the free amplitude: how near to a fold the last point may be
@@ -61,12 +61,12 @@ class Fold:
         return out
 
 
-def height_of(model: Model) -> int | None:
+def height_of(model: CurveModel) -> int | None:
     """Return the place of the offset of the heights among the unknowns."""
     return next((i for i, one in enumerate(model.unknowns) if one.kind == HEIGHT), None)
 
 
-def fold_beside(model: Model, by: Array) -> Fold | None:
+def fold_beside(model: CurveModel, by: Array) -> Fold | None:
     """Return the nearest fold, from the derivatives of all residuals by all unknowns; None where none is near.
 
     The inverse square of the slope over the height falls to zero at a fold like a straight line.
@@ -90,7 +90,7 @@ def fold_beside(model: Model, by: Array) -> Fold | None:
     return min(found, key=lambda one: one[0])[1] if found else None
 
 
-def _side(stretch: Stretch) -> float:
+def _side(stretch: BranchPoints) -> float:
     """Return 1 where larger heights lead away from the end of a branch, -1 where smaller ones do."""
     return 1.0 if stretch.kind == FROM_FREE else -1.0
 
@@ -102,7 +102,7 @@ def _along(rows: Array, height: int) -> Array:
     return np.asarray(out)
 
 
-def reached(model: Model, varied: Array, predicted: Prediction | None) -> Array | None:
+def reached(model: CurveModel, varied: Array, predicted: Prediction | None) -> Array | None:
     """Return the nearest heights at which the branches that end too early reach their last points; None without any."""
     height = height_of(model)
     if height is None or predicted is None or not np.isfinite(predicted.short).all():

@@ -11,16 +11,16 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core import units
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.listing import aligned, in_parts
 from dforce.experiments import Approach
 from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
-from dforce.inverse.fitting.curves import Curves
-from dforce.inverse.fitting.model import Model
-from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.curves import ModelBranches
+from dforce.inverse.fitting.model import CurveModel
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.typed import DEGREE, number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
-from dforce.kernel import Array
 from dforce.results.provenance import provenance
 from dforce.solvers.block import Block
 from dforce.solvers.quasi_static_walk import Walk
@@ -48,8 +48,8 @@ class _Branches:
 
     unknowns: list[Unknown]
     jacobian: Array
-    kind: np.ndarray[Any, np.dtype[np.int64]]
-    nearer: np.ndarray[Any, np.dtype[np.bool_]]
+    kind: Indices
+    nearer: Bools
 
 
 @checked
@@ -123,7 +123,7 @@ def with_second_tone(case: Case) -> Case | None:
     )
 
 
-def _with_amplitude(case: Case, zc: Any, factor: float) -> tuple[Case, Any]:
+def _with_amplitude(case: Case, zc: object, factor: float) -> tuple[Case, Any]:
     """Return a case with another free amplitude, and distances in proportion."""
     grid = factor * _distances(case, zc)
     tones = case.drive.tones
@@ -134,7 +134,7 @@ def _with_amplitude(case: Case, zc: Any, factor: float) -> tuple[Case, Any]:
     return case.replace(f"{path}.{name}", factor * value), grid
 
 
-def _distances(case: Case, zc: Any) -> Array:
+def _distances(case: Case, zc: object) -> Array:
     """Return the distances from far to near."""
     A0 = case.problem.tones[0].A0
     if zc is None:
@@ -146,7 +146,7 @@ def _distances(case: Case, zc: Any) -> Array:
     return found
 
 
-def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any]) -> _Branches:
+def _branches(case: Case, zc: object, free: Sequence[str], errors: Mapping[str, object]) -> _Branches:
     along, tones = _distances(case, zc), len(case.problem.tones)
     unknowns = _all_unknowns(case, free)
     behind = _behind(case, along)
@@ -156,10 +156,10 @@ def _branches(case: Case, zc: Any, free: Sequence[str], errors: Mapping[str, Any
     if behind is not None:
         amplitude[len(along)], phase[len(along)] = behind
     sigma_a, sigma_phi = _noise(case, errors)
-    data = Measured(
+    data = MeasuredPoints(
         heights, amplitude, phase, kinds.astype(np.int64), np.ones(len(kinds), bool), sigma_a, sigma_phi, 0.0, {}
     )
-    model = Model(case, unknowns, data)
+    model = CurveModel(case, unknowns, data)
     varied = start_vector(unknowns)
     predicted = model.predict(varied)
     used = ~predicted.lost
@@ -202,7 +202,7 @@ def _noise(case: Case, errors: Mapping[str, Any]) -> tuple[Array, Array]:
 
 def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
     """Return amplitudes and phases at the nearest distance behind a jump of an approach; None where there is no jump."""
-    curves = Curves(case.problem, [], case.solver, len(case.problem.tones))
+    curves = ModelBranches(case.problem, [], case.solver, len(case.problem.tones))
     block = Block.of_one(case.problem, curves.settings, 1, points=curves.samples)
     count = len(block.memory_scale), block.hysteresis
     start = States(block.lot.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))

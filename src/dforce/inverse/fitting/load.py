@@ -85,7 +85,7 @@ def calibration_of(asked: Data) -> dict[str, Any]:
 
 
 def known_settings(
-    function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, Any], table: str
+    function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, object], table: str
 ) -> dict[str, Any]:
     """Return what a function is called with: settings that are given by name, and more of a table of `[data]`.
 

@@ -81,7 +81,7 @@ def fit_many(
     return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})
 
 
-def _every(case: Case, curves: Mapping[str, Any]) -> dict[str, Any]:
+def _every(case: Case, curves: Mapping[str, object]) -> dict[str, Any]:
     """Return curves by their names, those of files read, and errors in the place of those that cannot be."""
     out: dict[str, Any] = {}
     for name, curve in curves.items():

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import DForceError
-from dforce.inverse.fitting.model import Model, Prediction
+from dforce.inverse.fitting.model import CurveModel, Prediction
 from dforce.inverse.fitting.unknowns import limits
-from dforce.kernel import Array
 
 OUTSIDE = 1e3  # standard deviations at each point, where there is no problem at all
 EXACT, ROUGH = 1e-11, 1e-3  # relative changes of chi2 at which a minimum is found
@@ -56,7 +56,7 @@ class Objective:
 
     def __init__(
         self,
-        model: Model,
+        model: CurveModel,
         varied: Array,
         free: Sequence[int] | None = None,
         on_run: Callable[[Objective], None] | None = None,
@@ -139,7 +139,7 @@ class Objective:
         return Minimum(self.best.varied, self.best.chi2, self.best.prediction, self.runs)
 
 
-def jacobian(model: Model, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
+def jacobian(model: CurveModel, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
     """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`Model.slopes`."""
     slopes = model.slopes(varied, predicted, both_sides) / model.sigma[..., None]
     out: list[Any] = [slopes.reshape(-1, len(varied))]

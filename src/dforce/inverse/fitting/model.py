@@ -10,11 +10,11 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import DForceError
-from dforce.inverse.fitting.curves import Curves, Solved, Stretch, wrapped
-from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, Solved, wrapped
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
-from dforce.kernel import Array
 from dforce.problem import Problem
 
 ANEW = 100.0  # times the steps
@@ -37,12 +37,12 @@ class Prediction:
     """
 
     values: Array
-    lost: np.ndarray[Any, np.dtype[np.bool_]]
+    lost: Bools
     short: Array
     solved: Solved
 
 
-class Model:
+class CurveModel:
     """The branches of a case at the heights of a measured curve.
 
     Parameters
@@ -61,7 +61,7 @@ class Model:
         self,
         case: Case,
         unknowns: Sequence[Unknown],
-        data: Measured,
+        data: MeasuredPoints,
         finer: int = 1,
         which: Any = None,
         watch: Callable[[], None] | None = None,
@@ -73,7 +73,7 @@ class Model:
         self.tones = data.tones
         stretches = [_stretch(data, self.points, kind) for kind in (FROM_FREE, BEHIND_JUMP)]
         self.stretches = [stretch for stretch in stretches if len(stretch.places)]
-        self.curves = Curves(case.problem, self.stretches, case.solver, self.tones, finer, watch)
+        self.curves = ModelBranches(case.problem, self.stretches, case.solver, self.tones, finer, watch)
 
     def problem(self, values: Array) -> Problem:
         """Return the problem at values of the unknowns."""
@@ -81,9 +81,7 @@ class Model:
         for one, value in zip(self.unknowns, values, strict=True):
             if one.kind == CASE:
                 case = with_number(case, one.path, float(value))
-        return Problem.build(
-            case.cantilever, case.drive, case.tip, case.sample, case.contact, case.medium, case.forces, case.readout
-        )
+        return Problem.build(case.instrument, case.forces)
 
     def values(self, varied: Array) -> Array:
         """Return values (SI) of the unknowns from what is varied."""
@@ -169,17 +167,17 @@ class Model:
         return np.asarray(out / self.sigma)
 
 
-def _stretch(data: Measured, points: Any, kind: int) -> Stretch:
+def _stretch(data: MeasuredPoints, points: Any, kind: int) -> BranchPoints:
     """Return the points on one branch, in the order in which it is followed."""
     places = np.flatnonzero(data.branch[points] == kind)
     heights = data.height[points[places]]
     order = np.argsort(-heights if kind == FROM_FREE else heights, kind="stable")
     places, heights = places[order], heights[order]
     first = points[places[:1]]
-    return Stretch(kind, places, heights, data.amplitude[first].ravel(), data.phase[first].ravel())
+    return BranchPoints(kind, places, heights, data.amplitude[first].ravel(), data.phase[first].ravel())
 
 
-def allowed(model: Model, varied: Array) -> bool:
+def allowed(model: CurveModel, varied: Array) -> bool:
     """Say whether there is a problem at some values of the unknowns."""
     try:
         model.problem(model.values(varied))

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from dforce.case import Case, Fit
-from dforce.inverse.fitting.points import FROM_FREE, Measured
+from dforce.inverse.fitting.points import FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import Unknown
 
 FREE_POINTS = 5  # used points that are free motion: then they tell A0 and the phase offset themselves
 
 
-def usual_nuisance(case: Case, settings: Fit, read: Measured) -> tuple[str, ...]:
+def usual_nuisance(case: Case, settings: Fit, read: MeasuredPoints) -> tuple[str, ...]:
     """Return the nuisance parameters; the usual ones of each tone, and no amplitude that the case says at each distance."""
     if settings.nuisance != Fit().nuisance:
         return settings.nuisance
@@ -24,7 +24,7 @@ def usual_nuisance(case: Case, settings: Fit, read: Measured) -> tuple[str, ...]
     return (*settings.nuisance, "A0_2", "phase_offset_2")
 
 
-def with_free_part(unknowns: list[Unknown], data: Measured, given: set[str]) -> list[Unknown]:
+def with_free_part(unknowns: list[Unknown], data: MeasuredPoints, given: set[str]) -> list[Unknown]:
     """Return unknowns with what the free part told beforehand, where that part is not itself among the points."""
     free = data.attrs.get("free_amplitude")
     if free is None:

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, shorten
 from dforce.inverse.fitting.typed import number_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
@@ -36,7 +36,7 @@ MISTYPED = 1000.0  # times what a curve spans: an error so large was typed witho
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredPoints:
     """Points of a measured curve.
 
     Attributes
@@ -64,8 +64,8 @@ class Measured:
     height: Array
     amplitude: Array
     phase: Array
-    branch: np.ndarray[Any, np.dtype[np.int64]]
-    used: np.ndarray[Any, np.dtype[np.bool_]]
+    branch: Indices
+    used: Bools
     amplitude_error: Array
     phase_error: Array
     correlation: float
@@ -119,7 +119,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Reading:
+class PointSelection:
     """How the points of a curve are taken.
 
     Attributes
@@ -144,7 +144,7 @@ class Reading:
     direction: str = ""
 
 
-def measured(data: xr.Dataset, reading: Reading) -> Measured:
+def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
     """Return a measured curve ready for a fit.
 
     Raises
@@ -163,7 +163,7 @@ def measured(data: xr.Dataset, reading: Reading) -> Measured:
     names = ("", "_2")[: len(amplitude)]
     points = _noise_points(data, reading)
     attrs = {**data.attrs, **({"noise_points": points} if math.isfinite(points) else {})}
-    found = Measured(
+    found = MeasuredPoints(
         height,
         np.stack(amplitude, axis=1),
         np.stack(phase, axis=1),
@@ -197,7 +197,7 @@ def _column(data: xr.Dataset, name: str) -> Array:
     return values
 
 
-def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
+def _error(data: xr.Dataset, reading: PointSelection, name: str, unit: str) -> float:
     given = (reading.errors or {}).get(name, data.attrs.get(f"{name}_error"))
     if given is None:
         raise ParameterError(
@@ -210,7 +210,7 @@ def _error(data: xr.Dataset, reading: Reading, name: str, unit: str) -> float:
     return _of_the_unit(value, data, name, unit)
 
 
-def _height_error(data: xr.Dataset, reading: Reading) -> float:
+def _height_error(data: xr.Dataset, reading: PointSelection) -> float:
     value = float((reading.errors or {}).get("height", data.attrs.get("height_error", 0.0)))
     if not (math.isfinite(value) and value >= 0.0):
         raise ParameterError(f"the error of 'height' is {value:g} m; it must not be below 0")
@@ -229,7 +229,7 @@ def _of_the_unit(value: float, data: xr.Dataset, name: str, unit: str) -> float:
     return value
 
 
-def _noise_points(data: xr.Dataset, reading: Reading) -> float:
+def _noise_points(data: xr.Dataset, reading: PointSelection) -> float:
     """Return from how many points the noise is known; infinite where it was given."""
     if reading.errors:
         return math.inf
@@ -240,7 +240,7 @@ def _noise_points(data: xr.Dataset, reading: Reading) -> float:
     return max(float(np.asarray(data["free"].values, dtype=bool).sum()), 2.0)
 
 
-def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
+def _chosen(data: xr.Dataset, height: Array, reading: PointSelection) -> Any:
     """Return which points lie in the range and the direction asked for."""
     chosen = np.ones(len(height), bool)
     if reading.height:
@@ -252,7 +252,7 @@ def _chosen(data: xr.Dataset, height: Array, reading: Reading) -> Any:
     return chosen
 
 
-def _on_branch(found: Measured, branch: Any, used: Any, name: str) -> Any:
+def _on_branch(found: MeasuredPoints, branch: Any, used: Any, name: str) -> Any:
     """Return which points lie on one branch.
 
     Raises
@@ -268,7 +268,7 @@ def _on_branch(found: Measured, branch: Any, used: Any, name: str) -> Any:
     return wanted
 
 
-def _branches(data: xr.Dataset, found: Measured, margin: int | None) -> tuple[Any, Any]:
+def _branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any]:
     """Return the branch of each point, and which points are beside a jump."""
     if "branch" in data.variables:
         branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
@@ -291,7 +291,7 @@ def _branches(data: xr.Dataset, found: Measured, margin: int | None) -> tuple[An
     return branch, beside
 
 
-def _beside_known_jump(height: Array, branch: Any, margin: int) -> Any:
+def _beside_known_jump(height: Array, branch: object, margin: int) -> Any:
     """Return which points are beside a jump where the branch of each is known.
 
     The branch from free motion ends where the other goes on nearer; the other one where the first reaches farther.
@@ -307,7 +307,7 @@ def _beside_known_jump(height: Array, branch: Any, margin: int) -> Any:
     return beside
 
 
-def _jumps(found: Measured, order: Any) -> list[int]:
+def _jumps(found: MeasuredPoints, order: Any) -> list[int]:
     """Return before which places along a curve amplitude or phase jumps."""
     over = np.zeros(max(len(order) - 1, 0), bool)
     for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
@@ -319,7 +319,7 @@ def _jumps(found: Measured, order: Any) -> list[int]:
     return [int(cut) + 1 for cut in np.flatnonzero(over)]
 
 
-def checked_reading(branch: str, margin: int | None, errors: Any, height: Any, direction: str) -> Reading:
+def checked_reading(branch: str, margin: int | None, errors: Any, height: Any, direction: str) -> PointSelection:
     """Return how points are taken, after checking what a user gave.
 
     Raises
@@ -341,7 +341,7 @@ def checked_reading(branch: str, margin: int | None, errors: Any, height: Any, d
         if value == "from free part":
             continue
         given[name] = number_of(f"errors.{name}", value, "degree" if name.startswith("phase") else "m")
-    return Reading(branch, margin, given, _ranges(height), direction)
+    return PointSelection(branch, margin, given, _ranges(height), direction)
 
 
 def _ranges(given: Any) -> list[tuple[float, float]]:
@@ -360,5 +360,5 @@ def _ranges(given: Any) -> list[tuple[float, float]]:
     return out
 
 
-def _is_list(given: Any) -> bool:
+def _is_list(given: object) -> bool:
     return isinstance(given, Sequence) and not isinstance(given, str)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.inverse.fitting.folds import slide
 from dforce.inverse.fitting.minimize import EXACT, ROUGH, Minimum, Objective
-from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.unknowns import limits
-from dforce.kernel import Array
 
 STEPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)  # of the error, to each side, until both levels are passed
 ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %
@@ -47,7 +47,9 @@ class Profile:
     high_95: float
 
 
-def profile_of(model: Model, best: Minimum, index: int, error: float, on_run: Callable[[Objective], None]) -> Profile:
+def profile_of(
+    model: CurveModel, best: Minimum, index: int, error: float, on_run: Callable[[Objective], None]
+) -> Profile:
     """Return the profile of one unknown."""
     step = min(error, WIDEST) if math.isfinite(error) else WIDEST
     others = [i for i in range(len(best.varied)) if i != index]
@@ -87,7 +89,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class End:
+class ProfilePoint:
     """How far along one unknown chi2 was minimized over the others, and the root of its rise there; infinite: no state."""
 
     ways: list[float]
@@ -108,10 +110,12 @@ class End:
         return float(ways[-1] + (level - roots[-1]) / slope) if slope > 0.0 else math.inf
 
 
-def end_of(model: Model, best: Minimum, way: Way, floor: float, on_run: Callable[[Objective], None]) -> End | Minimum:
+def end_of(
+    model: CurveModel, best: Minimum, way: Way, floor: float, on_run: Callable[[Objective], None]
+) -> ProfilePoint | Minimum:
     """Return how chi2 rises along one unknown up to 3.84 above a floor, or a minimum below the floor where one is met."""
     goal, (low, high) = math.sqrt(MOST), limits(model.unknowns)
-    ends = End([0.0], [math.sqrt(max(best.chi2 - floor, 0.0))])
+    ends = ProfilePoint([0.0], [math.sqrt(max(best.chi2 - floor, 0.0))])
     ahead, far, tries = way.along, way.step, 0
     while tries < TRIES:
         start = best.varied + far * ahead
@@ -146,7 +150,7 @@ def _beside(objective: Objective, stuck: float) -> Minimum:
     return again if found.lost or (again.chi2 < found.chi2 and not again.lost) else found
 
 
-def _next(ends: End, goal: float, far: float) -> float:
+def _next(ends: ProfilePoint, goal: float, far: float) -> float:
     """Return where to ask for chi2 next: between places on both sides of the goal, halfway if one is far off, else farther."""
     tried = list(zip(ends.ways, ends.roots, strict=True))
     inside = max(way for way, root in tried if root < goal or way == 0.0)

@@ -12,6 +12,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import value_at
 from dforce.core import quantities
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 from dforce.experiments import Approach
 from dforce.inverse.fitting.advice import advice_on
@@ -23,7 +24,6 @@ from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.fitting.wald_wolfowitz import runs_test
-from dforce.kernel import Array
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, Fit
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import heard, late_stop_waits
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
@@ -17,15 +18,14 @@ from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
-from dforce.inverse.fitting.model import Model
+from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
-from dforce.inverse.fitting.points import Measured, checked_reading, measured
+from dforce.inverse.fitting.points import MeasuredPoints, checked_reading, measured
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
 from dforce.inverse.fitting.starts import Start, different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
-from dforce.kernel import Array
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def fit(
     return to_dataset(found, data)
 
 
-def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, Any]) -> Fit:
+def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, object]) -> Fit:
     """Return the settings of a fit: what is given, else what the case says."""
     given = {key: value for key, value in settings.items() if value is not None}
     if free is not None:
@@ -130,18 +130,20 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     for name in settings.profile:
         if name not in names:
             raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
-    return _Search(case, settings, read, unknowns, tell).run()
+    return _FitRun(case, settings, read, unknowns, tell).run()
 
 
-class _Search:
+class _FitRun:
     """The way of a fit from its starts to its errors; what is there when it is stopped is kept."""
 
-    def __init__(self, case: Case, settings: Fit, data: Measured, unknowns: list[Unknown], tell: Progress) -> None:
+    def __init__(
+        self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], tell: Progress
+    ) -> None:
         self.case, self.settings, self.data, self.unknowns, self.tell = case, settings, data, unknowns, tell
         self.runs, self.chi2 = 0, np.inf
         self.starts: list[Start] = []
         self.minima: list[Minimum] = []
-        self.model = Model(case, unknowns, data, watch=self.watch)
+        self.model = CurveModel(case, unknowns, data, watch=self.watch)
         self.met: Minimum | None = None
         self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
@@ -237,7 +239,7 @@ class _Search:
             best, finer = self.minima[0], 2 * self.model.finer
             if best.prediction is None:
                 return change
-            fine = Model(self.case, self.unknowns, self.data, finer, watch=self.watch)
+            fine = CurveModel(self.case, self.unknowns, self.data, finer, watch=self.watch)
             there = fine.predict(best.varied)
             both = ~(there.lost | best.prediction.lost)
             apart = (fine.residuals(there) - self.model.residuals(best.prediction))[both]
@@ -323,7 +325,7 @@ class _Search:
         if not self.settings.given or best.prediction is None:
             return np.zeros(len(self.unknowns))
         fixed = given_values(self.case, self.data.tones, self.settings.given, ())
-        both = Model(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
+        both = CurveModel(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
         slopes = both.slopes(here, best.prediction) / both.sigma[..., None]

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import DForceError
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.folds import fold_beside
 from dforce.inverse.fitting.minimize import Minimum, Objective
-from dforce.inverse.fitting.model import Model, allowed
+from dforce.inverse.fitting.model import CurveModel, allowed
 from dforce.inverse.fitting.profile import Way, end_of
 from dforce.inverse.fitting.unknowns import NUISANCE, limits
-from dforce.kernel import Array
 
 SURE = 1.96  # standard deviations of an interval of 95 %
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
@@ -76,7 +76,7 @@ def plain_sides(certain: Certainty) -> Sides:
 
 
 def sides_of(
-    model: Model, best: Minimum, by: Array, certain: Certainty, floor: float, on_run: Callable[[Objective], None]
+    model: CurveModel, best: Minimum, by: Array, certain: Certainty, floor: float, on_run: Callable[[Objective], None]
 ) -> Sides | Minimum:
     """Return the sides of all unknowns, or a lower minimum where one is met.
 
@@ -177,7 +177,7 @@ def _rest(by: Array, moving: Any, index: int) -> Array:
     return out
 
 
-def _residuals(model: Model, places: Array) -> Array:
+def _residuals(model: CurveModel, places: Array) -> Array:
     """Return all residuals at some places, (places, residuals); NaN beyond bounds, and where points are lost."""
     low, high = limits(model.unknowns)
     fine = np.array([bool((low <= row).all() and (row <= high).all()) and allowed(model, row) for row in places])

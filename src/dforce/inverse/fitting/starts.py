@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dforce.inverse.fitting.curves import Curves, Stretch, difference
+from dforce.core.arrays import Array
+from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, difference
 from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
-from dforce.inverse.fitting.model import Model, allowed
-from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, Measured
+from dforce.inverse.fitting.model import CurveModel, allowed
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
-from dforce.kernel import Array
 
 REACH = np.log(8.0)  # how far around the start logarithms are searched
 WIDE = 0.25  # the same for what is not varied by its logarithm, of its size
@@ -42,7 +42,7 @@ class Start:
     chi2: float
 
 
-def first_guess(data: Measured, unknowns: list[Unknown], given: set[str]) -> Array:
+def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) -> Array:
     """Return what is varied at the start, with the free amplitude and the heights told by the data.
 
     On a stiff sample the average distance is about the amplitude, so the least amplitudes tell the offset of the heights.
@@ -66,7 +66,7 @@ def first_guess(data: Measured, unknowns: list[Unknown], given: set[str]) -> Arr
     return varied
 
 
-def searched(model: Model, varied: Array) -> list[Start]:
+def searched(model: CurveModel, varied: Array) -> list[Start]:
     """Return starts near a first guess, the best of them first; the guess itself is among those that were searched."""
     from scipy.stats import qmc
 
@@ -103,7 +103,7 @@ def searched(model: Model, varied: Array) -> list[Start]:
     return chosen
 
 
-def _shifted(model: Model, many: Array) -> Iterator[tuple[list[Start], float]]:
+def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[Start], float]]:
     """Give many places with the heights, and the phase, where their curves fit best; and below which chi2 none will follow.
 
     All are followed along the first branch. What chi2 is there it is at least on both, so the best are followed on first.
@@ -136,21 +136,21 @@ def _shifted(model: Model, many: Array) -> Iterator[tuple[list[Start], float]]:
         yield out, float(least[later].min(initial=np.inf))
 
 
-def _evenly(model: Model, stretch: Stretch, reach: float) -> Model:
+def _evenly(model: CurveModel, stretch: BranchPoints, reach: float) -> CurveModel:
     """Return a model along evenly spaced heights that reach beyond the measured ones of one branch."""
     low, high = float(stretch.heights.min()) - reach, float(stretch.heights.max()) + reach
     along = np.linspace(high, low, POINTS) if stretch.kind == FROM_FREE else np.linspace(low, high, POINTS)
     # nearer by so much the amplitude is less by about as much
     amplitude = np.maximum(stretch.amplitude - reach * (stretch.kind == BEHIND_JUMP), 0.1 * stretch.amplitude)
-    other = Model(model.case, model.unknowns, model.data, model.finer, np.arange(0), model.watch)
-    other.stretches = [Stretch(stretch.kind, np.arange(POINTS), along, amplitude, stretch.phase)]
-    other.curves = Curves(
+    other = CurveModel(model.case, model.unknowns, model.data, model.finer, np.arange(0), model.watch)
+    other.stretches = [BranchPoints(stretch.kind, np.arange(POINTS), along, amplitude, stretch.phase)]
+    other.curves = ModelBranches(
         model.case.problem, other.stretches, model.case.solver, model.data.tones, model.finer, model.watch
     )
     return other
 
 
-def _apart(part: Model, many: Array, shifts: Array) -> Array:
+def _apart(part: CurveModel, many: Array, shifts: Array) -> Array:
     """Return how far curves at each of some shifts are from some of the points, (curves, shifts, points, 2 tones)."""
     data, stretch = part.data, part.stretches[0]
     used = np.flatnonzero(data.used)
@@ -163,16 +163,16 @@ def _apart(part: Model, many: Array, shifts: Array) -> Array:
     return difference(np.array(values), data.values[mine])
 
 
-def _chi2(apart: Array, data: Measured) -> Array:
+def _chi2(apart: Array, data: MeasuredPoints) -> Array:
     """Return the sums of squares of what curves are apart from the points, (curves, shifts)."""
     return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
-def refined(model: Model, starts: list[Start], on_run: Callable[[Objective], None]) -> list[Minimum]:
+def refined(model: CurveModel, starts: list[Start], on_run: Callable[[Objective], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
     far: list[Minimum] = []
     if len(starts) > 1:
-        rough = Model(
+        rough = CurveModel(
             model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch
         )
         for points in (rough, model):
@@ -183,7 +183,7 @@ def refined(model: Model, starts: list[Start], on_run: Callable[[Objective], Non
     return different([*(lowest(Objective(model, start.varied, on_run=on_run)) for start in starts), *far], model)
 
 
-def different(minima: list[Minimum], model: Model) -> list[Minimum]:
+def different(minima: list[Minimum], model: CurveModel) -> list[Minimum]:
     """Return minima in order, each only once: those are one whose curves are, within the noise."""
     out: list[Minimum] = []
     for one in sorted(minima, key=_rank):
@@ -197,7 +197,7 @@ def _rank(one: Minimum) -> float:
     return one.chi2 + (CLOSE if one.lost else 0.0)
 
 
-def _same(one: Minimum, other: Minimum, model: Model) -> bool:
+def _same(one: Minimum, other: Minimum, model: CurveModel) -> bool:
     if one.prediction is None or other.prediction is None:
         return one.prediction is other.prediction
     apart = difference(one.prediction.values, other.prediction.values) / model.sigma

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from typing import Any
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, shorten
@@ -14,7 +13,7 @@ DEGREE = "degree"  # unit of phases in results, which the parser of units knows 
 BRIEF = re.compile(r"\s*([+-]?\d+(?:\.(\d+))?)\((\d+)\)((?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)  # such as 180(4) Hz
 
 
-def number_of(name: str, given: Any, unit: str) -> float:
+def number_of(name: str, given: object, unit: str) -> float:
     """Return the SI value (degrees of phases) of a number or a text with a unit.
 
     Raises
@@ -32,7 +31,7 @@ def number_of(name: str, given: Any, unit: str) -> float:
         raise ParameterError(f"{name} {error}") from None
 
 
-def value_and_error(name: str, given: Any, unit: str) -> tuple[float, float]:
+def value_and_error(name: str, given: object, unit: str) -> tuple[float, float]:
     """Return value and standard deviation of a prior: a pair, or text such as ``"2.70(15) N/m"``.
 
     Raises

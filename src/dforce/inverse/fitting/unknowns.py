@@ -14,10 +14,10 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import place_of, value_at
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
-from dforce.core.parameters import Quantity
+from dforce.core.parameters import ParameterQuantity
 from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error, with_unit
-from dforce.kernel import Array
 from dforce.problem import values_used
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
@@ -102,9 +102,9 @@ def make_unknowns(
     tones: int,
     free: Sequence[str],
     nuisance: Sequence[str],
-    priors: Mapping[str, Any],
-    bounds: Mapping[str, Any],
-    starts: Mapping[str, Any],
+    priors: Mapping[str, object],
+    bounds: Mapping[str, object],
+    starts: Mapping[str, object],
     products: bool = False,
 ) -> list[Unknown]:
     """Return the unknowns of a fit; `products` says whether parameters may be among them that are known as products only.
@@ -139,7 +139,7 @@ def make_unknowns(
     return unknowns
 
 
-def given_values(case: Case, tones: int, given: Mapping[str, Any], fitted: Sequence[str]) -> list[Unknown]:
+def given_values(case: Case, tones: int, given: Mapping[str, object], fitted: Sequence[str]) -> list[Unknown]:
     """Return the parameters that stay fixed, with their known values and errors as priors.
 
     Raises
@@ -206,7 +206,7 @@ def _amplitude_path(case: Case, tone: int) -> str:
     return f"{prefix}.{'A0' if owner.A0 is not None else 'base_amplitude'}"
 
 
-def _scale(path: str, quantity: Quantity, start: float, low: float) -> float:
+def _scale(path: str, quantity: ParameterQuantity, start: float, low: float) -> float:
     """Return the size of what is varied: 0 where it is the logarithm."""
     if start > 0.0 and (low >= 0.0 or quantity.unit in OFTEN):
         return 0.0

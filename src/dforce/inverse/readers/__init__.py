@@ -14,7 +14,7 @@ import pkgutil
 from dforce.core.entries import loaded
 from dforce.core.errors import ResultError
 from dforce.core.files import in_quotes, read_input
-from dforce.inverse.table import Reader, Table
+from dforce.inverse.table import MeasuredTable, Reader
 
 MOST_BYTES = 1_000_000_000  # of a file of curves
 READERS: list[Reader] = [
@@ -38,7 +38,7 @@ def content_of(path: str | os.PathLike[str]) -> tuple[bytes, str]:
     return read_input(path, "file of measured curves", MOST_BYTES, ResultError), in_quotes(path)
 
 
-def tables_in(content: bytes, name: str) -> list[Table]:
+def tables_in(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in a file, by its content and not by its name.
 
     Raises

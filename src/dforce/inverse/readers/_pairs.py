@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, Table
+from dforce.core.arrays import Array
+from dforce.inverse.table import APPROACH, RETRACT, Column, MeasuredTable
 from dforce.inverse.words import split_heading
 
 TOKENS = {"ex": APPROACH, "rt": RETRACT}
@@ -19,7 +20,7 @@ def _part(name: str) -> tuple[str, str | None]:
     return name, None
 
 
-def has_pairs(table: Table) -> bool:
+def has_pairs(table: MeasuredTable) -> bool:
     """Say whether a table holds both directions side by side."""
     found = [_part(_whole(column)) for column in table.columns]
     names = [{name for name, part in found if part == direction} for direction in (APPROACH, RETRACT)]
@@ -30,9 +31,9 @@ def _whole(column: Column) -> str:
     return column.name if column.unit is None else f"{column.name}_{column.unit}"
 
 
-def paired(table: Table) -> Table:
+def paired(table: MeasuredTable) -> MeasuredTable:
     """Return a table in which the retract stands below the approach; columns without a direction are left out."""
-    halves: dict[str, dict[str, Floats]] = {APPROACH: {}, RETRACT: {}}
+    halves: dict[str, dict[str, Array]] = {APPROACH: {}, RETRACT: {}}
     for column in table.columns:
         name, part = _part(_whole(column))
         if part is not None and column.values.dtype.kind == "f":
@@ -48,10 +49,10 @@ def paired(table: Table) -> Table:
     lines = table.lines
     if lines is not None:
         lines = np.concatenate([lines[: rows[part]] for part in (APPROACH, RETRACT)])
-    return Table(tuple(columns), table.notes, segments, lines)
+    return MeasuredTable(tuple(columns), table.notes, segments, lines)
 
 
-def _filled(columns: list[Floats]) -> int:
+def _filled(columns: list[Array]) -> int:
     """Return how many rows are filled: the shorter direction ends in blanks."""
     filled = np.flatnonzero(np.any([np.isfinite(column) for column in columns], axis=0))
     return int(filled[-1]) + 1 if len(filled) else 0

@@ -10,12 +10,12 @@ import io
 import logging
 import math
 import struct
-from typing import Any
 
 import numpy as np
 
+from dforce.core.arrays import Texts
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, Reader, Table, Words
+from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, MeasuredTable, Reader
 
 UNITS = {
     "raw": "m",
@@ -55,7 +55,7 @@ def _fits(content: bytes) -> bool:
     return bool(HEADERS + points + sum(parts) <= len(content) + SPARE)
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curve in a binary wave.
 
     Raises
@@ -86,10 +86,10 @@ def read(content: bytes, name: str) -> list[Table]:
         key = label.lower()
         columns.append(Column(NAMES.get(key, label), UNITS.get(key), np.array(values[:, number], dtype=float)))
     segments = _segments(notes, len(values))
-    return [Table(tuple(columns), notes, segments)]
+    return [MeasuredTable(tuple(columns), notes, segments)]
 
 
-def _text(content: Any) -> str:
+def _text(content: object) -> str:
     return content.decode("cp1252", "replace") if isinstance(content, bytes) else str(content)
 
 
@@ -98,7 +98,7 @@ def _notes(note: str) -> dict[str, str]:
     return {key.strip(): value.strip() for key, colon, value in lines if colon and value.strip()}
 
 
-def _segments(notes: dict[str, str], rows: int) -> Words | None:
+def _segments(notes: dict[str, str], rows: int) -> Texts | None:
     """Return the part that each row belongs to: the note lists where parts end, and which way each goes."""
     ends, ways = _numbers(notes.get("Indexes", "")), _numbers(notes.get("Direction", ""))
     if len(ends) < 2 or len(ends) != len(ways) or ends != sorted(ends) or not 0 <= ends[0] <= ends[-1] <= rows:

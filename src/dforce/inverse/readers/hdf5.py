@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import Column, Reader, Table
+from dforce.inverse.table import Column, MeasuredTable, Reader
 from dforce.inverse.words import known_unit, split_heading
 from dforce.results import hdf5
 
@@ -13,7 +13,7 @@ def is_hdf5(content: bytes) -> bool:
     return content.startswith(hdf5.START)
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in an HDF5 file.
 
     Raises
@@ -28,7 +28,7 @@ def read(content: bytes, name: str) -> list[Table]:
             title, unit = split_heading(heading)
             said = attributes.get("units", attributes.get("unit"))
             named.append(Column(title, unit if said is None else known_unit(said), values))
-        tables.append(Table(tuple(named), notes))
+        tables.append(MeasuredTable(tuple(named), notes))
     if not tables:
         raise ResultError(f"{name} has no group with data sets of one length, which the columns of a curve are")
     return tables

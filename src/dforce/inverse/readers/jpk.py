@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from dforce.inverse.readers.text import Line, beginning, read_text
-from dforce.inverse.table import Reader, Table
+from dforce.inverse.readers.text import TextLine, beginning, read_text
+from dforce.inverse.table import MeasuredTable, Reader
 
 SIGNS = re.compile(r"^[#%]+ *(?:fancyNames *:|force-settings\.)", re.MULTILINE)
 
@@ -16,7 +16,7 @@ def is_jpk(content: bytes) -> bool:
     return SIGNS.search(beginning(content)) is not None
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curve in a text file of JPK.
 
     Raises
@@ -27,7 +27,7 @@ def read(content: bytes, name: str) -> list[Table]:
     return read_text(content, name, _headings)
 
 
-def _headings(above: Sequence[Line], width: int) -> list[str] | None:
+def _headings(above: Sequence[TextLine], width: int) -> list[str] | None:
     """Return the names for a reader that stand in comments, with their units."""
     found: dict[str, list[str]] = {}
     for line in above:

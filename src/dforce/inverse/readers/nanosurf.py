@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, RETRACT, Column, Floats, Reader, Table
+from dforce.inverse.table import APPROACH, RETRACT, Column, MeasuredTable, Reader
 from dforce.inverse.words import known_unit
 
 START, END = b"[DataSet]", b"#!"
@@ -40,7 +41,7 @@ class Channel(NamedTuple):
         """Bytes of the block."""
         return self.whole("Points") * self.whole("Lines") * self.whole("SaveBits") // 8
 
-    def row(self, blocks: bytes, line: int) -> Floats:
+    def row(self, blocks: bytes, line: int) -> Array:
         """Return a row of the block in the channel's unit; a curve may be shorter than the row."""
         bits, points = self.whole("SaveBits"), self.whole("Points")
         if bits not in (16, 32) or self.keys.get("SaveSign") != "Signed" or self.keys.get("SaveOrder") != "Intel":
@@ -50,7 +51,7 @@ class Channel(NamedTuple):
         share = (raw.astype(float) + 2.0 ** (bits - 1)) / 2.0**bits
         return float(self.keys["Dim2Min"]) + share * float(self.keys["Dim2Range"])
 
-    def heights(self, line: int) -> Floats:
+    def heights(self, line: int) -> Array:
         """Return the heights (or frequencies) of a row, as they were commanded."""
         points = self.whole("Points")
         kept = min(points, int(self.keys.get(f"LineDim{line}Points", points)))
@@ -64,7 +65,7 @@ def is_nanosurf(content: bytes) -> bool:
     return content.startswith(START)
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in a .nid file; a spectrum of the thermal noise counts as one.
 
     Raises
@@ -113,7 +114,7 @@ def _parts(content: bytes) -> tuple[configparser.ConfigParser, list[Channel], by
     return settings, channels, blocks
 
 
-def _curves(channels: list[Channel], blocks: bytes, notes: dict[str, str]) -> list[Table]:
+def _curves(channels: list[Channel], blocks: bytes, notes: dict[str, str]) -> list[MeasuredTable]:
     """Return a table for each curve: the channels of both directions, one below the other."""
     groups: dict[str, list[Channel]] = {}
     for channel in channels:
@@ -127,7 +128,7 @@ def _curves(channels: list[Channel], blocks: bytes, notes: dict[str, str]) -> li
     return [_curve(groups, blocks, line, notes) for line in range(min(lines, last + 1))]
 
 
-def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: dict[str, str]) -> Table:
+def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: dict[str, str]) -> MeasuredTable:
     parts = [_part(group, blocks, line) for group in groups.values()]
     common = [key for key in parts[0] if all(key in part for part in parts)]
     columns = []
@@ -137,10 +138,10 @@ def _curve(groups: dict[str, list[Channel]], blocks: bytes, line: int, notes: di
     frames = [FRAMES.get(frame, "") for frame in groups]
     rows = [len(part[common[0]]) for part in parts]
     segments = np.repeat(frames, rows) if all(frames) else None
-    return Table(tuple(columns), notes, segments)
+    return MeasuredTable(tuple(columns), notes, segments)
 
 
-def _part(group: list[Channel], blocks: bytes, line: int) -> dict[tuple[str, str], Floats]:
+def _part(group: list[Channel], blocks: bytes, line: int) -> dict[tuple[str, str], Array]:
     """Return the channels of one direction by name and unit, the commanded height first."""
     first = group[0]
     found: dict[tuple[str, str], Any] = {

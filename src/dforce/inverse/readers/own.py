@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.core.errors import ResultError
-from dforce.inverse.table import APPROACH, Column, Reader, Table
+from dforce.inverse.table import APPROACH, Column, MeasuredTable, Reader
 from dforce.results.files import decoded, is_sealed
 from dforce.results.kinds import is_kind
 from dforce.results.status import repeats
@@ -32,7 +32,7 @@ def kept_in(content: bytes, name: str) -> xr.Dataset | None:
     return _again(result) if is_kind(result, "measured") else None
 
 
-def read(content: bytes, name: str) -> list[Table]:
+def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves of an approach, or the spectrum of a simulated thermal motion.
 
     Raises
@@ -43,7 +43,11 @@ def read(content: bytes, name: str) -> list[Table]:
     result = decoded(content, name)
     if "spectral_density" in result:
         wanted = {"frequency": "Hz", "spectral_density": "m^2/Hz"}
-        return [Table(tuple(Column(key, unit, np.asarray(result[key].values, float)) for key, unit in wanted.items()))]
+        return [
+            MeasuredTable(
+                tuple(Column(key, unit, np.asarray(result[key].values, float)) for key, unit in wanted.items())
+            )
+        ]
     if is_kind(result, "fit"):
         raise ResultError(f"{name} is a fit, and no measured curve; dforce fit does it again, with its curve")
     if "zc" not in result.dims or "tone" not in result.dims or not {"amplitude", "phase"} <= set(result.data_vars):
@@ -62,7 +66,7 @@ def _again(result: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def _table(result: xr.Dataset) -> Table:
+def _table(result: xr.Dataset) -> MeasuredTable:
     """Return the curves of an approach, one direction below the other, without the points that have no settled motion."""
     directions = (
         [str(word) for word in np.atleast_1d(result["direction"].values)] if "direction" in result else [APPROACH]
@@ -86,7 +90,7 @@ def _table(result: xr.Dataset) -> Table:
     lost = sum(int((~mask).sum()) for mask in kept)
     notes = {"phase_convention": "lag"} | ({"points left out": str(lost)} if lost else {})
     segments = np.concatenate([np.repeat(word, int(mask.sum())) for word, mask in zip(directions, kept, strict=True)])
-    return Table(tuple(columns), notes, segments)
+    return MeasuredTable(tuple(columns), notes, segments)
 
 
 READER = Reader(

@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Texts
 from dforce.core.errors import ResultError, shorten
 from dforce.inverse.readers._pairs import has_pairs, paired
-from dforce.inverse.table import Column, Reader, Table, Words, segment_of
+from dforce.inverse.table import Column, MeasuredTable, Reader, segment_of
 from dforce.inverse.words import known_unit, split_heading
 
 POINT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
@@ -29,7 +30,7 @@ BEGINNING = 100_000  # bytes of a file that show whose software wrote it
 MOST_COLUMNS = 1000
 
 
-class Line(NamedTuple):
+class TextLine(NamedTuple):
     """A line of the file: its number, its text, and whether it is a comment."""
 
     number: int
@@ -61,8 +62,8 @@ STYLES = tuple(Style(separator, number) for separator in ("\t", ";", ",", "") fo
 
 
 def read_text(
-    content: bytes, name: str, headings_in: Callable[[Sequence[Line], int], list[str] | None] | None = None
-) -> list[Table]:
+    content: bytes, name: str, headings_in: Callable[[Sequence[TextLine], int], list[str] | None] | None = None
+) -> list[MeasuredTable]:
     """Return the curve in a text file.
 
     Parameters
@@ -116,12 +117,12 @@ def beginning(content: bytes) -> str:
     return ""
 
 
-def _lines(text: str) -> Iterable[Line]:
+def _lines(text: str) -> Iterable[TextLine]:
     for number, line in enumerate(text.split("\n"), start=1):
         stripped = line.strip()
         if stripped:
             comment = stripped.startswith(MARKS)
-            yield Line(number, stripped.lstrip("#% ").strip() if comment else line.strip("\n"), comment)
+            yield TextLine(number, stripped.lstrip("#% ").strip() if comment else line.strip("\n"), comment)
 
 
 def _is_row(cells: Sequence[str], style: Style) -> bool:
@@ -132,7 +133,7 @@ def _is_row(cells: Sequence[str], style: Style) -> bool:
     return numbers >= 2 and all(segment_of(word) is not None or word.lower() in OTHER_WORDS for word in words)
 
 
-def _table(lines: Sequence[Line], name: str) -> tuple[Style, list[int]]:
+def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, list[int]]:
     """Return how cells are separated, and which lines are rows of the table: the way that makes most of them one."""
     plain = [place for place, line in enumerate(lines) if not line.comment]
     best: tuple[int, int, Style, list[int]] | None = None
@@ -161,7 +162,7 @@ def _table(lines: Sequence[Line], name: str) -> tuple[Style, list[int]]:
     return style, rows
 
 
-def _word_between(lines: Sequence[Line]) -> str:
+def _word_between(lines: Sequence[TextLine]) -> str:
     """Return the words between numbers for which rows are none, for a sentence; nothing where there are no such rows."""
     for line in lines:
         for style in STYLES:
@@ -175,12 +176,12 @@ def _word_between(lines: Sequence[Line]) -> str:
     return ""
 
 
-def _width(lines: Sequence[Line], rows: Sequence[int], style: Style) -> int:
+def _width(lines: Sequence[TextLine], rows: Sequence[int], style: Style) -> int:
     widths = [len(style.cells(lines[place].text)) for place in rows]
     return Counter(widths).most_common(1)[0][0]
 
 
-def _refuse_broken(lines: Sequence[Line], place: int, last: int, width: int, style: Style, name: str) -> None:
+def _refuse_broken(lines: Sequence[TextLine], place: int, last: int, width: int, style: Style, name: str) -> None:
     line, cells = lines[place], style.cells(lines[place].text)
     if place == last and len(cells) <= width:
         raise _cut(line, name)
@@ -192,14 +193,14 @@ def _refuse_broken(lines: Sequence[Line], place: int, last: int, width: int, sty
     )
 
 
-def _cut(line: Line, name: str) -> ResultError:
+def _cut(line: TextLine, name: str) -> ResultError:
     return ResultError(
         f"{name} ends in the middle of line {line.number}: it was cut short; "
         "copy it again, or remove that line to read what is left"
     )
 
 
-def _refuse_cut(text: str, lines: Sequence[Line], rows: Sequence[int], style: Style, name: str) -> None:
+def _refuse_cut(text: str, lines: Sequence[TextLine], rows: Sequence[int], style: Style, name: str) -> None:
     """Refuse a last number that may have lost its last digits: the file ends with it, and it is the shortest of all."""
     if text.endswith("\n") or len(rows) < 2 or lines[-1] is not lines[rows[-1]]:
         return
@@ -213,7 +214,7 @@ def _refuse_cut(text: str, lines: Sequence[Line], rows: Sequence[int], style: St
         )
 
 
-def _headings(lines: Sequence[Line], first: int, style: Style, name: str) -> list[str]:
+def _headings(lines: Sequence[TextLine], first: int, style: Style, name: str) -> list[str]:
     """Return the headings of the columns: the nearest line above the numbers that has as many words."""
     width = len(style.cells(lines[first].text))
     above = list(reversed(lines[:first]))
@@ -233,7 +234,7 @@ def _headings(lines: Sequence[Line], first: int, style: Style, name: str) -> lis
     return [f"column {number}" for number in range(1, width + 1)]
 
 
-def _with_units(cells: list[str], above: Sequence[Line], style: Style) -> list[str]:
+def _with_units(cells: list[str], above: Sequence[TextLine], style: Style) -> list[str]:
     """Return headings with their units, where the names stand in a line of their own above the line of units."""
     if all(known_unit(cell.strip("[]()")) is not None for cell in cells) and above:
         names = style.cells(above[0].text)
@@ -242,7 +243,7 @@ def _with_units(cells: list[str], above: Sequence[Line], style: Style) -> list[s
     return cells
 
 
-def _columns(headings: Sequence[str], lines: Sequence[Line], rows: Sequence[int], style: Style) -> Table:
+def _columns(headings: Sequence[str], lines: Sequence[TextLine], rows: Sequence[int], style: Style) -> MeasuredTable:
     """Return the table of a file."""
     cells = [style.cells(lines[place].text) for place in rows]
     columns = []
@@ -256,10 +257,10 @@ def _columns(headings: Sequence[str], lines: Sequence[Line], rows: Sequence[int]
             columns.append(Column(title, unit, np.array(values, dtype=float)))
     numbers = np.array([lines[place].number for place in rows])
     notes = _notes(line for line in lines if line.comment)
-    return Table(tuple(columns), notes, _segments(lines, rows), numbers)
+    return MeasuredTable(tuple(columns), notes, _segments(lines, rows), numbers)
 
 
-def _notes(comments: Iterable[Line]) -> dict[str, str]:
+def _notes(comments: Iterable[TextLine]) -> dict[str, str]:
     """Return the settings that the comments of a file note."""
     notes: dict[str, str] = {}
     for line in comments:
@@ -269,7 +270,7 @@ def _notes(comments: Iterable[Line]) -> dict[str, str]:
     return notes
 
 
-def _segments(lines: Sequence[Line], rows: Sequence[int]) -> Words | None:
+def _segments(lines: Sequence[TextLine], rows: Sequence[int]) -> Texts | None:
     """Return the part of the curve that each row belongs to, as comments between the blocks tell it."""
     said = {
         place: segment_of(line.text.partition(":")[2])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.blas_threads import one_blas_thread
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.inverse.reconstruction._invert import ROUNDS, balances, invert
 from dforce.inverse.reconstruction._points import LEAST_POINTS, read_points
@@ -80,7 +81,7 @@ def reconstruct(
     error = np.sqrt(sum(((one.virial - balance.virial) / share) ** 2 for one, share in shifted))
     _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial / error)
     lossy = bool(np.isfinite(balance.energy).all())
-    with watched(progress, case.title) as tell:
+    with watched(progress, case.title) as tell, one_blas_thread():
         inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, ROUNDS, ""))
         tell(ROUNDS, ROUNDS, "")
     most = _most_together(inverse.rows.closest, [gap.high for gap in inverse.gaps])
@@ -91,7 +92,7 @@ def reconstruct(
     return dataset_of(inverse, reading, case, curve, bool(case.forces) and "status" in curve)
 
 
-def _error(name: str, given: Any, unit: str) -> float | None:
+def _error(name: str, given: object, unit: str) -> float | None:
     try:
         return None if given is None else units.parse(given, unit)
     except UnitError as error:

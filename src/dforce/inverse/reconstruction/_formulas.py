@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dforce.inverse.reconstruction._law import Array
+from dforce.core.arrays import Array
 
 FORMULAS = ("sader_jarvis", "holscher", "payam", "sinusoid")
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dforce.inverse.reconstruction._law import Array, Law, force_of
+from dforce.core.arrays import Array
+from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._path import Rows
 
 WIDER = 4.0  # times the spacing of the points beside it: a gap

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
+from dforce.core.arrays import Array
 from dforce.inverse.reconstruction._gaps import Gap, gap_covariance, gaps_in
-from dforce.inverse.reconstruction._law import Array, Law, force_of, laid
-from dforce.inverse.reconstruction._least import Fit, evidence, solve
+from dforce.inverse.reconstruction._law import Law, force_of, laid
+from dforce.inverse.reconstruction._least import LeastSquares, evidence, solve
 from dforce.inverse.reconstruction._path import Paths, Rows, closest, impulse, no_paths, paths_of, rows_of, virials
-from dforce.inverse.reconstruction._points import Balance, Reading
+from dforce.inverse.reconstruction._points import Balance, CurvePoints
 from dforce.problem import Problem
 
 MOST_NODES, LEAST_NODES = 260, 60
@@ -59,8 +60,8 @@ class Inverse:
     """
 
     law: Law
-    fit: Fit
-    damping: Fit | None
+    fit: LeastSquares
+    damping: LeastSquares | None
     hidden: Array
     rows: Rows
     balance: Balance
@@ -74,7 +75,11 @@ class Inverse:
 
 
 def invert(
-    reading: Reading, balance: Balance, shifted: list[tuple[Balance, float]], lossy: bool, watch: Callable[[int], None]
+    reading: CurvePoints,
+    balance: Balance,
+    shifted: list[tuple[Balance, float]],
+    lossy: bool,
+    watch: Callable[[int], None],
 ) -> Inverse:
     """Return the force behind the points of a curve.
 
@@ -126,7 +131,7 @@ def invert(
     fit = solve(rows.virial, balance.virial, virial_error)
     law = law._replace(force=fit.values, length=_fall(law, fit))
     sample = balance.energy - rows.energy @ fit.values
-    damping: Fit | None = None
+    damping: LeastSquares | None = None
     if lossy and np.isfinite(sample).all() and _is_seen(sample, energy_error, balance):
         damping = solve(rows.loss, sample, energy_error)
         law = law._replace(damping=damping.values)
@@ -172,7 +177,7 @@ def _virial_error(law: Law, balance: Balance, shifted: list[tuple[Balance, float
     return _errors(changes)
 
 
-def _fall(law: Law, fit: Fit) -> float:
+def _fall(law: Law, fit: LeastSquares) -> float:
     r"""Return the length of the force beyond the last node, from the line of :math:`|F|^{-1/2}` over the outer nodes."""
     far = slice(int((1.0 - FAR) * len(law.force)), None)
     d, force = law.nodes[far], fit.values[far]
@@ -190,14 +195,14 @@ def _is_seen(energy: Array, error: Array, balance: Balance) -> bool:
     return bool((energy > np.maximum(SEEN * error, LEAST_LOSS * medium)).sum() > len(energy) // 20)
 
 
-def _rounding(reading: Reading, balance: Balance) -> Array:
+def _rounding(reading: CurvePoints, balance: Balance) -> Array:
     """Return by how much amplitude and phase of a computed curve miss its own virial (J), at each point or beside it."""
     if reading.virial is None:
         return np.zeros_like(balance.virial)
     return np.asarray(maximum_filter1d(np.abs(balance.virial - reading.virial), BESIDE))
 
 
-def balances(reading: Reading, problem: Problem) -> tuple[Balance, list[tuple[Balance, float]]]:
+def balances(reading: CurvePoints, problem: Problem) -> tuple[Balance, list[tuple[Balance, float]]]:
     """Return what points tell of the force, and what they would tell with each quantity a little off."""
     from dforce.inverse.reconstruction._points import balance
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
 
 FALL = 2.0  # exponent of the force beyond the last node: van der Waals between sphere and plane
 

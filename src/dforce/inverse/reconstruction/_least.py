@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 import scipy.optimize
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from dforce.core.arrays import Array
 
 LEAST = 1e-12  # smallest singular value that counts, as a share of the largest: below it is rounding
 MORE = 2.0  # times the number of points: a chi2 beyond is no noise
 WEIGHTS = 240  # of the penalty that are tried for the evidence
 
 
-class Fit(NamedTuple):
+class LeastSquares(NamedTuple):
     r"""A solution of least squares.
 
     Attributes
@@ -87,7 +87,7 @@ def evidence(matrix: Array, data: Array, error: Array) -> float:
     )
 
 
-def solve(matrix: Array, data: Array, error: Array) -> Fit:
+def solve(matrix: Array, data: Array, error: Array) -> LeastSquares:
     r"""Return the values that are most likely if their curvatures are random, of the size that makes the data most likely.
 
     Minimizes :math:`\chi^2 + \lambda |L F|^2` with second differences L between neighboring nodes, and at the last node the
@@ -109,4 +109,4 @@ def solve(matrix: Array, data: Array, error: Array) -> Fit:
     hidden = made.smooth @ made.smooth.T - back @ back.T  # curvatures that the data do not touch
     smoothing = (back * (weight / (s**2 + weight) ** 2)) @ back.T + hidden / weight
     chi2 = made.chi2(weight)
-    return Fit(gain @ data, gain, (gain * error**2) @ gain.T, smoothing, chi2, chi2 < MORE * len(data))
+    return LeastSquares(gain @ data, gain, (gain * error**2) @ gain.T, smoothing, chi2, chi2 < MORE * len(data))

@@ -15,9 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.inverse.reconstruction._law import Array, Law, force_of, shares
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+from dforce.core.arrays import Array, Complexes
+from dforce.inverse.reconstruction._law import Law, force_of, shares
 
 HARMONICS = 24  # with the modes' own response; beyond it differs from that of free masses by 1/h^2 of itself
 PASSES = 60  # of the fixed point
@@ -46,7 +45,7 @@ class Motions(NamedTuple):
     height: Array
     amplitude: Array
     frequency: Array
-    response: Complex
+    response: Complexes
     mobility: Array
 
     def part(self, which: Any) -> Motions:
@@ -117,7 +116,7 @@ def impulse(motions: Motions, virial: Array) -> Paths:
     return _answer(motions, phasor, phasor[:, :1] * series, phasor[:, :1] * rate)
 
 
-def _answer(motions: Motions, phasor: Array | Complex, twice: Array, once: Array) -> Paths:
+def _answer(motions: Motions, phasor: Array | Complexes, twice: Array, once: Array) -> Paths:
     """Return how a force bends paths: its phasors, and its part without mean integrated twice, with the slope of that."""
     mobility = motions.mobility[:, None]
     order = np.maximum(ORDER, 1)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case, case_of
+from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.instrument import Cantilever, Drive, ModeNumbers
-from dforce.inverse.reconstruction._law import Array
-from dforce.inverse.reconstruction._path import HARMONICS, Complex, Motions
+from dforce.inverse.reconstruction._path import HARMONICS, Motions
 from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 
 @dataclass(frozen=True)
-class Reading:
+class CurvePoints:
     """What was read at each point of a curve; one value each, in SI, angles in rad.
 
     Attributes
@@ -62,10 +62,10 @@ class Reading:
         height = self.errors.get("height", np.zeros(1))
         return float(np.hypot(np.median(self.errors["amplitude"]), np.median(height)))
 
-    def shifted(self, name: str) -> tuple[Reading, float]:
+    def shifted(self, name: str) -> tuple[CurvePoints, float]:
         """Return the reading with one quantity changed by a small part of its error, and that part."""
         values = getattr(self, name) + SHIFT * self.errors[name]
-        return Reading(**{**vars(self), name: values}), SHIFT
+        return CurvePoints(**{**vars(self), name: values}), SHIFT
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Balance:
     energy: Array
 
 
-def balance(reading: Reading, problem: Problem) -> Balance:
+def balance(reading: CurvePoints, problem: Problem) -> Balance:
     r"""Return virial and energy of the fundamental at each point.
 
     The force's own phasor is what the drive alone leaves unexplained of the reading X,
@@ -102,7 +102,7 @@ def balance(reading: Reading, problem: Problem) -> Balance:
     return _balance(reading.height, tip, force, frequency, problem)
 
 
-def _locked(reading: Reading, problem: Problem, shift: Array) -> Balance:
+def _locked(reading: CurvePoints, problem: Problem, shift: Array) -> Balance:
     """Return the balance of a curve whose phase is held; one mode, driven by a force."""
     mode = problem.modes[0]
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
@@ -140,21 +140,21 @@ def _lagging(mode: ModeNumbers, cotangent: Array) -> Array:
     return np.array(found)[where]
 
 
-def _balance(height: Array, tip: Complex, force: Complex, frequency: Array, problem: Problem) -> Balance:
+def _balance(height: Array, tip: Complexes, force: Complexes, frequency: Array, problem: Problem) -> Balance:
     response = np.stack([sum(_mode_responses(problem, order * frequency)) for order in range(HARMONICS + 1)], axis=1)
     mobility = sum(mode.oscillator[0] ** 2 / mode.k for mode in problem.modes) / frequency**2
     work = force * tip.conj()
     return Balance(Motions(height, np.abs(tip), frequency, response, mobility), 0.5 * work.real, -np.pi * work.imag)
 
 
-def _mode_responses(problem: Problem, frequency: Array) -> list[Complex]:
+def _mode_responses(problem: Problem, frequency: Array) -> list[Complexes]:
     """Return the answer of each mode to a force (m/N) at frequencies (Hz)."""
     return [np.asarray(1.0 / mode.stiffness(frequency), dtype=complex) for mode in problem.modes]
 
 
 def read_points(
     data: xr.Dataset, case: Case | None, amplitude_error: float | None, phase_error: float | None
-) -> tuple[Reading, Case]:
+) -> tuple[CurvePoints, Case]:
     """Return what a result of this program or a measured curve holds, and its case.
 
     Raises
@@ -182,12 +182,12 @@ def read_points(
             raise ParameterError(f"the data do not say their {name}_error, so no error of the force follows; give it")
         if not (np.isfinite(errors[name]).all() and (errors[name] > 0.0).all()):
             raise ParameterError(f"{name}_error is not above 0")
-    reading = Reading(**{**vars(reading), "errors": errors})
+    reading = CurvePoints(**{**vars(reading), "errors": errors})
     _check(reading, case)
     return reading, case
 
 
-def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
+def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     """Return the points of a result that settled and repeat every period."""
     if case is not None:
         raise ParameterError("a result carries its case; give none")
@@ -207,7 +207,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
     size = float(abs(case.problem.detected_free[0]))
     count = int(good.sum())
     plain = len(case.problem.modes) == 1 and case.problem.shaken is None and "virial" in walk
-    reading = Reading(
+    reading = CurvePoints(
         height=walk["zc"].values[good],
         amplitude=walk["amplitude"].values[good][:, 0],
         phase=np.deg2rad(walk["phase"].values[good][:, 0]),
@@ -220,7 +220,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
     return reading, case
 
 
-def _measured(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
+def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     """Return the points of a measured curve, and the instrument that its attributes or the given case say."""
     locked = "frequency_shift" in data.variables
     for name in ("height", "amplitude", *(() if locked else ("phase",))):
@@ -253,7 +253,7 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[Reading, Case]:
         if "shift" not in errors:
             raise ParameterError("the data do not say their frequency_shift_error, so no error of the force follows")
     _check_order(column("height", np.nan), group, float(data.attrs.get("height_error", 0.0)))
-    reading = Reading(
+    reading = CurvePoints(
         column("height", np.nan),
         column("amplitude", np.nan),
         np.deg2rad(column("phase", 90.0)),
@@ -307,7 +307,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     )
 
 
-def _check(reading: Reading, case: Case) -> None:
+def _check(reading: CurvePoints, case: Case) -> None:
     """Raise ParameterError for curves that no force follows from."""
     problem, count = case.problem, len(reading.height)
     if len(problem.tones) > 1:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._gaps import Gap
 from dforce.inverse.reconstruction._invert import Inverse
-from dforce.inverse.reconstruction._law import Array, Law, force_of
-from dforce.inverse.reconstruction._points import Reading
+from dforce.inverse.reconstruction._law import Law, force_of
+from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 
@@ -44,7 +45,7 @@ PATH_DEPENDENT = (
 )
 
 
-def dataset_of(inverse: Inverse, reading: Reading, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
+def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
     """Return force, errors and what goes with them over the distance, and the points behind them."""
     import xarray as xr
 
@@ -122,7 +123,7 @@ def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
     return np.asarray(0.5 * np.ptp(force_of(law, law.force, np.clip(around, low, high)), axis=0))
 
 
-def classic_forces(inverse: Inverse, reading: Reading, case: Case, distance: Array) -> Array:
+def classic_forces(inverse: Inverse, reading: CurvePoints, case: Case, distance: Array) -> Array:
     """Return the force by each formula at distances, shape (formulas, distances); NaN where a formula does not reach.
 
     They need distances in order and no gap: so they stop at the first gap, or where the closest approach turns back.
@@ -173,7 +174,7 @@ def _doubts(source: xr.Dataset) -> list[str]:
     return [f"the measured curve is doubted: {text}" for text in doubts(source.attrs)]
 
 
-def _notes(inverse: Inverse, reading: Reading, span: float) -> list[str]:
+def _notes(inverse: Inverse, reading: CurvePoints, span: float) -> list[str]:
     """Return what a reader must know of the result, a sentence each."""
     found = [
         f"no motion turned between {units.show(gap.low, 'm', 3)} and {units.show(gap.high, 'm', 3)}: the curve does not tell "

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.gui.document import Document, Measured
+from dforce.gui.document import Document, MeasuredData
 from dforce.gui.measured import calibrated
-from dforce.gui.results import Shelf
+from dforce.gui.results import ResultStore
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 INSTRUMENT = ("cantilever", "drive", "medium", "readout")  # sections that a calibration depends on
 
 
-class Bench:
+class MeasuredSession:
     """Holds the measured curve that the document names.
 
     Parameters
@@ -39,7 +39,7 @@ class Bench:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.shelf = Shelf(folder)
+        self.results = ResultStore(folder)
         self.curve: xr.Dataset | None = None
         self.fit: xr.Dataset | None = None
         self.wrong = ""
@@ -63,21 +63,21 @@ class Bench:
         else:
             self.curve, self.fit, self.wrong = await asyncio.to_thread(self._take, measured, document)
 
-    def _take(self, measured: Measured, document: Document) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
+    def _take(self, measured: MeasuredData, document: Document) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
         """Return the curve, calibrated, its fit, and what is wrong. Blocking."""
         case: df.Case | None = None
         with contextlib.suppress(df.DForceError, TypeError):  # a case that is being typed
             case = document.case()
         fit = None
         try:
-            curve = calibrated(self.shelf.take(measured.id), measured.settings, case)
+            curve = calibrated(self.results.take(measured.id), measured.settings, case)
         except df.DForceError as error:
             return None, None, str(error)
         with contextlib.suppress(df.ResultError):  # a fit that has gone can be done again
-            fit = self.shelf.take(measured.fit) if measured.fit else None
+            fit = self.results.take(measured.fit) if measured.fit else None
         return curve, fit, ""
 
-    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, Any]) -> Document:
+    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> Document:
         """Keep a curve that was read, and return the document with it in place of an earlier one.
 
         Raises
@@ -85,9 +85,9 @@ class Bench:
         ResultError
             When it cannot be written.
         """
-        identifier = await asyncio.to_thread(self.shelf.keep, raw)
+        identifier = await asyncio.to_thread(self.results.keep, raw)
         offset = calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
-        return dataclasses.replace(document, measured=Measured(identifier, name, dict(settings), float(offset)))
+        return dataclasses.replace(document, measured=MeasuredData(identifier, name, dict(settings), float(offset)))
 
     async def keep_fit(self, document: Document, fit: xr.Dataset) -> Document:
         """Keep a fit of the document's curve, and return the document with it.
@@ -99,7 +99,7 @@ class Bench:
         """
         if document.measured is None:
             return document
-        identifier = await asyncio.to_thread(self.shelf.keep, fit)
+        identifier = await asyncio.to_thread(self.results.keep, fit)
         return dataclasses.replace(document, measured=dataclasses.replace(document.measured, fit=identifier))
 
     async def tidy(self, document: Document) -> None:
@@ -108,8 +108,8 @@ class Bench:
         named = set() if measured is None else {measured.id, measured.fit}
 
         def remove() -> None:
-            for name in set(self.shelf.names()) - named:
+            for name in set(self.results.names()) - named:
                 with contextlib.suppress(df.ResultError):  # another page was quicker
-                    self.shelf.drop(name)
+                    self.results.drop(name)
 
         await asyncio.to_thread(remove)

@@ -47,7 +47,7 @@ LONGEST = 60  # characters that a message repeats
 
 
 @dataclass(frozen=True)
-class Kind:
+class ArgumentKind:
     """One thing that an argument may be.
 
     Attributes
@@ -65,7 +65,7 @@ class Kind:
     source: str = ""
 
 
-def kind_of(annotation: str) -> Kind | None:
+def kind_of(annotation: str) -> ArgumentKind | None:
     """Return the kind that an annotation names, without unions; None where anything goes.
 
     Raises
@@ -77,18 +77,18 @@ def kind_of(annotation: str) -> Kind | None:
         return None
     if annotation in CLASSES:
         module, name, words, source = CLASSES[annotation]
-        return Kind(functools.partial(_is_one, module, name, annotation.startswith("type[")), words, source)
+        return ArgumentKind(functools.partial(_is_one, module, name, annotation.startswith("type[")), words, source)
     outer, _, inner = annotation.partition("[")
     if outer in SEVERAL:
         item = kind_of(inner.removesuffix("]"))
-        return Kind(functools.partial(_are_all, item), f"a list of {item.words}" if item else "a list")
+        return ArgumentKind(functools.partial(_are_all, item), f"a list of {item.words}" if item else "a list")
     plain = PLAIN.get(annotation) or PLAIN.get(outer)
     if plain is None:
         raise LookupError(f"'{annotation}' is no kind of argument known to {__name__}")
-    return Kind(*plain)
+    return ArgumentKind(*plain)
 
 
-def _is_one(module: str, name: str, as_class: bool, given: Any) -> bool:
+def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
     """Say whether something is of a class; where its module was never imported, nothing is."""
     wanted = getattr(sys.modules.get(module), name, None)
     if wanted is None:
@@ -96,7 +96,7 @@ def _is_one(module: str, name: str, as_class: bool, given: Any) -> bool:
     return isinstance(given, type) and issubclass(given, wanted) if as_class else isinstance(given, wanted)
 
 
-def _are_all(item: Kind | None, given: Any) -> bool:
+def _are_all(item: ArgumentKind | None, given: object) -> bool:
     if isinstance(given, str | bytes | type) or not isinstance(given, Iterable):
         return False
     # what can be read only once is not looked into
@@ -122,14 +122,28 @@ def members(annotation: str) -> list[str]:
 
 
 @functools.cache
-def taken(function: Callable[..., Any]) -> dict[str, tuple[Kind, ...]]:
+def taken(function: Callable[..., Any]) -> dict[str, tuple[ArgumentKind, ...]]:
     """Return what each argument of a function may be, by name, in order; nothing for one that may be anything."""
     kinds = {}
-    for name, parameter in inspect.signature(function).parameters.items():
-        known = parameter.kind is not parameter.VAR_KEYWORD and parameter.annotation is not parameter.empty
-        allowed = [kind_of(member) for member in members(str(parameter.annotation))] if known else [None]
+    for name, annotation in _annotations(function).items():
+        allowed = [kind_of(member) for member in members(annotation)] if annotation else [None]
         kinds[name] = tuple(kind for kind in allowed if kind is not None) if None not in allowed else ()
     return kinds
+
+
+def _annotations(function: Callable[..., Any]) -> dict[str, str]:
+    """Return the annotation of each argument, those of a table of arguments (Unpack) by their own names."""
+    found = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        given = "" if parameter.annotation is parameter.empty else str(parameter.annotation)
+        if parameter.kind is not parameter.VAR_KEYWORD:
+            found[name] = given
+        elif given.startswith("Unpack["):
+            table = vars(sys.modules[function.__module__])[given[len("Unpack[") : -1]]
+            found |= {key: hint.__forward_arg__ for key, hint in table.__annotations__.items()}
+        else:
+            found[name] = ""
+    return found
 
 
 @functools.cache
@@ -140,7 +154,7 @@ def _places(function: Callable[..., Any]) -> tuple[tuple[str, ...], str]:
     return placed, next((one.name for one in parameters if one.kind is one.VAR_POSITIONAL), "")
 
 
-def misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str | None:
+def misfit(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mapping[str, object]) -> str | None:
     """Return a sentence on the first argument of a call that is of a wrong kind; None where all are right."""
     kinds, (placed, rest) = taken(function), _places(function)
     given = [*zip(placed, args, strict=False), *kwargs.items()]
@@ -152,18 +166,18 @@ def misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[
     return None
 
 
-def _fits(allowed: tuple[Kind, ...], given: Any) -> bool:
+def _fits(allowed: tuple[ArgumentKind, ...], given: object) -> bool:
     return not allowed or any(kind.fits(given) for kind in allowed)
 
 
-def _sentence(name: str, allowed: tuple[Kind, ...], given: Any) -> str:
+def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> str:
     words = list(dict.fromkeys(kind.words for kind in allowed if kind.words))
     what = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
     sources = "; ".join(kind.source for kind in allowed if kind.source)
     return f"{name} = {told(given)} is {what}{f'; {sources}' if sources else ''}"
 
 
-def told(given: Any) -> str:
+def told(given: object) -> str:
     """Return what somebody gave, in words or as it would be typed."""
     for module, name, words, _ in CLASSES.values():
         if _is_one(module, name, False, given):
@@ -176,5 +190,5 @@ def told(given: Any) -> str:
     return f"({'class' if isinstance(given, type) else 'object of the class'} {_class(given)})"
 
 
-def _class(given: Any) -> str:
+def _class(given: object) -> str:
     return (given if isinstance(given, type) else type(given)).__name__

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import dforce as df
 from dforce.gui.compute import Job
 from dforce.gui.document import Document
-from dforce.gui.parameters import Row, rows_of
+from dforce.gui.parameters import ParameterRow, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +38,7 @@ class Over:
     """A result over parameters, with the parameter along which the window computed it, and of which document."""
 
     result: xr.Dataset
-    row: Row | None = None
+    row: ParameterRow | None = None
     document: Document | None = None
 
     def origin(self) -> dict[str, Any] | None:
@@ -48,7 +48,7 @@ class Over:
         return {"row": self.row.name, "document": self.document.to_plain()}
 
     @classmethod
-    def of(cls, result: xr.Dataset, origin: Any) -> Self:
+    def of(cls, result: xr.Dataset, origin: object) -> Self:
         """Return a result with what :meth:`origin` gave.
 
         Raises
@@ -63,7 +63,7 @@ class Over:
         return cls(result, row, document)
 
 
-class Atlas:
+class ParameterStudy:
     """A result over parameters.
 
     Attributes
@@ -80,7 +80,7 @@ class Atlas:
 
     def __init__(self) -> None:
         self.result: xr.Dataset | None = None
-        self.row: Row | None = None
+        self.row: ParameterRow | None = None
         self.document: Document | None = None
         self.job: SweepJob | None = None
         self.number = 0
@@ -94,12 +94,12 @@ class Atlas:
         """Return the result with where it came from; None while there is none."""
         return None if self.result is None else Over(self.result, self.row, self.document)
 
-    def take(self, result: xr.Dataset, row: Row | None = None, document: Document | None = None) -> None:
+    def take(self, result: xr.Dataset, row: ParameterRow | None = None, document: Document | None = None) -> None:
         """Look at a result."""
         self.result, self.row, self.document = result, row, document
         self.number += 1
 
-    async def compute(self, job: SweepJob, row: Row, look: Callable[[], None], every: float) -> None:
+    async def compute(self, job: SweepJob, row: ParameterRow, look: Callable[[], None], every: float) -> None:
         """Compute states along a parameter, and look at them; those of one that is stopped, too."""
         self.job = job
         await job.go(look, every)
@@ -119,7 +119,7 @@ class Atlas:
         return self.document.put(self.row.path, None).same_case(document.put(self.row.path, None))
 
 
-def sweep_job(document: Document, case: df.Case, row: Row, ends: tuple[str, str], points: int) -> SweepJob:
+def sweep_job(document: Document, case: df.Case, row: ParameterRow, ends: tuple[str, str], points: int) -> SweepJob:
     """Return the job that computes the states at a document's set point along a parameter.
 
     Raises

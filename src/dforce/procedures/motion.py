@@ -13,7 +13,7 @@ from dforce.core.quantities import MOTION, REPEATS
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
     from dforce.solvers.block import Block
     from dforce.solvers.integrator import Motion

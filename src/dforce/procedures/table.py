@@ -15,7 +15,7 @@ from dforce.results.status import Status, graded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
+    from dforce.core.arrays import Array
     from dforce.problem import Problem
     from dforce.solvers.block import Block
     from dforce.solvers.points import Points

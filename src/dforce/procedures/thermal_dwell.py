@@ -2,36 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 
-from dforce.core.stopping import heard
+from dforce.core.stopping import until_stopped
 from dforce.experiments.base import Progress, initial_motion
-from dforce.experiments.recording import Record, record_spectrum, record_traces
-from dforce.experiments.table import Table
 from dforce.instrument.noise import detector_readings
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish
+from dforce.problem import Problem
+from dforce.procedures.recording import Record, record_spectrum, record_traces
+from dforce.procedures.table import Table
 from dforce.results.status import Status
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from dforce.problem import Problem
-    from dforce.solvers import SolverSettings
+from dforce.solvers import SolverSettings
+from dforce.solvers.langevin import Langevin
+from dforce.solvers.transient import LATE, Steady, decay_periods, march, observe
 
 
 def thermal_dwell(asked: Record, problem: Problem, settings: SolverSettings, progress: Progress) -> xr.Dataset:
-    """Return traces, spectrum and scalars of a dwell under thermal noise, all of one run; see :class:`Experiment`.
+    """Return traces, spectrum and scalars of a dwell under thermal noise, all of one run; see :func:`dforce.runs.carry_out`.
 
     It settles for the periods asked for, or ten decay times of the slowest mode; then scalars are means over
     `measured_periods`, extremes the farthest in them, and traces and spectrum follow. What the detector adds by itself is in
     amplitude and phase.
     """
-    from dforce.observables.averaging import weights
-    from dforce.observables.finish import finish
-    from dforce.solvers.langevin import Langevin
-    from dforce.solvers.transient import LATE, Steady, decay_periods, march, observe
-
     integrator = Langevin(problem, settings, asked.harmonics)
     integrator.place(asked.zc)
     table = Table((), {}, problem, asked.harmonics)
@@ -42,16 +36,13 @@ def thermal_dwell(asked: Record, problem: Problem, settings: SolverSettings, pro
     periods = settings.periods if settings.settle == "fixed" else LATE * decay_periods(problem)
     count = asked.periods + (periods if asked.whole else 0)
     asked.check_length(count, integrator.points)
-    try:
+    with until_stopped() as stop:
         watch()
         first = initial_motion(integrator, asked.start)
         late, _ = march(integrator, first, periods, watch)
         motion, rows = observe(integrator, late, settings.measured_periods, watch)
-    except KeyboardInterrupt:
-        heard()
-        data = table.dataset().assign_coords(zc=asked.zc)
-        data.attrs["interrupted"] = 1
-        return data
+    if stop.came:
+        return table.dataset().assign_coords(zc=asked.zc).assign_attrs(interrupted=1)
     even = weights([tone.frequency for tone in problem.tones], len(rows))
     added = detector_readings(
         problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)

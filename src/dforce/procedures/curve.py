@@ -5,29 +5,55 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from dforce.case import Case
+from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.quantities import MOTION, REPEATS
-from dforce.core.stopping import heard
-from dforce.experiments.base import Progress, Start, initial_motions
-from dforce.experiments.motion import COMPONENT, components, motions, states_of
-from dforce.experiments.table import Table
+from dforce.core.stopping import until_stopped
+from dforce.experiments.base import CurveExperiment, CurvePlan, Progress, initial_motions
+from dforce.procedures.motion import COMPONENT, components, motions, states_of
+from dforce.procedures.table import Table, statuses, with_levers
 from dforce.results.status import REPEATING, Status
+from dforce.solvers.accuracy import assure, assure_in_grace
+from dforce.solvers.block import Block
+from dforce.solvers.points import Jump
+from dforce.solvers.protocols import Settled, Stepwise, actual, make_protocol
+from dforce.solvers.quasi_static_walk import CHUNK, Walk
+from dforce.solvers.sample_counts import TooFewSamples, sample_counts
+from dforce.solvers.states import States
+from dforce.solvers.transient import unwatched
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from dforce.kernel import Array
-    from dforce.solvers.block import Block
-    from dforce.solvers.points import Jump
-    from dforce.solvers.protocols import Settled
-    from dforce.solvers.states import States
-
-Place = tuple[int, ...]
 AT_ONCE = 256  # points whose accuracy is looked at together, where that takes milliseconds
 PERIOD = "period"  # attribute of an interrupted result: in which period of the first tone its motion stands
+
+
+def curve(case: Case, experiment: CurveExperiment, tell: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
+    """Return the motions along the curve of an experiment; see :func:`dforce.runs.carry_out`."""
+    problem, harmonics = case.problem, experiment.harmonics
+    plan, settings = experiment.plan(problem), experiment.solved_with(case.solver)
+    zc = plan.zc
+    if zc is None:
+        found = Curve(
+            lambda points: Block.of_one(problem, settings, harmonics, points=points),
+            plan,
+            lambda value: f"zc = {1e9 * value:.4g} nm",
+        )
+        data = found.run(tell, earlier)
+        if problem.heights is None:
+            return data
+        return with_levers(data, "zc", [problem.at_height(float(value)) for value in data["zc"].values])
+    there, lowest = problem.at_height(zc), float(plan.values.min())
+    found = Curve(
+        lambda points: Block.along_frequency(there, zc, lowest, settings, harmonics, points),
+        plan,
+        lambda value: f"frequency = {units.show(value, 'Hz', 6)}",
+    )
+    return found.run(tell, earlier).assign_coords(zc=zc)
 
 
 @dataclass
@@ -38,35 +64,19 @@ class Curve:
     ----------
     make
         Makes the block of the one problem, with so many samples per period; None: as many as its settings ask for.
-    coords
-        Coordinates of the result: the values of the parameter, then the directions if there are two.
-    visits
-        Places of the result in the order in which the parameter comes to them.
-    protocol, carry, start
-        How the motion is carried along, and where it starts.
-    at_jump
-        Name of the parameter's value at jumps.
-    ways
-        Names of the directions in which the parameter falls and rises.
+    plan
+        Where it goes, and how.
     note
         Says where a value (SI) is, for people who wait.
     """
 
     make: Callable[[int | None], Block]
-    coords: dict[str, Any]
-    visits: list[Place]
-    protocol: str
-    carry: bool
-    start: Start
-    at_jump: str
-    ways: tuple[str, str]
+    plan: CurvePlan
     note: Callable[[float], str]
     block: Block = field(init=False)
 
     def run(self, progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
         """Return the curve as a Dataset; what is there when it is stopped is kept."""
-        from dforce.solvers.sample_counts import TooFewSamples, sample_counts
-
         block, reached = self.make(None), 0 if earlier is None else int(earlier.attrs["samples_per_period"])
         for count, is_last in sample_counts(block.points, block.settings):
             if count < reached:
@@ -78,15 +88,8 @@ class Curve:
 
     def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
         """Return the curve; raise TooFewSamples where more of them may help."""
-        from dforce.experiments.table import statuses
-        from dforce.solvers.accuracy import assure, assure_in_grace
-        from dforce.solvers.protocols import Stepwise, actual, make_protocol
-        from dforce.solvers.quasi_static_walk import CHUNK, Walk
-        from dforce.solvers.sample_counts import TooFewSamples
-        from dforce.solvers.transient import unwatched
-
-        block = self.block
-        values = np.array([next(iter(self.coords.values()))[place[0]] for place in self.visits])
+        block, plan, coords = self.block, self.plan, self.plan.coords
+        values = plan.values[[place[0] for place in plan.visits]]
         total, done, assured = len(values), 0, 0
         often = AT_ONCE if block.is_smooth else CHUNK  # so that a stop need not wait for long
 
@@ -111,9 +114,9 @@ class Curve:
             progress(min(done, total - 1), total, self.note(float(values[min(done, total - 1)])))
 
         block.watch = watch
-        [first] = initial_motions(block, values[:1], self.start)
-        solver = make_protocol(self.protocol, block, values[None], [first], told, self.carry)
-        table = Table(tuple(self.coords), self.coords, block.lot.example, block.harmonics)
+        [first] = initial_motions(block, values[:1], plan.start)
+        solver = make_protocol(plan.protocol, block, values[None], [first], told, plan.carry)
+        table = Table(tuple(coords), coords, block.lot.example, block.harmonics)
         kept: list[Jump] = []
         if earlier is not None:
             taken = self._taken(earlier)
@@ -125,21 +128,19 @@ class Curve:
                 if may_refine and (table.status == Status.UNRESOLVED).any():
                     raise TooFewSamples
         begun = done
-        try:
+        with until_stopped():
             watch()
             solver.run()
             progress(total, total, "")
-        except KeyboardInterrupt:
-            heard()
         reached = int(solver.done[0])
         checked = assured + assure_in_grace(block, values[None, assured:reached], solver.points[assured:reached])
         block.watch = unwatched
-        table.put_points(self.visits[begun:reached], solver.points, slice(begun, reached), block, values)
-        for place in self.visits[reached:]:
+        table.put_points(self.plan.visits[begun:reached], solver.points, slice(begun, reached), block, values)
+        for place in self.plan.visits[reached:]:
             table.status[place] = Status.NOT_COMPUTED
         kept_motions = self._motions(solver.points, table, begun, reached, values, earlier)
         data = table.dataset(self._jumps(kept + solver.jumps[0]) | kept_motions, components(block.lot.example))
-        data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.protocol, block)}
+        data.attrs |= {"samples_per_period": block.points, "protocol": actual(plan.protocol, block)}
         if min(checked, reached) < total:
             period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
             data.attrs |= {"interrupted": 1, PERIOD: period}
@@ -150,15 +151,12 @@ class Curve:
         left = earlier["status"].values == Status.NOT_COMPUTED
         if "error_estimate" in earlier:  # of orbits alone
             left |= (earlier["status"].values == Status.INACCURATE) & np.isnan(earlier["error_estimate"].values)
-        return next((number for number, place in enumerate(self.visits) if left[place]), len(self.visits))
+        return next((number for number, place in enumerate(self.plan.visits) if left[place]), len(self.plan.visits))
 
     def _resume(self, solver: Any, table: Table, earlier: xr.Dataset, taken: int, values: Array) -> list[Jump]:
         """Take over points of an interrupted result, and the motion at the last of them; return the jumps before it."""
-        from dforce.solvers.points import Jump
-        from dforce.solvers.quasi_static_walk import Walk
-
-        table.take_over(earlier, self.visits[:taken])
-        place, last, state = self.visits[taken - 1], values[taken - 1], self._state(earlier, taken - 1, values)
+        table.take_over(earlier, self.plan.visits[:taken])
+        place, last, state = self.plan.visits[taken - 1], values[taken - 1], self._state(earlier, taken - 1, values)
         if isinstance(solver, Walk):
             repeats = earlier[REPEATS].values[place]
             cycles = int(repeats) // self.block.common if np.isfinite(repeats) else 0
@@ -167,13 +165,15 @@ class Curve:
         else:
             motion = replace(state.motion(0), period=int(earlier.attrs.get(PERIOD, 0)))
             solver.go_on_from(taken, motion, self._last_settled(earlier, taken, values))
-        if self.at_jump not in earlier:
+        if self._names()[0] not in earlier:
             return []
         rows = zip(*(earlier[name].values for name in self._names()), strict=True)
-        jumps = [Jump(float(at), float(before), float(after), way == self.ways[1]) for at, before, after, way in rows]
+        jumps = [
+            Jump(float(at), float(before), float(after), way == self.plan.ways[1]) for at, before, after, way in rows
+        ]
 
         def is_before(jump: Jump) -> bool:
-            if len(place) > 1 and self.coords["direction"][place[1]] != self.ways[jump.rising]:
+            if len(place) > 1 and self.plan.directions[place[1]] != self.plan.ways[jump.rising]:
                 return place[1] == 1  # on the way there, and the motion is on its way back
             return bool(jump.at <= last if jump.rising else jump.at >= last)
 
@@ -183,27 +183,25 @@ class Curve:
         """Return the state that an earlier result has at one of the values."""
         which, at = np.array([0]), values[number : number + 1]
         scales, base = self.block.scales_of(which, at), self.block.base_of(which, at)
-        return states_of(earlier[MOTION].values[self.visits[number]][None], self.block.lot.example, scales, base)
+        return states_of(earlier[MOTION].values[self.plan.visits[number]][None], self.block.lot.example, scales, base)
 
     def _last_settled(self, earlier: xr.Dataset, taken: int, values: Array) -> Settled | None:
         """Return the last motion that had settled, which a jump is noted from."""
-        from dforce.solvers.protocols import Settled
-
         status, amplitude = earlier["status"].values, earlier["amplitude"].values
-        numbers = [number for number in range(taken) if status[self.visits[number]] in REPEATING]
+        numbers = [number for number in range(taken) if status[self.plan.visits[number]] in REPEATING]
         if not numbers:
             return None
         motion = self._state(earlier, numbers[-1], values).motion(0)
-        return Settled(motion, float(values[numbers[-1]]), float(amplitude[self.visits[numbers[-1]]][0]))
+        return Settled(motion, float(values[numbers[-1]]), float(amplitude[self.plan.visits[numbers[-1]]][0]))
 
     def _names(self) -> list[str]:
-        return [self.at_jump, "jump_before", "jump_after", "jump_direction"]
+        return [f"jump_{self.plan.name}", "jump_before", "jump_after", "jump_direction"]
 
     def _jumps(self, jumps: list[Jump]) -> dict[str, Any]:
         """Return the variables that hold the jumps; nothing where there are none."""
         if not jumps:
             return {}
-        columns = zip(*((jump.at, jump.before, jump.after, self.ways[jump.rising]) for jump in jumps), strict=True)
+        columns = zip(*((jump.at, jump.before, jump.after, self.plan.ways[jump.rising]) for jump in jumps), strict=True)
         return {name: ("jump", list(column)) for name, column in zip(self._names(), columns, strict=True)}
 
     def _motions(
@@ -215,9 +213,9 @@ class Curve:
         motion = np.full((*table.shape, rows.shape[1]), np.nan)
         repeats = np.full(table.shape, np.nan)
         if earlier is not None and begun:
-            before = tuple(np.array(self.visits[:begun]).T)
+            before = tuple(np.array(self.plan.visits[:begun]).T)
             motion[before], repeats[before] = earlier[MOTION].values[before], earlier[REPEATS].values[before]
         if reached > begun:
-            here = tuple(np.array(self.visits[begun:reached]).T)
+            here = tuple(np.array(self.plan.visits[begun:reached]).T)
             motion[here], repeats[here] = rows[begun:reached], cycles[begun:reached]
         return {MOTION: ((*table.dims, COMPONENT), motion), REPEATS: (table.dims, repeats)}

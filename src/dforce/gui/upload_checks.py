@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 UNUSABLE = "this result cannot be used here: it differs from what dForce writes"
 
 
-def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -> None:
+def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -> None:
     """Write a result again, and draw and describe all there is in it. Blocking.
 
     Parameters
@@ -71,7 +71,7 @@ def rehearse(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -
         raise df.ResultError(UNUSABLE) from error
 
 
-def rehearse_over(result: xr.Dataset) -> None:
+def validate_study(result: xr.Dataset) -> None:
     """Draw each quantity of a result over parameters. Blocking.
 
     Raises
@@ -93,7 +93,7 @@ def rehearse_over(result: xr.Dataset) -> None:
         raise df.ResultError(UNUSABLE) from error
 
 
-def rehearse_measured(result: xr.Dataset) -> None:
+def validate_measured(result: xr.Dataset) -> None:
     """Calibrate and describe a measured curve, or describe a fit of one. Blocking.
 
     Raises

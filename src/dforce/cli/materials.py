@@ -1,0 +1,28 @@
+"""`dforce materials`: the samples known by name."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._options import Json
+from dforce.cli._terminal import DONE, print_json, tell
+from dforce.core.errors import nearest, shorten
+
+
+def materials(
+    name: Annotated[str | None, typer.Argument(show_default=False, help="Show this material alone.")] = None,
+    json: Json = False,
+) -> int:
+    """List the samples known by name, or show one: nominal values with their range and source."""
+    known = df.materials()
+    if name is not None and name not in known:
+        raise df.ParameterError(f"there is no material '{shorten(name)}'{nearest(name, known)}")
+    shown = known if name is None else known[name]
+    if json:
+        print_json([vars(one) for one in known.values()] if name is None else vars(known[name]))
+    else:
+        tell(shown.as_text())
+    return DONE

@@ -1,0 +1,92 @@
+"""Samples by name: nominal values with their source, as data."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from dforce.core import units
+from dforce.core.listing import Shown, aligned, html_table
+
+
+@dataclass(frozen=True)
+class Material:
+    """A sample known by name, with its nominal values in SI: None where none has a source.
+
+    Attributes
+    ----------
+    name, source
+        What it is called, and where its values are from.
+    youngs_modulus, low, high
+        Young's modulus (Pa), and the range that the source gives.
+    poisson_ratio
+        Poisson's ratio.
+    hamaker, hamaker_in_water
+        Hamaker constant (J) of the material with itself across vacuum or air, and across water.
+    """
+
+    name: str
+    source: str
+    youngs_modulus: float
+    low: float | None = None
+    high: float | None = None
+    poisson_ratio: float | None = None
+    hamaker: float | None = None
+    hamaker_in_water: float | None = None
+
+    @property
+    def range(self) -> str:
+        """The range of Young's modulus as text, empty where the source gives one value."""
+        if self.low is None or self.high is None:
+            return ""
+        return f"{units.show(self.low, 'Pa', 3)} to {units.show(self.high, 'Pa', 3)}"
+
+    def cells(self) -> tuple[str, ...]:
+        """Return what a table shows of it."""
+        return (
+            self.name,
+            units.show(self.youngs_modulus, "Pa", 3),
+            self.range,
+            "" if self.poisson_ratio is None else f"{self.poisson_ratio:g}",
+            *("" if value is None else units.show(value, "J", 3) for value in (self.hamaker, self.hamaker_in_water)),
+        )
+
+    def as_text(self) -> str:
+        """Return all that is known of it, a line for each value."""
+        lines = [(head, cell) for head, cell in zip(HEAD[1:], self.cells()[1:], strict=True) if cell]
+        return aligned([*lines, ("source", self.source), ("nominal", NOMINAL)])
+
+
+HEAD = ("name", "Young's modulus", "range", "Poisson's ratio", "Hamaker constant in air", "in water")
+NOMINAL = "a sample of yours may differ by the whole range; a Hamaker constant is that of the material with itself"
+
+
+class Materials(Shown, dict[str, Material]):
+    """What :func:`materials` returns: a dict by name, shown as a table."""
+
+    def as_text(self) -> str:
+        """Return a row for each."""
+        return f"{aligned([HEAD, *(material.cells() for material in self.values())])}\nnominal values: {NOMINAL}"
+
+    def as_html(self) -> str:
+        """Return a row for each."""
+        return html_table([material.cells() for material in self.values()], HEAD)
+
+
+@functools.cache
+def materials() -> Materials:
+    """Return the samples known by name, in SI, each with its source; the dict shows itself as a table."""
+    text = (resources.files(__package__) / "materials.toml").read_text(encoding="utf-8")
+    return Materials({name: _material(name, row) for name, row in tomllib.loads(text).items()})
+
+
+def _material(name: str, row: dict[str, Any]) -> Material:
+    low, high = (units.parse(end, "Pa") for end in row["range"]) if "range" in row else (None, None)
+    hamaker, in_water = (
+        units.parse(row["hamaker"][across], "J") if "hamaker" in row else None for across in ("vacuum", "water")
+    )
+    modulus = units.parse(row["youngs_modulus"], "Pa")
+    return Material(name, row["source"], modulus, low, high, row.get("poisson_ratio"), hamaker, in_water)

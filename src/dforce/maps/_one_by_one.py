@@ -1,0 +1,176 @@
+"""The cases of a sweep, each carried out by itself: whatever an experiment gives, put together along the axes.
+
+Cases that find more than others (states, points of branches, jumps) make a dimension longer. The others are filled up: with
+NaN, 0, False or nothing.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.case.paths import changed
+from dforce.core.errors import DForceError, ParameterError
+from dforce.core.parallel import Crew
+from dforce.experiments.base import MotionExperiment
+from dforce.maps._grid import CORNERS
+from dforce.maps._part import load
+from dforce.maps._result import Layout, finished
+from dforce.maps._resume import ALL
+from dforce.results.status import Status
+from dforce.runs import carry_out
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RAGGED = ("point", "state", "jump")  # dimensions along which a case may have more than others
+ALWAYS = ("status", "jump_")  # beginnings of the names of what is kept in any case
+
+
+class OneByOne:
+    """The cases of a sweep, in the order of its dimensions; see :class:`dforce.maps._cases.Cases`."""
+
+    def __init__(self, case: Case, layout: Layout) -> None:
+        self.case, self.layout = case, layout
+        self.places = [
+            dict(zip(layout.dims, place, strict=True))
+            for place in np.ndindex(*(layout.lengths[dim] for dim in layout.dims))
+        ]
+        self.found: list[xr.Dataset | None] = [None] * len(self.places)
+
+    def take(self, earlier: xr.Dataset) -> int:
+        """Take over the cases that an interrupted sweep has; return the number of their points."""
+        for i, place in enumerate(self.places):
+            part = earlier.isel(place, drop=True)
+            if (part["status"] != Status.NOT_COMPUTED).any():
+                self.found[i] = part.drop_vars([axis.name for axis in self.layout.axes if axis.name in part.coords])
+        return sum(one is not None for one in self.found) * self.layout.points
+
+    def compute(self, crew: Crew, kept: frozenset[str], checks: bool = True) -> bool:
+        """Compute the cases that are missing; return False when stopped before the end."""
+        if checks:
+            self._check_corners()
+        missing = [i for i, one in enumerate(self.found) if one is None]
+        return crew.run(functools.partial(self._compute, i, crew, kept) for i in missing)
+
+    def _case_at(self, place: dict[str, int]) -> Case:
+        axes = self.layout.axes
+        try:
+            return type(self.case)(**changed(self.case, [(axis.path, axis.values[place[axis.dim]]) for axis in axes]))
+        except DForceError as error:
+            where = ", ".join(axis.text(place[axis.dim]) for axis in axes)
+            raise type(error)(f"at {where}: {error}") from None
+
+    def _check_corners(self) -> None:
+        """Check that the dimensions known beforehand are the same in all cases.
+
+        Raises
+        ------
+        ParameterError
+            When they are not, or a case is not allowed.
+        """
+        ends = [sorted({0, self.layout.lengths[dim] - 1}) for dim in self.layout.dims]
+        for corner in itertools.islice(itertools.product(*ends), CORNERS):
+            case = self._case_at(dict(zip(self.layout.dims, corner, strict=True)))
+            assert case.experiment is not None
+            for name, values in case.experiment.coordinates(case.problem).items():
+                if not np.array_equal(values, self.layout.inner[name]):
+                    raise ParameterError(f"{name} differs from case to case; give all cases the same in the experiment")
+
+    def _compute(self, i: int, crew: Crew, kept: frozenset[str]) -> None:
+        """Carry out one case, in a thread of the crew; it counts as it goes."""
+        case, told = self._case_at(self.places[i]), 0
+
+        def tell(done: int, total: int, note: str) -> None:
+            nonlocal told
+            crew.watch()
+            points = self.layout.points * done // max(total, 1)
+            crew.add(points - told)
+            told = points
+
+        if isinstance(case.experiment, MotionExperiment):
+            load(case.problem)
+        self.found[i] = self._reduced(carry_out(case, tell), kept)
+        tell(1, 1, "")
+
+    def _reduced(self, data: xr.Dataset, kept: frozenset[str]) -> xr.Dataset:
+        """Return what is kept of a case. Its status is one number where each point of a ragged dimension has its own."""
+        assert self.case.experiment is not None
+        data = data.drop_dims(self.case.experiment.unswept, errors="ignore")
+        status = data["status"]
+        ragged = [dim for dim in status.dims if dim in RAGGED]
+        if ragged:
+            worst = status.max(ragged) if status.size else status.sum(ragged) + Status.FAILED
+            data["status"] = worst.astype(np.int8).assign_attrs(status.attrs)
+        names = [str(name) for name in data.data_vars]
+        dropped = [name for name in names if kept != ALL and name not in kept and not name.startswith(ALWAYS)]
+        axes = [axis.name for axis in self.layout.axes if axis.name in data.coords]
+        return data.drop_vars([*dropped, *axes])
+
+    def result(self, asked: Case) -> xr.Dataset:
+        """Return what was found, with the words and the case that was asked for."""
+        import xarray as xr
+
+        cases = [one for one in self.found if one is not None]
+        shape = tuple(self.layout.lengths[dim] for dim in self.layout.dims)
+        variables: dict[str, Any] = {"status": self._nothing()}
+        coords: dict[str, Any] = dict(self.layout.inner)
+        differing = set()  # dimensions whose coordinates are not the same in all cases, such as other modes' motion
+        for name in dict.fromkeys(str(name) for one in cases for name in one.variables):
+            having = [one for one in cases if name in one.variables]
+            longest = max((one.variables[name] for one in having), key=lambda variable: variable.size)
+            if name in longest.dims:
+                coords[name] = longest
+                if not all(np.array_equal(longest.values[: one.sizes[name]], one[name].values) for one in having):
+                    differing.add(name)
+            elif name in having[0].coords and not longest.dims:
+                coords[name] = longest
+            else:
+                dims, array = self._stacked(name, longest)
+                target = coords if name in having[0].coords else variables
+                target[name] = dims, array.reshape(*shape, *array.shape[1:]), longest.attrs
+        data = xr.Dataset(variables, coords).drop_dims(differing)
+        data = finished(data, asked, self.layout)
+        return data.assign_attrs(along=cases[0].attrs["along"]) if cases and "along" in cases[0].attrs else data
+
+    def _nothing(self) -> tuple[tuple[str, ...], Any]:
+        dims = (*self.layout.dims, *self.layout.inner)
+        shape = *(self.layout.lengths[dim] for dim in self.layout.dims), *map(len, self.layout.inner.values())
+        return dims, np.full(shape, np.int8(Status.NOT_COMPUTED))
+
+    def _stacked(self, name: str, like: xr.Variable) -> tuple[tuple[str, ...], Any]:
+        """Return a variable of all cases, (cases, ...), filled up where a case has less."""
+        arrays = [None if one is None or name not in one.variables else one.variables[name] for one in self.found]
+        there = [one for one in arrays if one is not None]
+        behind = [max(one.sizes[dim] for one in there) for dim in like.dims]
+        out = np.full((len(arrays), *behind), fill(name, like.dtype), np.result_type(*(one.dtype for one in there)))
+        for i, one in enumerate(arrays):
+            if one is not None:
+                own: tuple[Any, ...] = tuple(map(slice, one.shape))
+                out[(i, *own)] = one.values
+        return (*self.layout.dims, *map(str, like.dims)), out
+
+
+def fill(name: str, dtype: np.dtype[Any]) -> Any:
+    """Return the value of a variable where a case has none."""
+    if name == "status":
+        return np.int8(Status.NOT_COMPUTED)
+    return {"f": np.nan, "b": False, "U": "", "O": "", "T": ""}.get(dtype.kind, 0)
+
+
+def unpadded(part: xr.Dataset) -> xr.Dataset:
+    """Return one case of a sweep as its experiment gives it, without what fills it up."""
+    for dim in (dim for dim in RAGGED if dim in part.dims):
+        filled = np.zeros(part.sizes[dim], dtype=bool)
+        for name, one in part.variables.items():
+            if dim in one.dims and name != dim:
+                empty = one.isnull().values if one.dtype.kind == "f" else one.values == fill(str(name), one.dtype)
+                filled |= ~empty.all(axis=tuple(i for i, other in enumerate(one.dims) if other != dim))
+        part = part.isel({dim: slice(int(filled.nonzero()[0].max(initial=-1)) + 1)})
+    if "point" in part.dims and not part["status"].dims:
+        part = part.assign(status=part["status"].expand_dims(point=part.sizes["point"]))
+    return part

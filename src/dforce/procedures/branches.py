@@ -1,0 +1,204 @@
+"""Branches: all steady states along the distance or any other parameter, stable and unstable, through folds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from dforce.case import Case
+from dforce.core import units
+from dforce.core.arrays import Array
+from dforce.core.errors import ParameterError, UnitError
+from dforce.core.parameters import ParameterQuantity
+from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.stopping import until_stopped
+from dforce.experiments import Branches
+from dforce.experiments.base import Progress
+from dforce.experiments.branches import Span
+from dforce.problem import Problem
+from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, with_motions
+from dforce.procedures.table import Table, with_levers
+from dforce.procedures.varied import Varied, varied_by
+from dforce.solvers.continuation import Curve
+from dforce.solvers.doubling import doublings
+from dforce.solvers.escape import UnstableStates, escape
+from dforce.solvers.orbit import ParameterRange
+from dforce.solvers.search import Known, index_sum, search, why_unproven
+
+UNDER_WAY = "under_way"  # of a stopped run: the number of the search, 0 before the first one, and the curves before it
+BEGUN = "begun"  # of a stopped run: where each curve was found, see `Curve`
+
+
+def branches(case: Case, plan: Branches, tell: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
+    """Return the points of all curves, one curve after the other; see :func:`dforce.runs.carry_out`."""
+    path, quantity = varied_by(case), _quantity(plan, case)
+    start, stop = _range(plan, case, quantity)
+    low, high = min(start, stop), max(start, stop)
+
+    def at(value: float) -> Problem:
+        return path.at(min(max(value, low), high))  # beyond the range, by a rounding, it may not be allowed
+
+    among = ParameterRange(at, start, stop, case.solver, plan.harmonics, path.zc)
+    searched = np.linspace(start, stop, plan.search)
+    curves: list[Curve] = []
+    kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
+    # which search, and how many curves there were before it; after the last one doubled motions are followed
+    under_way, total = (0, 0), 2 + plan.search
+    if earlier is not None:
+        kept, under_way = _restored(earlier, among, path.name), tuple(earlier.attrs[UNDER_WAY].tolist())
+        curves, kept = kept[: under_way[1]], kept[under_way[1] :]
+
+    def watch() -> None:
+        done = under_way[0]
+        if not curves:
+            return tell(done, total, "")
+        last = max((curves[-1].forth, curves[-1].back), key=len)[-1]
+        here = units.show(last.value, quantity.unit, 4)
+        return tell(done, total, f"curve {len(curves)}, {path.name} = {here}")
+
+    def grow(curve: Curve) -> bool:
+        left = plan.max_points - sum(len(curve.points) for curve in curves)
+        if left > 1:
+            # a search that is done again finds the same orbits in the same order
+            curves.append(kept.pop(0) if kept else curve)
+            curves[-1].grow(among, plan.largest_step, left, watch)
+        return left > 1
+
+    def found() -> Iterator[Curve]:
+        number, _ = under_way
+        if number <= plan.search:
+            return search(Known(among, curves, searched[number - 1] / among.span), watch)
+        return doublings(among, curves, plan.largest_step, watch)
+
+    with until_stopped() as stopped:
+        first = among.free_orbit(start / among.span) if under_way[0] == 0 else None
+        if first is not None:
+            grow(Curve.rising(first, stop - start))
+        for number in range(max(1, under_way[0]), total):
+            under_way = number, len(curves)
+            for curve in found():
+                if not grow(curve):
+                    break
+            while kept and grow(kept[0]):  # a search on another machine may miss what the first one has found
+                pass
+        tell(total, total, "")
+    if stopped.came:
+        curves += kept
+    data = _dataset(plan, among, curves, path, quantity, searched)
+    if stopped.came:
+        begun = np.array([curve.begun for curve in curves], dtype=int)
+        data.attrs |= {"interrupted": 1, UNDER_WAY: np.array(under_way), BEGUN: begun}
+        data.attrs["completeness"] = "not checked: the run was stopped"
+    return data
+
+
+def _restored(earlier: xr.Dataset, among: ParameterRange, name: str) -> list[Curve]:
+    """Return the curves of an interrupted result: their motions tell all else."""
+    states, values = split_rows(earlier[MOTION].values, among.problem), earlier[name].values.tolist()
+    for i, value in enumerate(values):
+        problem = among.problem_at(value)
+        states.x[i] += base_of(problem) * scales_of(problem)
+    steps, repeats = earlier["corrections"].values.tolist(), (earlier[REPEATS].values // among.common).tolist()
+    orbits = [
+        replace(among.orbit(value, states.take([i]), steps[i], repeats[i]), special=str(special))
+        for i, (value, special) in enumerate(zip(values, earlier["special"].values, strict=True))
+    ]
+    places = [np.flatnonzero(earlier["branch"].values == n + 1) for n in range(np.size(earlier.attrs[BEGUN]))]
+    return [
+        Curve.of_points([orbits[i] for i in some], int(begun))
+        for some, begun in zip(places, np.atleast_1d(earlier.attrs[BEGUN]), strict=True)
+    ]
+
+
+def _quantity(plan: Branches, case: Case) -> ParameterQuantity:
+    """Return what is declared about the parameter."""
+    return Span.quantities()["start"] if plan.parameter is None else case.quantity(plan.parameter)
+
+
+def _range(plan: Branches, case: Case, quantity: ParameterQuantity) -> tuple[float, float]:
+    """Return start and stop (SI)."""
+    if isinstance(plan.zc, Span):
+        return plan.zc.start, plan.zc.stop
+    start, stop = (_parsed(key, getattr(plan, key), quantity.unit) for key in ("start", "stop"))
+    if start == stop:
+        raise ParameterError(f"the range of {plan.path} starts where it stops; give two values")
+    for end in (start, stop):
+        case.replace(plan.path, end)  # refuses a value that is not allowed
+    return start, stop
+
+
+def _dataset(
+    plan: Branches,
+    among: ParameterRange,
+    curves: list[Curve],
+    path: Varied,
+    quantity: ParameterQuantity,
+    searched: Array,
+) -> xr.Dataset:
+    orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
+    table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, among.problem, plan.harmonics)
+    problems = [among.problem_at(orbit.value) for _, orbit in orbits]
+    for i, ((_, orbit), problem) in enumerate(zip(orbits, problems, strict=True)):
+        table.put((i,), among.steady(orbit), problem)
+    data = table.dataset()
+    if orbits:
+        bases = [base_of(problem) * scales_of(problem) for problem in problems]
+        kept = [
+            rows_of(orbit.kept, np.ones(1), base, among.problem) for (_, orbit), base in zip(orbits, bases, strict=True)
+        ]
+        rows = np.concatenate(kept)
+        data = with_motions(data, ("point",), rows, among.problem)
+    if among.has_changing_lever:
+        data = with_levers(data, "point", problems)
+    unstable = UnstableStates(curves, among)
+    escapes = [escape(orbit, unstable, problem) for (_, orbit), problem in zip(orbits, problems, strict=True)]
+    data["escape"] = ("point", np.array(escapes, dtype=float))
+    name = path.name
+    data.coords[name] = ("point", np.array([orbit.value for _, orbit in orbits], dtype=float))
+    data.coords["branch"] = ("point", np.array([number for number, _ in orbits], dtype=int))
+    data["stable"] = ("point", np.array([orbit.is_stable for _, orbit in orbits], dtype=bool))
+    data["special"] = ("point", np.array([orbit.special for _, orbit in orbits], dtype=np.str_))
+    repeats = [orbit.repeats * among.common for _, orbit in orbits]
+    data[REPEATS] = ("point", np.array(repeats, dtype=int))
+    sums = [index_sum(curves, value / among.span) for value in searched]
+    if sums:
+        data.coords["searched"] = ("search", searched)
+        data["searched"].attrs["units"] = quantity.unit
+        data["index_sum"] = ("search", np.array(sums, dtype=int))
+    if path.zc is not None:
+        data.coords["zc"] = path.zc
+        words = {"units": quantity.unit, "long_name": quantity.doc, "symbol": quantity.symbol}
+        data[name].attrs.update({key: word for key, word in words.items() if word})
+    unproven, is_full = why_unproven(among.problem), len(orbits) >= plan.max_points - 1
+    data.attrs |= {
+        "along": name,
+        "samples_per_period": among.points,
+        "completeness": _completeness(sums, unproven, is_full),
+    }
+    return data
+
+
+def _completeness(sums: list[int], unproven: str, is_full: bool) -> str:
+    """Return in a sentence whether the indices of the states say that none is missing."""
+    if not sums:
+        return "not checked: search = 0"
+    if unproven:
+        return f"not proven: {unproven}, so that the indices of the states need not add up to 1"
+    missing = sum(one != 1 for one in sums)
+    if missing:
+        limit = "; max_points is reached" if is_full else ""
+        return (
+            f"states are missing: their indices do not add up to 1 at {missing} of {len(sums)} searched values{limit}"
+        )
+    return "no single state is missing: their indices add up to 1 at all searched values"
+
+
+def _parsed(key: str, given: Any, unit: str) -> float:
+    try:
+        return units.parse(given, unit)
+    except UnitError as error:
+        raise UnitError(f"experiment.{key} {error}") from None
