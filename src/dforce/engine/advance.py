@@ -21,18 +21,17 @@ from dforce.engine.tableau import A, B, C, FIFTH, STAGES, THIRD
 
 OPTIONS: dict[str, Any] = dict(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 INNER = OPTIONS | dict(forceinline=True)
-TAU = 2.0 * math.pi
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
 PLAIN, LEAVING, ARRIVING = 0, 1, 2  # how a step counts its time
 NOTHING, KINK, TURN, SWITCH, PEAK = 0, 1, 2, 3, 4  # what a step ends on
 LONGEST = 1.2  # rad of the first tone: step
-FIRST = 0.3  # rad: first step of a period
+FIRST = 0.3  # rad: first step of an interval
 SMALLEST = 1e-9  # rad: step
 SAFE, SHRINK, GROWTH = 0.9, 0.25, 5.0
 BEYOND = 1.3  # times the way to the next kink at the present speed: longest step towards it
 LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends
 CREST = 1e-6  # of the largest force: more than this beyond both ends of a step is a crest of the force
-MOST_STEPS = 4000  # a period
+MOST_STEPS = 4000  # in an interval
 DISTANCE_STEP, RATE_STEP = 1e-15, 1e-6  # m, and share of the unit of speed: differences of the law
 BESIDE = 1e-20  # m: how far beside a kink a law is asked at least
 # sums: F, F z, F v, contact; extremes
@@ -49,40 +48,48 @@ class Lanes(NamedTuple):
     tones
         Frequency ratio of each tone, real and imaginary part of the base's motion and of the free motion of each mode, (lanes,
         tones, 3 + 2 modes).
-    phases
-        Phase of each tone at the start of each period, (periods, tones).
+    span, begin, phases
+        Length of the intervals over which sums are taken (scaled time), the scaled time at the start of each, (intervals,), and
+        the phase of each tone then, (intervals, tones).
     kinks
         Distances (m) at which a law is not smooth, and a0, rising, (lanes, kinks).
-    tolerance
-        Of a step's error in the motion and of that in the columns, (lanes, 2).
+    limits
+        Of a step: error in the motion, in the columns, in the fastest Fourier sum; longest (scaled time), (lanes, 4).
     deviation
         Deviation from the free motion and its derivatives, (lanes, modes, 2, 1 + columns).
     unit
         What the distance changes by (m) in each column of itself, (lanes, columns).
-    memory, latched
-        Of the forces, (lanes, states), (lanes, latches).
+    memory, scale, latched
+        Of the forces: memory, (lanes, states), its scale, (states,), and branches, (lanes, latches).
     pairs
         Frequency ratios of the Fourier sums of the force, (pairs,).
     sums
-        What is summed over each period, (lanes, periods, FIRST_PAIR + 2 pairs).
+        What is summed over each interval, (lanes, intervals, FIRST_PAIR + 2 pairs); or nothing, (lanes, intervals, 0).
     ends
-        Deviation at the end of each period, (lanes, periods, 2 modes).
+        Deviation at the end of each interval, (lanes, intervals, 2 modes).
+    samples
+        Memory, branches and force (N) at the start and at the end of each interval, (lanes, intervals + 1, states + latches +
+        1); or nothing, (lanes, 0, 0).
     count
         Attempts, and steps taken; negative where the motion was given up, (lanes, 2).
     """
 
     numbers: Any
     tones: Any
+    span: float
+    begin: Any
     phases: Any
     kinks: Any
-    tolerance: Any
+    limits: Any
     deviation: Any
     unit: Any
     memory: Any
+    scale: Any
     latched: Any
     pairs: Any
     sums: Any
     ends: Any
+    samples: Any
     count: Any
 
 
@@ -100,6 +107,7 @@ class Lane(NamedTuple):
     stage: Any  # (stages, 2): scaled deflection from the free motion and velocity of the tip
     memory: Any  # (3, states): at the start, at the end, at a stage
     change: Any  # (stages, states)
+    scale: Any  # (states,)
     d: Any  # (points,): distance, rate and time at which laws are asked for
     rate: Any
     t: Any
@@ -145,7 +153,9 @@ def free_tip(turn: Any, s: float) -> Any:
 
 
 @njit(**OPTIONS)
-def attempt(lane: Any, laws: Any, latched: Any, first: int, unit: Any, kind: int, h: float, pairs: Any, tol: Any) -> Any:
+def attempt(
+    lane: Any, laws: Any, latched: Any, first: int, unit: Any, kind: int, h: float, pairs: Any, limits: Any
+) -> float:  # fmt: skip
     """Try a step; return its error, relative to what is allowed.
 
     The arrays are taken out of the lane once: each time costs the compiled code a counted reference.
@@ -254,7 +264,13 @@ def attempt(lane: Any, laws: Any, latched: Any, first: int, unit: Any, kind: int
                 x3 += THIRD[j] * px
                 v3 += THIRD[j] * pv
             error = max(embedded(x5, x3), embedded(v5, v3))
-            worst = max(worst, error / (tol[0] if k == 0 else tol[1]))
+            worst = max(worst, error / (limits[0] if k == 0 else limits[1]))
+    for m in range(states):
+        fifth, third = 0.0, 0.0
+        for j in range(STAGES):
+            fifth += FIFTH[j] * change[j, m]
+            third += THIRD[j] * change[j, m]
+        worst = max(worst, embedded(fifth, third) / (lane.scale[m] * limits[0]))
     if pairs.shape[0] > 0:  # the fastest of the force's Fourier sums
         ratio = pairs[pairs.shape[0] - 1]
         re5, im5, re3, im3 = 0.0, 0.0, 0.0, 0.0
@@ -264,7 +280,7 @@ def attempt(lane: Any, laws: Any, latched: Any, first: int, unit: Any, kind: int
             re5, im5 = re5 + FIFTH[j] * co, im5 + FIFTH[j] * si
             re3, im3 = re3 + THIRD[j] * co, im3 + THIRD[j] * si
         error = mode[0, 3] * max(embedded(re5, re3), embedded(im5, im3)) / max(ratio * ratio - 1.0, 1.0)
-        worst = max(worst, error / tol[2])
+        worst = max(worst, error / limits[2])
     return worst
 
 
@@ -347,8 +363,8 @@ def place_between(lane: Any, kinks: Any, side: int) -> None:
 
 
 @njit(**OPTIONS)
-def begin_period(lane: Any, phases: Any, numbers: Any, kinks: Any) -> None:
-    """Put a lane to the start of a period."""
+def begin_interval(lane: Any, phases: Any, numbers: Any, kinks: Any) -> None:
+    """Put a lane to the start of an interval."""
     lane.state[T] = 0.0
     for j in range(lane.turn.shape[0]):
         lane.turn[j, 5] = phases[j]
@@ -570,11 +586,11 @@ def longest_step(lane: Any, length: float, fast: float, speed: float, measured: 
 
 
 @njit(**OPTIONS)
-def march_period(
-    lane: Any, laws: Any, numbers: Any, kinks: Any, latched: Any, first: int, unit: Any, pairs: Any, tol: Any, sums: Any,
-    count: Any,
+def march(
+    lane: Any, laws: Any, numbers: Any, kinks: Any, latched: Any, first: int, unit: Any, pairs: Any, limits: Any, sums: Any,
+    count: Any, interval: float,
 ) -> bool:  # fmt: skip
-    """Advance a lane over one period of the first tone; return whether it came to the end."""
+    """Advance a lane over one interval; return whether it came to the end."""
     measured, switches = sums.shape[0] > 0, latched.shape[0] > 0
     length, zc = numbers[LENGTH], numbers[ZC]
     if switches:
@@ -587,9 +603,9 @@ def march_period(
         sums[Z_MAX], sums[F_MAX] = -np.inf, -np.inf
     steps, crested, fast = 0, False, fastest_turn(lane)
     speed = speed_bound(lane)
-    while lane.state[T] < TAU:
-        left = TAU - lane.state[T]
-        h = min(want, left, longest_step(lane, length, fast, speed, measured))
+    while lane.state[T] < interval:
+        left = interval - lane.state[T]
+        h = min(want, left, limits[3], longest_step(lane, length, fast, speed, measured))
         v0 = lane.state[V0]
         if kind == PLAIN and v0 < 0.0 and lane.state[LOW] > -np.inf:
             h = min(h, max(BEYOND * (lane.state[LOW] - lane.state[D0]) / (length * v0), 1e-3))
@@ -602,7 +618,7 @@ def march_period(
             if steps > MOST_STEPS:
                 return False
             count[0] += 1
-            error = attempt(lane, laws, latched, first, unit, kind, h, pairs if measured else pairs[:0], tol)
+            error = attempt(lane, laws, latched, first, unit, kind, h, pairs if measured else pairs[:0], limits)
             if not (error >= 0.0 and error < 1e300):
                 if h < SMALLEST:
                     return False
@@ -674,7 +690,7 @@ def march_period(
             if share > 0.0:  # the step is made again, to end there
                 h, kind, aim, crested = span(kind, share, h), begun, PEAK, True
                 count[0] += 1
-                error = attempt(lane, laws, latched, first, unit, kind, h, pairs, tol)
+                error = attempt(lane, laws, latched, first, unit, kind, h, pairs, limits)
         elif aim != PEAK:
             crested = False
         # the step is taken
@@ -686,8 +702,8 @@ def march_period(
         fit = h * min(GROWTH, max(0.3, SAFE * max(error, 1e-10) ** (-1.0 / 8.0)))
         want = fit if aim == NOTHING else max(fit, want)
         take_step(lane, h)
-        if lane.state[T] > TAU - 1e-13:
-            lane.state[T] = TAU
+        if lane.state[T] > interval - 1e-13:
+            lane.state[T] = interval
         kind = PLAIN
         if aim == KINK:
             down = v1 < 0.0
@@ -726,7 +742,18 @@ def salt(lane: Any, jump: float, length: float, unit: Any, v: float) -> None:
 
 
 @njit(**OPTIONS)
-def lane_of(numbers: Any, tones: Any, modes: int, columns: int, states: int) -> Lane:
+def take_sample(lane: Any, laws: Any, latched: Any, first: int, sample: Any) -> None:
+    """Write memory, branches and force where the lane is."""
+    states = lane.memory.shape[1]
+    for m in range(states):
+        sample[m] = lane.memory[0, m]
+    for k in range(latched.shape[0]):
+        sample[states + k] = latched[k]
+    sample[sample.shape[0] - 1] = force_now(lane, laws, latched, first)
+
+
+@njit(**OPTIONS)
+def lane_of(numbers: Any, tones: Any, scale: Any, modes: int, columns: int) -> Lane:
     """Return room for one motion, with its lever and its free tip."""
     mode, turn = np.empty((modes, 4)), np.zeros((tones.shape[0], 8))
     for n in range(modes):
@@ -738,39 +765,44 @@ def lane_of(numbers: Any, tones: Any, modes: int, columns: int, states: int) -> 
         for n in range(modes):
             turn[j, 1] += tones[j, 3 + 2 * n]
             turn[j, 2] += tones[j, 4 + 2 * n]
-    q = 1 + columns
+    q, states = 1 + columns, scale.shape[0]
     d, rate, t, result = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     kept, change, at = np.zeros((3, states)), np.zeros((STAGES, states)), np.empty(7, np.int64)
     at[0], at[1], at[2], at[3] = d.ctypes.data, rate.ctypes.data, t.ctypes.data, result.ctypes.data
     at[4], at[5], at[6] = kept.ctypes.data, change.ctypes.data, numbers.ctypes.data
     return Lane(
         mode, turn, np.empty((modes, 2, q)), np.empty((modes, 2, q)), np.empty((2, q)), np.empty((STAGES, q)),
-        np.empty((STAGES, modes, 2)), np.empty(STAGES), np.empty((STAGES, 2)), np.zeros((2, states)), change, d, rate, t,
+        np.empty((STAGES, modes, 2)), np.empty(STAGES), np.empty((STAGES, 2)), np.zeros((2, states)), change, scale, d, rate, t,
         result, kept, numbers, at, np.zeros(STATES),
     )  # fmt: skip
 
 
 @njit(**OPTIONS)
 def advance(lanes: Lanes, laws: Any, first: int) -> None:
-    """Advance each lane over all periods; `first` is the place of the laws' first number."""
-    modes, columns, states = lanes.deviation.shape[1], lanes.deviation.shape[3] - 1, lanes.memory.shape[1]
-    measured = lanes.sums.shape[2] > 0
+    """Advance each lane over all intervals; `first` is the place of the laws' first number."""
+    modes, columns = lanes.deviation.shape[1], lanes.deviation.shape[3] - 1
     for i in range(lanes.numbers.shape[0]):
-        lane = lane_of(lanes.numbers[i], lanes.tones[i], modes, columns, states)
+        lane = lane_of(lanes.numbers[i], lanes.tones[i], lanes.scale, modes, columns)
         lane.u[:] = lanes.deviation[i]
         lane.memory[0] = lanes.memory[i]
-        good = True
-        for period in range(lanes.phases.shape[0]):
-            lane.state[BEGIN] = period * TAU
-            begin_period(lane, lanes.phases[period], lanes.numbers[i], lanes.kinks[i])
-            good = march_period(
+        good, sampled = True, lanes.samples.shape[1] > 0
+        for k in range(lanes.phases.shape[0]):
+            lane.state[BEGIN] = lanes.begin[k]
+            begin_interval(lane, lanes.phases[k], lanes.numbers[i], lanes.kinks[i])
+            if sampled and k == 0:
+                if lanes.latched.shape[1] > 0:
+                    change_latches(lane, laws, lanes.numbers[i], lanes.latched[i], first, lane.state[D0], lane.state[V0])
+                take_sample(lane, laws, lanes.latched[i], first, lanes.samples[i, 0])
+            good = march(
                 lane, laws, lanes.numbers[i], lanes.kinks[i], lanes.latched[i], first, lanes.unit[i], lanes.pairs,
-                lanes.tolerance[i], lanes.sums[i, period], lanes.count[i],
+                lanes.limits[i], lanes.sums[i, k], lanes.count[i], lanes.span,
             )  # fmt: skip
             if not good:
                 break
             for n in range(modes):
-                lanes.ends[i, period, 2 * n], lanes.ends[i, period, 2 * n + 1] = lane.u[n, 0, 0], lane.u[n, 1, 0]
+                lanes.ends[i, k, 2 * n], lanes.ends[i, k, 2 * n + 1] = lane.u[n, 0, 0], lane.u[n, 1, 0]
+            if sampled:
+                take_sample(lane, laws, lanes.latched[i], first, lanes.samples[i, k + 1])
         if not good:
             lane.u[:] = np.nan
         lanes.deviation[i] = lane.u
