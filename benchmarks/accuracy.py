@@ -28,7 +28,7 @@ from dforce.procedures.table import status_of
 from dforce.results.status import Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.transient import Steady
 
@@ -80,11 +80,11 @@ def compare(drawn: Draw, seed: int, settings: SolverSettings, exactly: str) -> O
         exact = settled(problem, drawn.zc, SolverSettings(points_per_period=FINE), found).values
     if exact is None or "multiplier_modulus" not in exact:
         return None
-    lot = Lot.of([problem])
+    batch = ProblemBatch.of([problem])
     columns = [
         {name: np.asarray(one[name])[None] for name in DEVIATIONS if name in one} for one in (exact, found.values)
     ]
-    off = deviations(problem, lot.numbers, lot.tones, *columns)[0]
+    off = deviations(problem, batch.numbers, batch.tones, *columns)[0]
     estimate = float(found.values["error_estimate"])
     return Outcome(
         number, drawn.family, status_of(found, problem), estimate, float(off.max()), DEVIATIONS[int(off.argmax())]

@@ -31,7 +31,7 @@ import numpy as np
 import dforce as df
 from dforce.experiments.base import initial_motion
 from dforce.solvers.block import Block
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
 
 LANES, POINTS, PERIODS, RUNS = 64, 256, 20, 300
@@ -58,7 +58,9 @@ def case(modes: int, tones: int, kind: str) -> df.Case:
 def marching(asked: df.Case, place: float) -> Callable[[], float]:
     """Return what marches motions at a distance (m), and returns the CPU time (s) of a motion over a period."""
     problem, lanes = asked.problem, np.arange(LANES)
-    block = Block(Lot.of([problem] * LANES), lambda _, zc: (problem, zc), asked.solver, 1, POINTS, lambda: None)
+    block = Block(
+        ProblemBatch.of([problem] * LANES), lambda _, zc: (problem, zc), asked.solver, 1, POINTS, lambda: None
+    )
     states = States.of(*[initial_motion(block.integrator(0, place), "free")] * LANES)
     zc = np.full(LANES, place)
     block.advance(lanes, states, zc, 1)  # compiles

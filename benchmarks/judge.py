@@ -113,7 +113,9 @@ def results() -> Iterator[tuple[str, df.Case | None, dict[str, Any]]]:
         case = draw(SEED, number).case
         yield f"random {number}", case, numbers(at_one_distance(case))
     for kind in ("air", "liquid"):
-        found = df.fit(fitted_curves.case_of(kind), fitted_curves.data_of(kind), free=[fitted_curves.E, fitted_curves.H])
+        found = df.fit(
+            fitted_curves.case_of(kind), fitted_curves.data_of(kind), free=[fitted_curves.E, fitted_curves.H]
+        )
         yield f"fit {kind}", None, {name: found[name].values for name in ("value", "error", "chi2") if name in found}
 
 

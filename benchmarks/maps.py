@@ -88,7 +88,7 @@ def scheduler(folder: Path, tasks: int) -> float:
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(folder)
     )
     with cluster, distributed.Client(cluster) as client:
-        hands = _executors.Cluster(case(), _executors.Kept(frozenset(KEPT), frozenset(KEPT), None), client)
+        hands = _executors.Cluster(case(), _executors.KeptQuantities(frozenset(KEPT), frozenset(KEPT), None), client)
         pending, begun, done, start = set(), 0, 0, time.perf_counter()
         while done < tasks:
             room = hands.room()

@@ -25,7 +25,7 @@ from dforce.core.units import show
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
 
 CASE = "table-1-am"
@@ -100,10 +100,10 @@ def lanes(table: Table) -> None:
     """Time a period in vector lanes for each law: divisions, roots and exponentials make the difference."""
     for label, forces, limit in LAWS:
         case = example(CASE).replace("forces", forces)
-        lot = Lot.of([case.problem] * LANES)
-        block = Block(lot, partial(same, case.problem), case.solver, 1, POINTS, lambda: None)
+        batch = ProblemBatch.of([case.problem] * LANES)
+        block = Block(batch, partial(same, case.problem), case.solver, 1, POINTS, lambda: None)
         nothing, zc = np.empty((LANES, 0)), np.full(LANES, case.experiment.zc)
-        work = partial(block.advance, np.arange(LANES), States(lot.free(), nothing, nothing), zc, LANE_PERIODS)
+        work = partial(block.advance, np.arange(LANES), States(batch.free(), nothing, nothing), zc, LANE_PERIODS)
         table.time(f"in lanes, {LANES} cases on one core, {label}", work, LANE_PERIODS * LANES, U, limit)
 
 

@@ -44,12 +44,16 @@ napoleon_use_rtype = False
 napoleon_use_ivar = True
 
 html_title = "dForce"
+html_favicon = "_static/logo.svg"
 html_theme = "pydata_sphinx_theme"
 html_static_path = ["_static"]
 html_css_files = ["dforce.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_theme_options = {
+    "logo": {"image_light": "_static/logo.svg", "image_dark": "_static/logo-dark.svg", "text": "dForce"},
+    "navbar_align": "left",
+    "header_links_before_dropdown": 5,  # all of them: nothing stands under "More"
     "show_prev_next": True,
     "navigation_with_keys": False,
     "show_version_warning_banner": False,
@@ -59,14 +63,7 @@ html_theme_options = {
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",
 }
-# pages without pages below them have nothing to show beside them
-html_sidebars = {
-    page: []
-    for page in (
-        "index", "install", "first-curve", "how-to", "window", "glossary", "observables", "experiments", "measured", "solvers",
-        "validation", "performance", "cite",
-    )
-}  # fmt: skip
+html_sidebars = {"index": []}
 html_math_renderer = "mathml"
 
 copybutton_exclude = ".linenos, .gp, .go"

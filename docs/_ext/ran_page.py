@@ -58,6 +58,8 @@ class Page:
 
     def run(self, language: str, code: str, options: dict[str, Any]) -> str:
         """Run a block, or write it where the option `file` says, and return what it printed."""
+        if "hidden" in options:
+            return self.claims(code)
         if "file" in options:
             (self.folder / options["file"]).write_text(code.rstrip("\n") + "\n", encoding="utf-8")
             return ""
@@ -82,6 +84,18 @@ class Page:
                 raise BlockError(f"{line} ended with {done.exit_code}: {done.output}") from done.exception
             printed.append(done.output if expected else done.stdout)  # progress and notices are no output
         return "\n".join(printed)
+
+    def claims(self, code: str) -> str:
+        """Run code that asserts what the text says. It sets up nothing that a reader of the page would not have."""
+        names, files = self.namespace, sorted(self.folder.rglob("*"))
+        self.namespace = dict(names)
+        try:
+            printed = self.python(code)
+        finally:
+            self.namespace = names
+        if sorted(self.folder.rglob("*")) != files:
+            raise BlockError("a hidden block writes files, which a reader of the page does not have")
+        return printed
 
     def python(self, code: str) -> str:
         """Return what Python code prints."""

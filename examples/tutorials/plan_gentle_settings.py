@@ -2,7 +2,7 @@ r"""
 Plan the gentlest settings
 ==========================
 
-*A protein stands 100 pN and an indentation of a fifth of its height. Which free amplitude and set point do you choose in
+*A protein tolerates 100 pN and an indentation of a fifth of its height. Which free amplitude and set point do you choose in
 liquid, and how far may they drift?* This tutorial states the limits, lets dForce plan, and checks the answer with the motion.
 """
 
@@ -48,12 +48,12 @@ axes = df.plot.plan(plan)
 plt.show()
 
 # %%
-# *Free amplitude and set point. All limits hold in the green part; where they fail, the color says which. Dots are the
+# *Free amplitude and set point. All limits hold in the green part. Elsewhere the color shows the limit that fails. Dots are the
 # boundary as it was located. The red dot has the most room around it, the dashed box is its margins, and the star has the
 # lowest force of all.*
 #
-# The star lies at the edge of what was asked: the smaller the amplitude, the lower the force. The red dot is the answer to
-# another question, the one of an experiment that drifts.
+# The star lies at the edge of the search: the smaller the amplitude, the lower the force. The red dot is for an experiment that
+# drifts.
 
 
 def told(mark: str) -> str:

@@ -1,18 +1,19 @@
 r"""
-What does my curve say about the sample?
-========================================
+My own data: modulus, adhesion and viscosity
+============================================
 
-*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, which Hamaker constant,
-which viscosity are behind it, and how sure is that?* This tutorial fits a synthetic curve with noise. The values that it
-was made with are told at the end.
+*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, Hamaker constant and
+viscosity fit the curve, and how large are the errors?* This tutorial fits a synthetic curve with noise. Its true values
+follow at the end.
 """
 
 # %%
 # The curve
 # ---------
 #
-# dForce ships the curve as a text file with columns for height, amplitude and phase. The sign of the phases is asked for,
-# because no check of a curve can tell it: here they are lags, which rise when the tip is attracted.
+# dForce ships the curve as a text file with columns for height, amplitude and phase. For your own file see
+# :doc:`read a measured curve </measured>`. dForce asks for the sign of the phases, because no check of one curve finds it.
+# Here they are lags: attraction raises them.
 
 from importlib.resources import files
 
@@ -25,7 +26,7 @@ file = files("dforce.library") / "measured" / "stiff.csv"
 measured = df.read_measured(str(file), phase_convention="lag")
 
 # %%
-# The case says how it was measured: spring constant, resonance and Q of the thermal spectrum, free amplitude, tip radius.
+# The case describes the instrument: spring constant, f0 and Q from a thermal tune, free amplitude, tip radius.
 # Modulus, Hamaker constant and viscosity are guesses, and poor ones.
 
 case = df.Case(
@@ -52,8 +53,8 @@ for name in ("amplitude_error", "phase_error", "free_amplitude"):
 # The fit
 # -------
 #
-# Three parameters of the sample are free. Beside them the fit varies what the measurement does not know of itself: the offset
-# of the heights, the free amplitude, the offset of the phase. Q is known to 2 %, so it has a prior.
+# Three parameters of the sample are free. The fit also varies three unknown offsets: height, free amplitude and phase. Q is
+# known to 2 %, so it has a prior.
 
 free = ["sample.youngs_modulus", "forces.dmt.hamaker", "forces.kelvin_voigt.viscosity"]
 fit = df.fit(case, curve, free=free, priors={"cantilever.Q": "180.0(36)"}, given={"cantilever.k": "2.7(2) N/m"})
@@ -61,7 +62,7 @@ print(df.fit_report(fit))
 
 # %%
 # Read the report from the top. Chi2 is about the number of degrees of freedom: the model describes the curve within its
-# noise. No point is lost. Then the values: the second error of each is what the uncertain spring constant adds. Hamaker
+# noise. No point is lost. The second error of each value comes from the uncertain spring constant. Hamaker
 # constant and modulus are strongly correlated: a little more of both gives nearly the same curve.
 
 df.plot.fit(fit)
@@ -94,14 +95,14 @@ told = df.identify(best, free=free, helps=False)
 print(df.identify_report(told))
 
 # %%
-# Both sides of the jump together tell the modulus far better than the points behind it: there a shift of the heights passes
-# for stiffness.
+# Both sides of the jump together constrain the modulus far better than the points behind it. There a shift of the heights looks
+# like stiffness.
 #
 # The truth
 # ---------
 #
-# The curve was made with E = 2 GPa, H = 6e-20 J, a viscosity of 20 Pa s, an offset of the heights of 0.35 nm, and 1.2° of
-# phase, which calibration has taken away.
+# The curve was made with E = 2 GPa, H = 6e-20 J and a viscosity of 20 Pa s. Its heights are off by 0.35 nm, and its phase by
+# 1.2°, which the calibration has removed.
 
 truth = {free[0]: 2e9, free[1]: 6e-20, free[2]: 20.0, "zc_offset": 0.35e-9}
 for name, value in truth.items():

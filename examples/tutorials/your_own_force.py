@@ -2,7 +2,7 @@ r"""
 Your own force law
 ==================
 
-*You have a force between tip and sample that dForce does not ship: a polymer brush, say, that pushes the tip away long
+*You have a force between tip and sample that dForce does not ship, such as a polymer brush that pushes the tip away long
 before contact.* This tutorial takes it from a line in a case to a model that is as good as the built-in ones.
 
 The force of a brush whose repulsion decays over the length :math:`L`, under a sphere of radius :math:`R`, is
@@ -99,7 +99,7 @@ assert 2e-9 < jump_brush - jump_bare < 5e-9
 #    :language: python
 #    :caption: brush.py
 #
-# - `name` is what a case file calls it; the docstring is its page.
+# - `name` is its name in a case file; the docstring is its page.
 # - The fields are its parameters: `param` declares one of its own, `shared` takes one from the instrument, so
 #   that one tip serves all forces.
 # - `law` is the force in newtons, repulsive positive: plain Python with functions of `math`. Its first three
@@ -119,9 +119,9 @@ df.check_force(Brush)
 print(Brush.name, "passes every check")
 
 # %%
-# The checks know physics: they try the law at extreme distances and at the bounds of its parameters, compare
-# the compiled law with the plain one, look for kinks and jumps that are not declared, and for energy that
-# comes from nowhere. Leave out the line with `kinks` and see what it says.
+# The checks test physics. They try the law at extreme distances and at the bounds of its parameters, and compare the
+# compiled law with the plain one. They look for kinks and jumps that are not declared, and for energy from nowhere.
+# Leave out the line with `kinks` to see a check fail.
 #
 # From here on `brush` is a model like any other. In a case file, name the Python file at the top:
 #
@@ -146,7 +146,30 @@ assert difference < 1e-21
 # sphinx_gallery_end_ignore
 
 # %%
-# Forces with memory (a relaxing sample) or with two branches (a neck that is there or not) are classes of the
-# same kind; :class:`dforce.Force` describes their extra members, and ``sls.py`` and ``capillary.py`` among
-# the shipped models are examples to copy. To give your model to others, publish it as a package that names it
-# under the entry point ``dforce.forces``: whoever installs it has the model.
+# As a package
+# ------------
+#
+# To give the model to others, put ``brush.py`` into a folder ``brush-force`` beside this file:
+#
+# .. code-block:: toml
+#    :caption: brush-force/pyproject.toml
+#
+#    [project]
+#    name = "brush-force"
+#    version = "1.0"
+#    dependencies = ["dforce"]
+#
+#    [project.entry-points."dforce.forces"]
+#    brush = "brush"
+#
+#    [build-system]
+#    requires = ["hatchling"]
+#    build-backend = "hatchling.build"
+#
+#    [tool.hatch.build.targets.wheel]
+#    include = ["brush.py"]
+#
+# After ``python -m pip install ./brush-force``, ``dforce models brush`` shows its page, and a case needs no ``plugins``.
+#
+# Forces with memory (a relaxing sample) or with two branches (a neck that forms and breaks) are classes of the same kind.
+# :class:`dforce.Force` describes their extra members; copy ``sls.py`` or ``capillary.py`` of the shipped models.

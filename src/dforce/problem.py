@@ -198,7 +198,7 @@ class Problem:
         """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
         if self.heights is not None:
             raise ParameterError(
-                f"{what} takes a lever that stays as it is at each distance; leave out cantilever.drift, or write "
+                f"{what} needs a lever that is constant over distance; remove cantilever.drift, or write "
                 'cantilever.beam.wall = "at_sample"'
             )
 
@@ -297,17 +297,17 @@ def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
     for path in paths:
         if path not in values:
             hint = nearest(path, values)
-            raise ForceError(f"{force.name} takes '{path}' from the instrument, which has no such value{hint}")
+            raise ForceError(f"{force.name} takes '{path}' from the instrument, but it has no such value{hint}")
     try:
         return force.bind(values)
     except ParameterError as error:
         for path in paths:
-            if values[path] is None and f"{path}, which is not given" in str(error):
+            if values[path] is None and f"{path}, which is missing" in str(error):
                 raise ParameterError(_missing(force.name, path)) from None
         raise
     except ArithmeticError:
         raise ParameterError(
-            f"{force.name} cannot be computed with the values given: one is too small or too large"
+            f"{force.name} cannot be computed with these values: one is too small or too large"
         ) from None
 
 
@@ -320,8 +320,8 @@ def _missing(name: str, path: str) -> str:
     wanted = "sample.youngs_modulus" if path == "contact.E_eff" else path
     section, key = wanted.split(".")
     if section == "medium":
-        return f'{name} needs {wanted}, which is not given; write medium = "water" or {key} under [medium]'
-    return f"{name} needs {wanted}, which is not given; write {key} under [{section}]"
+        return f'{name} needs {wanted}, which is missing; write medium = "water" or {key} under [medium]'
+    return f"{name} needs {wanted}, which is missing; write {key} under [{section}]"
 
 
 def _refuse_unknown_fluid(
@@ -331,12 +331,15 @@ def _refuse_unknown_fluid(
     if shaken is None or not shaken.fluid_follows:
         return
     if medium.name == "vacuum":
-        raise ParameterError("drive.fluid_follows is above 0, but the medium is vacuum: there is no fluid to follow")
+        raise ParameterError(
+            "drive.fluid_follows is above 0, but the medium is vacuum: vacuum has no fluid to follow the base"
+        )
     for n, mode in enumerate(modes, start=1):
         if mode.added_mass is None:
             key = f"cantilever.modes.{n}.added_mass" if cantilever.modes else "cantilever.added_mass"
             raise ParameterError(
-                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: give {key}, or a beam in a fluid"
+                f"drive.fluid_follows needs the share of the fluid in the mass of mode {n}: write {key}, or use a beam in a "
+                f"fluid"
             )
 
 
@@ -356,7 +359,7 @@ def _refuse_double_counting(forces: tuple[Force, ...]) -> None:
             if common:
                 both = f"{first.name} and {second.name} both count the same interaction ({', '.join(common)})"
                 if first.name == second.name:
-                    both = f"{first.name} is given twice"
+                    both = f"{first.name} appears twice"
                 raise ParameterError(f"{both}; {_what_to_drop(first, second, common)}")
 
 

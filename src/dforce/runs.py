@@ -31,31 +31,31 @@ LOOKS_A_SECOND = 20.0  # at most, so that showing progress costs nothing
 def run(
     case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, resume: xr.Dataset | None = None
 ) -> xr.Dataset:
-    """Do what a case's experiment says and return the result.
+    """Run the experiment of a case and return the result.
 
     Parameters
     ----------
     case
-        The case, with an experiment; or its name as :func:`load_case` takes it: of a case file, a result or a shipped
-        example. A result that was interrupted is continued.
+        The case, with an experiment; or its name for :func:`load_case`: a case file, a result or a shipped example. An
+        interrupted result is continued.
     progress
         True for a bar, on a terminal or in a notebook. Or a function, called as ``progress(done, total, note)`` at most
         20 times a second, and at the end.
     resume
-        An interrupted result of the same case, to be continued.
+        An interrupted result of the same case, to continue.
 
     Returns
     -------
     xarray.Dataset
         SI units in ``attrs["units"]``, phases in degrees, a status for each point; the case, the versions and the
-        date in its attributes. After Ctrl-C or SIGTERM it holds what was computed, and ``attrs["interrupted"]`` is 1.
+        date in its attributes. After Ctrl-C or SIGTERM it contains the finished points, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------
     ParameterError
         When the case has no experiment, or `resume` is the result of another case.
     CaseError, ResultError
-        When a name is that of no case, or a result cannot be read.
+        When a name belongs to no case, or a result cannot be read.
     """
     from dforce.results.dataset import get_ready
     from dforce.results.files import read
@@ -68,18 +68,18 @@ def run(
             earlier = read(name)
             resume = earlier if earlier.attrs.get("interrupted") else None
     if case.experiment is None:
-        raise ParameterError('the case says nothing under [experiment]; give kind = "approach", say')
+        raise ParameterError('the case has no [experiment]; write for example kind = "approach"')
     text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
-        raise ParameterError("this result is complete; there is nothing to continue")
+        raise ParameterError("this result is complete; nothing is left to continue")
     if resume is not None and "over" in resume.attrs:
         raise ParameterError("this result is a sweep; df.sweep(case, over=..., resume=...) continues it")
     if resume is not None and resume.attrs.get("case") != text:
-        raise ParameterError("this result belongs to another case, so it cannot be continued with this one")
+        raise ParameterError("this result belongs to another case, so it cannot be continued with the present case")
     usable = resume if resume is not None and MOTION in resume else None
-    with late_stop_waits() as stop, watched(progress, case.title) as tell:
+    with late_stop_waits() as stop, watched(progress, case.title) as report_progress:
         get_ready()
-        data = carry_out(case, tell, usable)
+        data = carry_out(case, report_progress, usable)
         data.attrs = provenance(text, case.title) | data.attrs
         with_scales(data, case.problem)
         data.attrs |= attributes(advice(case, data))
@@ -88,14 +88,14 @@ def run(
     return data
 
 
-def carry_out(case: Case, tell: Progress, earlier: xr.Dataset | None = None) -> xr.Dataset:
+def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None = None) -> xr.Dataset:
     """Carry out the experiment of a case, and return its result with units, words and a status for each point.
 
     The experiment names the function that does so: a function of the case, the experiment, `tell` and `earlier`.
 
     Parameters
     ----------
-    tell
+    report_progress
         Called with the points done, the points in all and a note; it stops the run by raising KeyboardInterrupt, and what
         was computed is returned.
     earlier
@@ -107,7 +107,7 @@ def carry_out(case: Case, tell: Progress, earlier: xr.Dataset | None = None) -> 
     assert case.experiment is not None
     module, name = case.experiment.procedure.split(":")
     procedure = getattr(importlib.import_module(f"dforce.{module}"), name)
-    data: xr.Dataset = describe(procedure(case, case.experiment, tell, earlier))
+    data: xr.Dataset = describe(procedure(case, case.experiment, report_progress, earlier))
     keep_promise(data, case.solver.accuracy)
     return data
 
@@ -119,22 +119,22 @@ def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None
     Parameters
     ----------
     case
-        Instrument, sample and forces; its experiment is not used, except that an approach there gives the defaults.
+        Instrument, sample and forces; its experiment is not used, except for the defaults of an approach.
     zc
         Average distances: an array (m), a list of texts with units, or a grid ``{"start": ..., "stop": ..., "points": ...}``.
     progress
         See :func:`run`.
     settings
         Other keys of the experiment: `direction` (``"approach"``, ``"retract"``, ``"both"``), `protocol`
-        (``"quasi_static"``: the distance changes so slowly that the motion stays on its state until that ends;
-        ``"stepwise"``: by sudden steps), `carry_state`, `start`, `harmonics`.
+        (``"quasi_static"``: so slow that the motion stays on its state until the state ends; ``"stepwise"``: sudden steps),
+        `carry_state`, `start`, `harmonics`.
 
     Returns
     -------
     xarray.Dataset
-        Every quantity along `zc`, and along `direction` of both; `motion` along `component`: the motion at each point at
-        the start of a period; `repeat_periods`. The distances at which the motion went to another state, `jump_zc`, with the
-        amplitudes before and after and the direction, where there are any.
+        Every quantity along `zc`, with both directions also along `direction`. `motion` along `component` is the motion of each
+        point at the start of a period; also `repeat_periods`. If the motion jumps: the distances `jump_zc`, with direction and
+        the amplitudes before and after.
     """
     return run(_with_experiment(case, Approach, {"zc": zc} | settings), progress)
 
@@ -146,7 +146,7 @@ def dwell(case: Case, zc: Any = None, progress: Progress | bool | None = None, *
     Parameters
     ----------
     case
-        Instrument, sample and forces; its experiment is not used, except that a dwell there gives the defaults.
+        Instrument, sample and forces; its experiment is not used, except for the defaults of a dwell.
     zc
         Average distance (m), or text with a unit.
     progress
@@ -164,10 +164,10 @@ def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None
     Parameters
     ----------
     case
-        Instrument, sample and forces; its experiment is not used, except that branches there give the defaults.
+        Instrument, sample and forces; its experiment is not used, except for the defaults of branches.
     zc
-        Range of average distances, a pair such as ``("12 nm", "1 nm")``, from where there is one state; or, with
-        `parameter`, the one distance.
+        Range of average distances, a pair such as ``("12 nm", "1 nm")``, from a distance with one state; or, with `parameter`,
+        one distance.
     progress
         See :func:`run`.
     settings
@@ -178,9 +178,9 @@ def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None
     -------
     xarray.Dataset
         Along the dimension `point`: the scalars of an approach, the parameter, `branch` (number of the connected curve),
-        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `escape` (m, how far a stable state is from the nearest
-        unstable one), `motion`, `repeat_periods` and the Floquet multipliers. Along `search`: the values `searched` and
-        `index_sum`, which is 1 where no single state is missing; ``attrs["completeness"]`` says it in a sentence.
+        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `escape` (m, distance of a stable state from the nearest
+        unstable state), `motion`, `repeat_periods` and the Floquet multipliers. Along `search`: the values `searched` and
+        `index_sum`, which is 1 if no single state is missing; ``attrs["completeness"]`` is a sentence about it.
     """
     return run(_with_experiment(case, Branches, {"zc": zc} | settings), progress)
 
@@ -191,12 +191,12 @@ def frequency_sweep(
 ) -> xr.Dataset:
     """Return amplitude, phase and every other quantity against the drive frequency, at constant driving force.
 
-    The force is the one that gives the free amplitude `A0` at the case's own drive frequency.
+    The force produces the free amplitude `A0` at the drive frequency of the case.
 
     Parameters
     ----------
     case
-        Instrument, sample and forces; its experiment is not used, except that a sweep there gives the defaults.
+        Instrument, sample and forces; its experiment is not used, except for the defaults of a sweep.
     frequency
         Frequencies of tone 1: an array (Hz), a list of texts with units, or a grid
         ``{"start": ..., "stop": ..., "points": ...}``.
@@ -205,20 +205,20 @@ def frequency_sweep(
     progress
         See :func:`run`.
     settings
-        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `protocol`, `carry_state` and `start`
-        as of :func:`approach`, `harmonics`.
+        Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `protocol`, `carry_state` and `start` as
+        in :func:`approach`, `harmonics`.
     """
     return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
 
 
 @checked
 def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
-    """Return which of the steady states at one distance is reached from which start, and the share of each.
+    """Return the steady state that each start at one distance leads to, and the share of each state.
 
     Parameters
     ----------
     case
-        Instrument, sample and forces; its experiment is not used, except that basins there give the defaults.
+        Instrument, sample and forces; its experiment is not used, except for the defaults of basins.
     zc
         Average distance (m), or text with a unit.
     progress
@@ -230,48 +230,47 @@ def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, 
     Returns
     -------
     xarray.Dataset
-        `reached`, the number of the state over the two axes of the starts, 0 where the motion did not settle; along the
-        dimension `state` the scalars of a dwell and `share`, the state that most starts lead to first.
+        `reached`, the number of the state over the two axes of the starts, 0 without a settled motion. Along the dimension
+        `state`, ordered by `share`: the scalars of a dwell and `share`.
     """
     return run(_with_experiment(case, Basins, {"zc": zc} | settings), progress)
 
 
 @checked
 def thermal_spectrum(case: Case, duration: Any = None, progress: Progress | bool | None = None) -> xr.Dataset:
-    r"""Return the thermal spectrum that a detector records of a free lever, and the spring constants that users make of it.
+    r"""Return the thermal spectrum of a free lever at the detector, and its spring constants by usual calibrations.
 
-    The record is simulated, exactly at its samples, with the fluid's memory where the lever has it: its density is then
-    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. The resonance of each mode is fitted, over the
-    tails of the others, as white noise and
+    The record is simulated, exactly at its samples. If the lever includes the memory of the fluid, the density is
+    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. The fit of each mode, over the tails of the others,
+    is white noise and
 
     .. math:: S(f) = \frac{4 \langle z^2 \rangle}{\omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
 
-    as an optical lever reads it that is calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle =
-    s_n^2 k_B T / k_n`, with its sensitivity to the mode. With the fluid's memory that form holds near the resonance, so that
-    what lies within 40 % of it is fitted.
+    for an optical lever calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle = s_n^2 k_B T / k_n`, with its
+    sensitivity to the mode. With the memory of the fluid this form is valid near the resonance, so the fit covers 40 % around
+    it.
 
     Parameters
     ----------
     case
-        Lever, medium and noise; drive, sample and forces do not count. Its experiment is not used, except that a thermal
-        spectrum there gives the default.
+        Lever, medium and noise; drive, sample and forces have no effect. Its experiment is not used, except for the default of
+        a thermal spectrum.
     duration
         Length of the record (s, or text with a unit); 1 s by default.
     progress
-        See :func:`run`. A record that is stopped gives no spectrum: the result then holds its status alone.
+        See :func:`run`. A stopped record has no spectrum: the result then contains only its status.
 
     Returns
     -------
     xarray.Dataset
         `spectral_density` and `fitted_density` (m^2/Hz) over `frequency`; over `mode` `fitted_f0`, `fitted_Q`,
         `mode_spring_constant` by the mode's own calibration, and `true_mode_spring_constant`; over `calibration`
-        `spring_constant`, beside `true_spring_constant`, the one that the calibration means to give, and their ratio
-        `spring_constant_ratio`. `spring_constant_error` is the standard error of a thermal one, by the fit: without detector
-        noise that of the record's length, :math:`\sqrt{2 Q / \omega_0 T}`. A mode that the spectrum does not tell, such as one
-        below the detector's noise, has NaN. The calibrations: ``"static, 0.817"``, the right one for a static sensitivity;
-        ``"static, no factor"``; ``"each mode"``; ``"each mode, 0.817"``, that factor with a sensitivity to which it does not
-        belong; ``"Sader"``, from frequency and Q, where the lever's sizes and the medium are known: the constant of the lever
-        itself, not that across the sample, where it is tilted.
+        `spring_constant`, the true value `true_spring_constant` for this calibration, and their ratio `spring_constant_ratio`.
+        `spring_constant_error` is the standard error of a thermal spring constant from the fit; without detector noise it is
+        :math:`\sqrt{2 Q / \omega_0 T}` for a record of length :math:`T`. A mode below the detector noise has NaN. The
+        calibrations: ``"static, 0.817"``, right for a static sensitivity; ``"static, no factor"``; ``"each mode"``; ``"each
+        mode, 0.817"``, a wrong combination; ``"Sader"``, from frequency and Q, if dimensions and medium are known. For a tilted
+        lever, Sader's value is the spring constant along the normal of the lever, not of the sample.
 
     Raises
     ------
@@ -308,24 +307,24 @@ def watched(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
 def _ended(progress: Progress) -> Progress:
     """Return a progress function that lets a stop wait once all points are done."""
 
-    def told(done: int, total: int, note: str) -> None:
+    def report(done: int, total: int, note: str) -> None:
         progress(done, total, note)
         at_end(done == total)
 
-    return told
+    return report
 
 
 def throttled(progress: Progress | None) -> Progress:
     """Return a progress function that passes on few enough calls."""
     if progress is None:
         return lambda done, total, note: None
-    tell, last = progress, -math.inf  # the clock may have started just now
+    report_progress, last = progress, -math.inf  # the clock may have started just now
 
     def passed_on(done: int, total: int, note: str) -> None:
         nonlocal last
         now = time.monotonic()
         if now - last >= 1.0 / LOOKS_A_SECOND or done == total:
             last = now
-            tell(done, total, note)
+            report_progress(done, total, note)
 
     return passed_on

@@ -142,7 +142,7 @@ def test_in_a_class_one_asks_for_no_more_than_others_can_spare(visit, shared):
     window.type("experiment.zc.points", "200000")
     error = window.field("experiment.zc.points").locator(".df-error")
     error.wait_for()
-    assert "the most that this server computes" in error.inner_text()
+    assert "the limit of this server" in error.inner_text()
 
 
 def test_in_a_class_a_case_reads_no_file_of_the_teacher(visit, shared, tmp_path):

@@ -177,7 +177,9 @@ def test_ctrl_c_keeps_the_points_and_says_how_to_continue(here, ran):
     ran(interrupted)
     done = invoke("run", "case.toml", "-o", "out.nc")
     assert done.exit_code == 130
-    assert done.stderr == ("dforce: stopped; 40 of 111 points are done and kept; continue with: dforce run out.nc\n")
+    assert done.stderr == (
+        "dforce: stopped; 40 of 111 points are finished and kept; continue with: dforce run out.nc\n"
+    )
     assert df.read(here / "out.nc").attrs["interrupted"] == 1
 
 
@@ -236,7 +238,7 @@ STILL = df.Advice("not_settled", 2, 0, "Two points moved. Wait for them.", "this
 def test_what_advice_found_is_told_after_a_run(here, ran):
     ran(lambda: synthetic.dwell().assign_attrs(attributes([SOFT])))
     done = invoke("run", "case.toml")
-    assert done.stderr == "advice: The sample is soft.\nwhat to do: dforce check case.nc\n"
+    assert done.stderr == "advice: The sample is soft.\nadvice with remedies: dforce check case.nc\n"
     assert invoke("run", "case.toml", "-o", "out.csv").stderr.endswith("dforce check case.toml\n")
     assert json.loads(invoke("run", "case.toml", "--json").stdout)["advice"] == [
         {
@@ -308,16 +310,16 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
         (["run", "case.toml", "--plot", "figure.bmp"], "ends in '.bmp'"),
         (["run", "case.toml", "--plot", "figure.svg", "--width", "2 m"], "the width 2 m is not between 30 mm and 1 m"),
         (["run", "case.toml", "--plot", "figure.svg", "--width", "wide"], "the width is 'wide'"),
-        (["run", "case.toml", "--width", "85 mm"], "give --plot as well"),
+        (["run", "case.toml", "--width", "85 mm"], "also write --plot"),
         (["run", "case.toml", "--set", "drive.A0"], "write path=value"),
         (["run", "case.toml", "--set", "drive.A0=5 nmm"], "'nmm' is not a known unit"),
         (["run", "case.toml", "--set", "drive.A=5 nm"], "did you mean 'drive.A0'?"),
         (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
         (["examples", "figure-3-ari"], "did you mean 'figure-3-air'?"),
         (["examples", "--write", "x.toml"], "--write needs the name of an example"),
-        (["examples", "figure-3-air", "--write", "case.toml"], "is there already"),
+        (["examples", "figure-3-air", "--write", "case.toml"], "exists already"),
         (["curve", "figure-3-air", "--from", "2 kHz"], "--from is '2 kHz', which is a frequency, not a length"),
-        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; give two distances"),
+        (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; write two distances"),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),
     ]
 )

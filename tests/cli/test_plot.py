@@ -63,13 +63,13 @@ def test_a_kept_result_is_drawn_beside_other_files(here: Path, name: str, words:
     ("name", "words", "sentence"),
     [
         ("curve", "--quantity peakforce", "has no 'peakforce' to draw; did you mean 'peak_force'?"),
-        ("curve", "--over A0", "say with --quantity what is drawn"),
+        ("curve", "--over A0", "name the quantity with --quantity"),
         (
             "sweep",
             "--quantity peak_force --over A0",
-            "is no curve over 'A0': it goes along A0 and youngs_modulus and zc",
+            "is not a curve over 'A0': it goes along A0 and youngs_modulus and zc",
         ),
-        ("curve", "--quantity phase,amplitude --over A0,k", "a map shows one --quantity over two parameters"),
+        ("curve", "--quantity phase,amplitude --over A0,k", "a map draws one --quantity over two parameters"),
         ("nothing", "", "there is no file"),
         ("curve", "-o curve.gif", "ends in '.gif'"),
         ("curve", "--width 3km", "is not between"),

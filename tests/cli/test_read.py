@@ -39,7 +39,7 @@ def test_a_curve_is_read_calibrated_written_and_drawn():
 def test_without_the_sign_of_the_phase_the_curve_is_read_and_the_question_asked():
     done = dforce("curve.csv", "-o", "out.csv")
     assert done.exit_code == 1
-    assert "not calibrated: the sign of the phases is not known" in done.stderr
+    assert "not calibrated: the sign of the phases is unknown" in done.stderr
     assert "points" in done.stdout and Path("out.csv").exists()
 
 
@@ -67,7 +67,7 @@ def test_columns_units_and_the_rest_are_taken():
 
 def test_what_a_sentence_asks_for_is_an_option_of_that_name():
     asked = dforce("curve.csv").stderr
-    assert "give phase_convention = 'lag'" in " ".join(asked.split())
+    assert "write phase_convention = 'lag'" in " ".join(asked.split())
     assert dforce("curve.csv", "--phase-convention", "lag").exit_code == 0
 
 
@@ -97,12 +97,12 @@ def test_a_case_says_how_its_curve_is_read_and_what_is_typed_goes_before():
     ("words", "sentence"),
     [
         (("nothing.csv",), "there is no file 'nothing.csv'"),
-        (("curve.csv", "--columns", "height"), "--columns 'height' is not of the form NAME=VALUE"),
+        (("curve.csv", "--columns", "height"), "--columns 'height' is not NAME=VALUE"),
         (("curve.csv", "--columns", "hight=U"), "there is no quantity 'hight'; did you mean 'height'?"),
         (("curve.csv", "--phase", "sideways"), "phase_convention = 'sideways' is none of lag, lag-90, 90-lag, lead"),
         (("curve.csv", "--curve", "two"), "--curve is 'two', not a whole number"),
-        (("curve.csv", "--temperature", "25 degC"), "give --thermal as well"),
-        (("curve.csv", "-o", "out.xlsx"), "a file ending in .nc, .csv can be written"),
+        (("curve.csv", "--temperature", "25 degC"), "also write --thermal"),
+        (("curve.csv", "-o", "out.xlsx"), "use a name ending in .nc, .csv"),
     ],
 )
 def test_a_mistake_is_one_sentence(words, sentence):

@@ -81,8 +81,8 @@ def test_states_that_may_be_missing_are_told(workdir):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["hysteresis"], "--states are drawn in a picture, and none is drawn; give --plot as well"),
-        (["table-1-am", "--plot", "x.png"], "--states are drawn behind the curve of an approach, and this experiment is dwell"),
+        (["hysteresis"], "--states needs a picture; also write --plot"),
+        (["table-1-am", "--plot", "x.png"], "--states needs the curve of an approach; this experiment is dwell"),
         (["hysteresis", "--plot", "x.png", "--set", 'experiment.zc=["9 nm"]'], "this approach has only one distance"),
     ],
 )  # fmt: skip

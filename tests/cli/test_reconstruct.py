@@ -22,13 +22,13 @@ def curve(tmp_path):
 def test_a_force_curve_is_no_tapping_curve(curve):
     answer = CliRunner().invoke(app, ["reconstruct", str(curve)])
     assert answer.exit_code == 2
-    assert "no curve over the distance" in answer.output
+    assert "not a curve over the distance" in answer.output
 
 
 def test_formulas_need_a_picture(curve):
     answer = CliRunner().invoke(app, ["reconstruct", str(curve), "--formulas"])
     assert answer.exit_code == 2
-    assert "give --plot as well" in answer.output
+    assert "also write --plot" in answer.output
 
 
 def test_an_unknown_direction_is_answered_with_the_known_ones(curve):
@@ -46,7 +46,7 @@ def test_a_measured_text_is_read_as_the_case_says_and_refused_without_one(tmp_pa
     )
     answer = CliRunner().invoke(app, ["reconstruct", str(table)])
     assert answer.exit_code == 2
-    assert "is no result: give the instrument by --case" in answer.output
+    assert "is not a result: write --case" in answer.output
     read = _read(table, df.load_case(case))
     assert read.attrs["amplitude_error"] > 0.0
 

@@ -13,7 +13,7 @@ import dforce as df
 
 FULL = Path("/dev/full")
 CODE = "import sys; from dforce.cli import main; sys.argv[0] = 'dforce'; main()"
-NO_ROOM = "dforce: what is printed could not be written: no space left on device\n"
+NO_ROOM = "dforce: the output could not be written: no space left on device\n"
 PRINTING = [
     ["--help"],
     ["--version"],

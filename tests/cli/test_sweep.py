@@ -92,7 +92,7 @@ def test_a_store_is_written_read_and_repeated():
     np.testing.assert_array_equal(df.read("map.zarr").amplitude, df.read("again.nc").amplitude)
     done = dforce("sweep", "map.toml", "-o", "map.zarr")
     assert done.exit_code == 2
-    assert "is there already; go on with it" in done.stderr
+    assert "exists already; continue it" in done.stderr
     done = dforce("run", "map.zarr")
     assert "dforce sweep repeats" in done.stderr
 
@@ -155,7 +155,10 @@ def test_the_command_for_many_cases_is_told_where_one_is_expected():
 @pytest.mark.parametrize(
     ("over", "sentence"),
     [
-        ('{ "cantilever.Q" = [90, 110], "cantilever.modes.1.Q" = [100] }', "are one parameter; give its values once"),
+        (
+            '{ "cantilever.Q" = [90, 110], "cantilever.modes.1.Q" = [100] }',
+            "are the same parameter; list its values once",
+        ),
         ('{ "drive.A0" = { start = "1 nm", stop = "9 nm", points = 1_000_000_000 } }', "points = 1000000000 is above"),
     ],
 )
@@ -184,8 +187,8 @@ def test_a_store_that_another_process_writes_is_one_sentence():
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["figure-3-air", "-o", "x.nc"], "does not say what to vary"),
-        (["map.toml", "-o", "x.txt"], "a file ending in"),
+        (["figure-3-air", "-o", "x.nc"], "has no table [sweep]"),
+        (["map.toml", "-o", "x.txt"], "use a name ending in"),
         (["map.toml", "-o", "x.nc", "--workers", "0"], "--workers is '0'"),
         (["map.toml", "-o", "x.nc", "--at-set-point", "high"], "not a number"),
         (["map.toml", "-o", "x.nc", "--keep", "amplitud"], "did you mean 'amplitude'"),

@@ -10,11 +10,13 @@ from urllib.parse import unquote
 
 import pytest
 
+from dforce.forces import REGISTRY
+
 SITE = Path(os.environ.get("DFORCE_SITE", ""))
 if not os.environ.get("DFORCE_SITE"):
     pytest.skip("DFORCE_SITE names no folder with the built pages", allow_module_level=True)
 PAGES = sorted(path for path in SITE.rglob("*.html") if "_static" not in path.parts)
-LAPTOP, PHONE = 1366, 390  # pixels across
+SMALL, LAPTOP, LARGE, PHONE = 400, 1366, 1920, 390  # pixels across
 
 
 @functools.cache
@@ -76,14 +78,45 @@ TOO_WIDE = """() => {
 }"""
 
 
-def test_no_code_and_no_table_runs_out_of_its_box_on_a_laptop(browser):
-    page = browser.new_page(viewport={"width": LAPTOP, "height": 800})
-    cut = {}
+BROKEN = """() => {
+  const found = []
+  const texts = document.createTreeWalker(document.querySelector('.bd-article') ?? document.body, NodeFilter.SHOW_TEXT)
+  for (let text = texts.nextNode(); text; text = texts.nextNode()) {
+    if (!text.parentElement.closest('td, th') || text.parentElement.closest('math')) continue
+    for (const word of text.data.matchAll(/[\\p{L}\\p{N}]+/gu)) {
+      const range = document.createRange()
+      range.setStart(text, word.index)
+      range.setEnd(text, word.index + word[0].length)
+      const lines = new Set([...range.getClientRects()].map((box) => Math.round(box.top)))
+      if (lines.size > 1) found.push(word[0])
+    }
+  }
+  return found
+}"""
+
+
+@pytest.fixture(scope="module")
+def looks(browser):
+    """What is wrong on each page: boxes that run out on a laptop, words that are broken in tables at three widths."""
+    page, found = browser.new_page(), {"too wide": {}, "broken": {}}
     for path in PAGES:
+        name = str(path.relative_to(SITE))
         page.goto(path.resolve().as_uri())
-        if found := page.evaluate(TOO_WIDE):
-            cut[str(path.relative_to(SITE))] = found
-    assert cut == {}
+        for width in (SMALL, LAPTOP, LARGE):
+            page.set_viewport_size({"width": width, "height": 800})
+            if broken := page.evaluate(BROKEN):
+                found["broken"][name, width] = broken[:5]
+            if width == LAPTOP and (boxes := page.evaluate(TOO_WIDE)):
+                found["too wide"][name] = boxes
+    return found
+
+
+def test_no_code_and_no_table_runs_out_of_its_box_on_a_laptop(looks):
+    assert looks["too wide"] == {}
+
+
+def test_no_word_in_a_table_is_broken(looks):
+    assert looks["broken"] == {}
 
 
 def test_no_page_is_wider_than_a_phone(browser):
@@ -109,3 +142,28 @@ def test_the_search_finds(browser, query, page):
     tab.wait_for_selector("#search-results p.search-summary", timeout=20_000)
     tab.wait_for_function("document.querySelectorAll('#search-results li').length > 0", timeout=10_000)
     assert any(page in found for found in tab.locator("#search-results li > a").all_inner_texts())
+
+
+def test_a_search_from_disk_shows_excerpts_with_the_word(browser):
+    tab = browser.new_page()
+    tab.goto(f"{(SITE / 'search.html').resolve().as_uri()}?q=bootstrap")
+    tab.wait_for_selector("#search-results p.context", timeout=20_000)
+    assert any("bootstrap" in text.lower() for text in tab.locator("#search-results p.context").all_inner_texts())
+
+
+def test_the_header_has_five_parts_and_nothing_under_more(browser):
+    page = browser.new_page(viewport={"width": LAPTOP, "height": 800})
+    page.goto((SITE / "index.html").resolve().as_uri())
+    parts = page.locator(".bd-header .navbar-nav > li").all_inner_texts()
+    assert [part.strip() for part in parts] == ["Start", "Tasks", "Models", "Theory", "Reference"]
+
+
+def test_every_picture_of_the_start_page_and_of_the_forces_is_drawn(browser):
+    page = browser.new_page(viewport={"width": LAPTOP, "height": 800})
+    for name, pictures in (("index", 7), ("forces/index", len(REGISTRY))):
+        page.goto((SITE / f"{name}.html").resolve().as_uri())
+        sizes = page.evaluate("[...document.querySelectorAll('.bd-article img')].map((one) => one.naturalWidth)")
+        assert len(sizes) == pictures and min(sizes) > 100
+    for model in REGISTRY:
+        page.goto((SITE / "forces" / f"{model}.html").resolve().as_uri())
+        assert page.evaluate("document.querySelector('.force-figure img')?.naturalWidth ?? 0") > 500, model

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import runpy
+import shutil
 import tomllib
 import warnings
 from pathlib import Path
@@ -16,7 +17,7 @@ from every import every
 import dforce as df
 from dforce.case import case_schema
 from dforce.core.quantities import AXES, JUMPS, OBSERVABLES, TRACES
-from ran_page import Page, fences, forget_own_models, ran_blocks
+from ran_page import BlockError, Page, fences, forget_own_models, ran_blocks
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(
@@ -38,6 +39,24 @@ def test_every_block_of_a_page_runs(path):
     with Page() as page:
         for language, code, options in ran_blocks(path.read_text(encoding="utf-8")):
             page.run(language, code, options)
+
+
+def test_a_hidden_block_sets_nothing_up(tmp_path):
+    with Page() as page:
+        page.run("python", "found = 2.0", {"hidden": ""})
+        assert "found" not in page.namespace
+        with pytest.raises(BlockError, match="writes files"):
+            page.run("python", "open('a.csv', 'w').close()", {"hidden": ""})
+
+
+def test_every_room_of_the_architecture_exists():
+    source = ROOT / "src" / "dforce"
+    picture = re.findall(
+        r'class="room[^"]*"[^>]*>([^<]+)<', (ROOT / "docs" / "_static" / "way.svg").read_text(encoding="utf-8")
+    )
+    page = re.findall(r"`([\w/]+(?:/|\.py))`", (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+    assert len(picture) > 10 and len(page) > 30
+    assert [name for name in [*picture, *page] if not (source / name).exists() and not (ROOT / name).exists()] == []
 
 
 @pytest.mark.parametrize("path", PAGES, ids=named)
@@ -72,8 +91,12 @@ def test_every_make_target_of_the_readme_exists(target):
 
 @pytest.mark.site
 @pytest.mark.parametrize("path", SCRIPTS, ids=named)
-def test_every_script_runs(path, monkeypatch):
-    monkeypatch.chdir(path.parent)  # where the files are that it uses
+def test_every_script_runs_in_an_empty_folder(path, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for asked in re.findall(
+        r"literalinclude:: /../examples/(\S+)", path.read_text(encoding="utf-8")
+    ):  # "Save this as ..."
+        shutil.copy(ROOT / "examples" / asked, tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")  # of plt.show

@@ -136,7 +136,7 @@ def test_a_hidden_dissipation_and_a_source_of_energy_are_found(registry):
     def push(d, rate, t, stiffness, a0):
         return stiffness * rate
 
-    assert "say dissipative" in problems(spring(drag))
+    assert "set dissipative" in problems(spring(drag))
     REGISTRY.pop("tried")
     assert "gives" in problems(spring(push, dissipative=True))
 
@@ -200,7 +200,7 @@ def test_a_choice_that_fails_is_found(registry):
 
 
 def test_what_the_instrument_lacks_is_named():
-    with pytest.raises(ParameterError, match=r"hertz needs tip\.radius, which is not given"):
+    with pytest.raises(ParameterError, match=r"hertz needs tip\.radius, which is missing"):
         dforce.forces.Hertz().bind({**INSTRUMENT, "tip.radius": None})
     with pytest.raises(ParameterError, match=r"van_der_waals needs tip\.half_angle"):
         dforce.forces.VanDerWaals(hamaker=1e-20, geometry="capped_cone").bind({**INSTRUMENT, "tip.half_angle": None})

@@ -218,9 +218,9 @@ def test_what_has_no_value_is_infinite_or_not_a_number_and_never_an_exception(la
 
 def test_only_what_the_law_depends_on_must_be_given():
     assert Custom(law="P1*d", P1=2.0).bind({}).values() == (2.0,)
-    with pytest.raises(ParameterError, match="custom needs hamaker, which is not given"):
+    with pytest.raises(ParameterError, match="custom needs hamaker, which is missing"):
         make("H/d")
-    with pytest.raises(ParameterError, match=r"custom needs tip\.radius, which is not given; write radius under"):
+    with pytest.raises(ParameterError, match=r"custom needs tip\.radius, which is missing; write radius under"):
         df.Case(cantilever=df.Cantilever(f0=5e4, k=1.0, Q=100), drive=df.Drive(A0=1e-8), forces=[Custom(law="R*d")])
 
 

@@ -172,9 +172,9 @@ def test_a_failed_change_leaves_the_older_models(folder):
     [
         ("nothing.py", "nothing.py': there is no such file"),
         ("folder.py", "folder.py' is a folder, not a file"),
-        ("case.toml", "is not named like a Python file"),
+        ("case.toml", "is not a Python file"),
         ("https://example.org/force.py", "there is no such file"),
-        ("a\0.py", "is not named like a Python file"),
+        ("a\0.py", "is not a Python file"),
         ("x" * 5000 + ".py", "cannot be read|there is no such file"),
         ("huge.py", "is larger than 1 MB"),
     ],
@@ -213,7 +213,7 @@ def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tm
     )  # fmt: skip
     assert ran.stdout.split() == ["repulsion", "True"]
     assert ran.stderr.strip() == (
-        "The force plug-in 'broken' (bad_force) cannot be loaded, so it is missing: ZeroDivisionError: division by zero"
+        "The force plug-in 'broken' (bad_force) cannot be loaded: ZeroDivisionError: division by zero"
     )
 
 

@@ -160,7 +160,7 @@ def test_an_edited_example_states_its_result_and_its_figure_no_longer():
     edited = document.put(("drive", "tones", 0, "A0"), "9 nm")
     assert (document.case().title, edited.case().title) == (document.title, f"{document.title}, edited")
     for text in (edited.case().to_toml(), edited.case().to_python("edited")):
-        assert "tells Hamaker constants apart" not in text and ", edited" in text
+        assert "distinguishes Hamaker constants" not in text and ", edited" in text
     assert edited.put(("title",), "My own").case().title == "My own"
     assert edited.put(("drive", "tones", 0, "A0"), document.value(("drive", "tones", 0, "A0"))).title == document.title
     assert Document.of(df.example("figure-3-air").replace(about=None)).put(("drive", "A0"), "9 nm").title == (

@@ -88,7 +88,7 @@ def test_names_of_results_are_never_html():
 
 def test_nothing_in_common_is_said_in_a_sentence():
     drawn = picture([Layer(result("table-1-am"))], Picture("zc", ("phase",)))
-    assert "nothing to draw" in drawn.figure["layout"]["annotations"][0]["text"]
+    assert "Nothing to draw" in drawn.figure["layout"]["annotations"][0]["text"]
 
 
 @pytest.mark.slow

@@ -494,7 +494,7 @@ def test_a_file_is_looked_through_by_the_libraries_that_the_server_has(tmp_path,
 @pytest.mark.parametrize(("name", "value"), [("frozen", True), ("executable", "")])
 def test_a_file_is_not_called_damaged_where_no_process_can_be_started(name, value, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, name, value, raising=False)
-    with pytest.raises(df.ResultError, match="no process could be started"):
+    with pytest.raises(df.ResultError, match="the process that checks it could not start"):
         hdf5.look(hdf5.START, "result")
 
 
@@ -503,5 +503,5 @@ def test_a_system_without_room_for_processes_is_told_of_as_such(tmp_path, monkey
         raise BlockingIOError("no more processes")
 
     monkeypatch.setattr(subprocess, "run", none_left)
-    with pytest.raises(df.ResultError, match="no process could be started"):
+    with pytest.raises(df.ResultError, match="the process that checks it could not start"):
         hdf5.look(hdf5.START, "result")

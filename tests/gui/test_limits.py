@@ -24,7 +24,7 @@ def test_every_example_may_be_computed_on_a_shared_server(name):
 def test_what_would_fill_a_shared_server_is_refused_in_a_sentence(path, value):
     case = df.example("figure-3-air").replace(path, value)
     assert Limits().check(case) == case
-    with pytest.raises(df.ParameterError, match=f"{path} = .* the most that this server computes"):
+    with pytest.raises(df.ParameterError, match=f"{path} = .* the limit of this server"):
         SHARED.check(case)
 
 

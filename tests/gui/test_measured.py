@@ -491,7 +491,7 @@ def test_what_cannot_be_known_is_said_beside_its_row():
     name = str(fit["parameter"].values[0])
     assert fitting.note(fit.assign(seen=fit["seen"].copy(data=[False, True])), name) == fitting.NOT_SEEN
     endless = fit.assign(error=fit["error"].copy(data=[np.inf, 1e-11])).assign_attrs(products=f"{name} x tip.radius")
-    assert fitting.note(endless, name) == f"Only a product is known: {name} x tip.radius"
+    assert fitting.note(endless, name) == f"Only a product is constrained: {name} x tip.radius"
     assert (fitting.found(endless, name), "±" in fitting.found(fit, name)) == ("", True)
 
 
@@ -624,7 +624,7 @@ def test_a_place_in_the_same_file_is_read_once(tmp_path):
 
 def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(measured, "MOST_BYTES", 100)
-    with pytest.raises(df.ResultError, match="more than a curve"):
+    with pytest.raises(df.ResultError, match="too many for a curve"):
         measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
 
 

@@ -306,7 +306,7 @@ def test_an_edited_case_goes_without_the_sentence_on_what_the_example_shows(tmp_
             page.view.edit(page.view.document.put(("title",), "Mine"))
             assert page.view.document.case().about.shows == shows
             page.view.edit(page.view.document.put(("drive", "A0"), "5 nm"))
-            await user.should_see(f"Before it was edited: {shows}")
+            await user.should_see(f"Before the edit: {shows}")
             case = page.view.document.case()
             assert shows not in case.to_toml() + case.to_python() + df.run(case).attrs["case"]
             page.view.edit(page.view.document.put(("drive", "A0"), "10 nm"))  # as by a slider that goes back

@@ -91,9 +91,9 @@ def test_a_person_is_told_that_what_is_typed_is_not_kept_and_when_it_is_again(tm
             with full_disk():
                 view.edit(view.document.put(("drive", "A0"), "5 nm"))
                 await until(lambda: view.session.unkept)
-                await user.should_see("What you type is not kept")
+                await user.should_see("Your input is not kept")
             await until(lambda: not view.session.unkept)
-            await user.should_not_see("What you type is not kept")
+            await user.should_not_see("Your input is not kept")
             assert Document.from_plain(Store(file)[KEY]).value(("drive", "A0")) == "5 nm"
 
     asyncio.run(flow())

@@ -136,7 +136,7 @@ def test_the_tail_of_a_force_is_no_drift():
     np.testing.assert_allclose(moved, 0.0, atol=1e-9)  # one offset, and nothing else
     # its first line says that the offset is 0
     assert abs(found.attrs["phase_offset"]) < 3.0 * found.attrs["phase_offset_error"]
-    assert any("cannot be told from forces that reach so far" in line for line in found.attrs["history"])
+    assert any("cannot be distinguished from long-range forces" in line for line in found.attrs["history"])
 
 
 @pytest.mark.parametrize(("name", "truth"), [("stiff", 1.2), ("air", 0.0), ("liquid", -0.8)])
@@ -148,7 +148,7 @@ def test_the_error_of_the_offset_holds_the_truth_of_the_shipped_curves(name, tru
 
 def test_a_curve_without_a_free_part_asks_for_what_is_missing():
     data = measured_curve.dataset(noise=0.0).isel(point=slice(60, None))
-    with pytest.raises(df.ParameterError, match=r"no free part.*give free_amplitude, free_phase, errors of amplitude"):
+    with pytest.raises(df.ParameterError, match=r"no free part.*pass free_amplitude, free_phase, errors of amplitude"):
         df.calibrate(data)
     found = df.calibrate(
         data, free_amplitude="20 nm", free_phase=90.0, errors={"amplitude": "30 pm", "phase": "0.2 deg"}
@@ -161,7 +161,7 @@ def test_a_curve_without_a_free_part_asks_for_what_is_missing():
 def test_a_free_part_may_be_given():
     data = df.calibrate(measured_curve.dataset(), free_part=("30 nm", "40 nm"))
     assert float(data.height.where(data.free).min()) >= 30e-9
-    with pytest.raises(df.ParameterError, match="fewer than 3 points from 50 nm to 60 nm"):
+    with pytest.raises(df.ParameterError, match="fewer than 3 points lie from 50 nm to 60 nm"):
         df.calibrate(measured_curve.dataset(), free_part=("50 nm", "60 nm"))
 
 
@@ -213,7 +213,7 @@ def test_a_second_tone_is_calibrated_too():
 def test_a_free_amplitude_that_looks_like_rms_is_doubted():
     case = df.Case(cantilever={"f0": 70e3, "k": 2.0, "Q": 100}, drive={"A0": np.sqrt(2.0) * 20e-9})
     said = df.calibrate(measured_curve.dataset(), case).attrs["history"]
-    assert any("as if the file's were rms" in line for line in said)
+    assert any("the file may contain rms" in line for line in said)
 
 
 def test_a_slope_above_one_is_doubted():
@@ -235,7 +235,7 @@ def test_permutations_do_not_matter_and_heights_may_be_shifted():
 @pytest.mark.parametrize(
     ("how", "sentence"),
     [
-        ({"phase_convention": "lag"}, "was known when the curve was read"),
+        ({"phase_convention": "lag"}, "was set when the curve was read"),
         ({"thermal": {"q": 100}}, "'q' is none of f0, k, Q"),
         ({"thermal": {"k": "2 kHz"}}, "thermal: k is '2 kHz'"),
         ({"thermal": {"k": (2.0, -1.0)}}, "thermal: k has an error that is not above 0"),
@@ -244,7 +244,7 @@ def test_permutations_do_not_matter_and_heights_may_be_shifted():
         ({"baseline": "spline"}, "none of line, none"),
         ({"free_part": ("30 nm",)}, "is not the lowest and the highest height"),
         ({"free_amplitude": "20 kHz"}, "free_amplitude is '20 kHz'"),
-        ({"speed": "1 um/s"}, "speed is needed for the delay"),
+        ({"speed": "1 um/s"}, "speed is used only with delay"),
         ({"delay": "1 ms"}, "because the curve has no time"),
     ],
 )
@@ -254,11 +254,11 @@ def test_what_cannot_be_calibrated_is_one_sentence(how, sentence):
 
 
 def test_a_curve_is_calibrated_once_and_its_sign_must_be_known():
-    with pytest.raises(df.ParameterError, match="is calibrated already"):
+    with pytest.raises(df.ParameterError, match="is already calibrated"):
         df.calibrate(df.calibrate(measured_curve.dataset()))
-    with pytest.raises(df.ParameterError, match="the sign of the phases is not known"):
+    with pytest.raises(df.ParameterError, match="the sign of the phases is unknown"):
         df.calibrate(measured_curve.dataset().assign_attrs(phase_convention="unknown"))
-    with pytest.raises(df.ParameterError, match=r"has no k and no Q: give df\.calibrate a case"):
+    with pytest.raises(df.ParameterError, match=r"has no k and no Q: first calibrate the curve with df\.calibrate"):
         df.energy(df.calibrate(measured_curve.dataset()))
 
 

@@ -62,5 +62,5 @@ def test_a_stop_keeps_the_draws_that_are_done(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_too_few_draws_are_refused() -> None:
-    with pytest.raises(df.ParameterError, match="bootstrap = 5 fits tell no error; give 0 or 20 and more"):
+    with pytest.raises(df.ParameterError, match="bootstrap = 5 fits are too few for an error; write 0, or 20 or more"):
         df.fit(fc.case_of("air"), fc.data_of("air"), free=[H], bootstrap=5)

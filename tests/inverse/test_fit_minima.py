@@ -73,9 +73,9 @@ def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(two
     assert ((float(one["interval_low"]) < values) & (values < float(one["interval_high"]))).all()
     told = next(piece for piece in advice_in(fit) if piece.name == "second_minimum")
     assert f"chi2 {fit['minimum_chi2'].values[1]:.1f} at {E} = {values[1] / 1e9:.3g} GPa" in told.text
-    assert "The data do not decide between them" in told.text
+    assert "The data do not distinguish them" in told.text
     report = df.fit_report(fit)
-    assert "minima that the data do not exclude" in report and "interval of 95 %" in report
+    assert "minima not excluded by the data" in report and "interval of 95 %" in report
 
 
 def test_a_fit_says_for_which_spring_constant_and_radius_its_values_hold(two_minima: xr.Dataset) -> None:

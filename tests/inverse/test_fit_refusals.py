@@ -26,13 +26,13 @@ def with_tone_2() -> xr.Dataset:
 REFUSED = {
     "radius and modulus": ({"free": [E, "tip.radius"]}, "only their product"),
     "radius and Hamaker constant": ({"free": [H, "tip.radius"]}, "only their product"),
-    "k and modulus": ({"free": [E, "cantilever.k"]}, "forces over k only"),
+    "k and modulus": ({"free": [E, "cantilever.k"]}, "only forces over k"),
     "k and Q": ({"free": ["cantilever.k", "cantilever.Q"]}, "without a prior for one of them"),
     "nothing free": ({"free": []}, "must name the parameters"),
     "unknown parameter": ({"free": ["sample.youngs"]}, "youngs_modulus"),
-    "twice": ({"free": [E, E]}, "given twice"),
+    "twice": ({"free": [E, E]}, "appears twice"),
     "the same by two names": ({"free": [H, "forces.1.hamaker"]}, "the same parameter"),
-    "not used by the forces": ({"free": ["sample.thickness"]}, "not given in the case"),
+    "has no effect on the forces": ({"free": ["sample.thickness"]}, "is not in the case"),
     "prior without error": ({"free": [E], "priors": {"cantilever.Q": "180"}}, "has no error"),
     "bound outside the domain": (
         {"free": [E], "bounds": {E: ["-1 GPa", "1 GPa"]}},
@@ -47,20 +47,20 @@ REFUSED = {
         {"free": [E], "priors": {"cantilever.Q": (-180, 1)}},
         "priors.cantilever.Q = -180 is not above 0",
     ),
-    "given and fitted": ({"free": [E], "given": {E: "5(1) GPa"}}, "given has .* which is fitted.*belongs in priors"),
+    "given and fitted": ({"free": [E], "given": {E: "5(1) GPa"}}, "given has .* but the fit varies it.*under priors"),
     "given without an error": (
         {"free": [E], "given": {"tip.radius": "8 nm"}},
         "given.tip.radius = '8 nm' has no error",
     ),
-    "bounds of what is fixed": ({"free": [H], "bounds": {E: ["1 GPa", "2 GPa"]}}, "which is not fitted"),
+    "bounds of what is fixed": ({"free": [H], "bounds": {E: ["1 GPa", "2 GPa"]}}, "but the fit does not vary it"),
     "sigma of zero": ({"free": [E], "errors": {"amplitude": 0.0}}, "must be above 0"),
-    "error of the height without its unit": ({"free": [E], "errors": {"height": 50.0}}, "was the unit left out"),
+    "error of the height without its unit": ({"free": [E], "errors": {"height": 50.0}}, "is the unit missing"),
     "error of the amplitude without its unit": (
         {"free": [E], "errors": {"amplitude": "60"}},
         "60 m, more than 1000 times",
     ),
     "unknown branch": ({"free": [E], "branch": "upper"}, "branch"),
-    "profile of what is fixed": ({"free": [H], "profile": [E]}, "which is not fitted"),
+    "profile of what is fixed": ({"free": [H], "profile": [E]}, "but the fit does not vary it"),
     "unknown setting": ({"free": [E], "prior": {}}, "priors"),
     "nuisance of tone 2": ({"free": [E], "nuisance": ["A0_2"]}, "tone 2"),
 }
@@ -79,7 +79,7 @@ def test_a_fit_refuses_a_parameter_that_no_force_reads() -> None:
         **fc.INSTRUMENTS["air"], drive={"A0": "10 nm"}, sample={"youngs_modulus": "1 GPa"},
         forces=[df.forces.VanDerWaals(hamaker="2e-20 J")],
     )  # fmt: skip
-    with pytest.raises(df.ParameterError, match="not used by the forces of this case \\(van_der_waals\\)"):
+    with pytest.raises(df.ParameterError, match="has no effect on the forces of this case \\(van_der_waals\\)"):
         df.fit(case, fc.data_of("air"), free=[E])
 
 
@@ -99,8 +99,8 @@ def test_a_fit_refuses_a_repulsive_branch_where_all_phases_are_above_90_degrees(
     [
         (lambda data: data.drop_vars("phase"), "have no 'phase'"),
         (lambda data: data.assign_attrs(amplitude_error=0.0), "must be above 0"),
-        (lambda data: xr.Dataset(data.variables, attrs={}), "how large the noise of 'amplitude' is: calibrate"),
-        (lambda data: data.assign(phase=data["phase"].where(np.arange(126) != 7)), "no number at point 8"),
+        (lambda data: xr.Dataset(data.variables, attrs={}), "the noise of 'amplitude' is unknown: calibrate"),
+        (lambda data: data.assign(phase=data["phase"].where(np.arange(126) != 7)), "not a number at point 8"),
         (lambda data: data.isel(point=slice(0, 5)), "at least 8"),
     ],
 )
@@ -110,7 +110,7 @@ def test_a_fit_refuses_data_that_lack_something(data: object, words: str) -> Non
 
 
 def test_a_fit_refuses_a_tone_that_the_case_lacks() -> None:
-    with pytest.raises(df.ParameterError, match="tone 2 was measured, and the case has 1 tone"):
+    with pytest.raises(df.ParameterError, match="the curve has tone 2, but the case has only 1 tone"):
         df.fit(fc.case_of("stiff"), with_tone_2(), free=[E])
 
 
@@ -120,12 +120,12 @@ def test_a_fit_refuses_tones_without_a_common_period() -> None:
 
 
 def test_identify_refuses_to_tell_nothing() -> None:
-    with pytest.raises(df.ParameterError, match="free must name the parameters to tell"):
+    with pytest.raises(df.ParameterError, match="free must name the parameters to fit"):
         df.identify(fc.case_of("air"))
 
 
 def test_identify_refuses_one_distance() -> None:
-    with pytest.raises(df.ParameterError, match="a curve has many"):
+    with pytest.raises(df.ParameterError, match="a curve needs several"):
         df.identify(fc.case_of("air"), zc=["5 nm", "5 nm"], free=[E])
 
 

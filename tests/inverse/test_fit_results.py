@@ -39,10 +39,10 @@ def test_a_fit_says_where_its_searches_began_and_which_minima_they_met(air: xr.D
 
 def test_a_fit_is_no_measured_curve(air: xr.Dataset, tmp_path: Path) -> None:
     path = df.write(air, tmp_path / "fit.nc")
-    with pytest.raises(df.ResultError, match="is a fit, and no measured curve; dforce fit does it again"):
+    with pytest.raises(df.ResultError, match="is a fit, not a measured curve; dforce fit repeats it"):
         df.read_measured(path)
     for call in (lambda: df.fit(fc.case_of("air"), air, free=[H]), lambda: df.reconstruct(air)):
-        with pytest.raises(df.ParameterError, match="a fit; give the measured curve that it was made of"):
+        with pytest.raises(df.ParameterError, match="a fit; pass its measured curve"):
             call()
 
 
@@ -91,7 +91,7 @@ def test_what_is_doubted_about_the_curve_is_advice_on_the_fit() -> None:
     data = fc.data_of("air").assign_attrs(history=["read: text", "doubt: the free amplitude is half of the case's"])
     fit = df.fit(fc.case_of("air"), data, free=[H], search=False)
     assert [piece.name for piece in advice_in(fit)] == ["doubted_data"]
-    assert "advice: the measured curve is doubted: the free amplitude is half of the case's." in df.fit_report(fit)
+    assert "advice: doubts about the measured curve: the free amplitude is half of the case's." in df.fit_report(fit)
 
 
 def test_a_report_says_what_widened_the_errors_and_that_the_fit_was_stopped() -> None:
@@ -99,7 +99,7 @@ def test_a_report_says_what_widened_the_errors_and_that_the_fit_was_stopped() ->
     assert "noise: neighbors" not in df.fit_report(made) and "stopped" not in df.fit_report(made)
     text = df.fit_report(made.assign_attrs(neighbor_correlation=0.6, interrupted=1))
     assert "neighbors are correlated by 0.60, so all errors are 2.00 times as large" in text
-    assert "stopped before it was done" in text
+    assert "stopped early" in text
 
 
 def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Dataset, tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_many_fits_start_alike_and_a_bad_curve_does_not_stop_them() -> None:
     assert np.isnan(many["value"].sel(curve="bad")).all()
     assert "with advice" not in df.fit_report(many)
     advised = df.fit_report(many.assign(advised=("curve", [False, False, False, True])))
-    assert advised.splitlines()[-1] == "with advice, which a fit of it alone tells: second"
+    assert advised.splitlines()[-1] == "with advice; fit this curve alone to read it: second"
     below = [line for line in df.fit_report(many).splitlines() if line.startswith("not fitted: ")]
     assert [line.split(": ")[1] for line in below] == ["bad", "none"] and "there is no file" in below[1]
     assert max(len(line) for line in df.fit_report(many).splitlines() if line not in below) <= 100
@@ -171,7 +171,7 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.isfinite(fit["value"]).all()
     # on the way there is no minimum, and so no error and no judgment of the model
     assert np.isnan(fit["error"]).all() and not advice_in(fit)
-    assert "stopped before it was done" in df.fit_report(fit) and "nan" not in df.fit_report(fit)
+    assert "stopped early" in df.fit_report(fit) and "nan" not in df.fit_report(fit)
     assert fit.attrs["chi2"] == pytest.approx(min(met[:3])) and min(met[:3]) < met[0] < first[1]
     assert float(fit["value"].sel(parameter=H)) != first[0]
     # of many curves those are kept that were done
@@ -219,7 +219,7 @@ def test_stretches_are_cut_out_by_ranges_of_heights() -> None:
     height = data["height"].values
     np.testing.assert_array_equal(fit["used"], (height > 10.05e-9) | ((height > 2.05e-9) & (height < 9.05e-9)))
     for wrong in ("5 nm", 5e-9, ["5 nm"], [["1 nm", "5 nm"], "7 nm"], []):
-        with pytest.raises(df.ParameterError, match="is no range, such as"):
+        with pytest.raises(df.ParameterError, match="is neither a range, such as"):
             df.fit(case.replace(data={"use": {"height": wrong}}), data, free=[H])
 
 
@@ -239,7 +239,7 @@ def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
     ]
     assert fits[0].attrs["chi2"] > 1.8 * fits[0].attrs["degrees_of_freedom"]
     assert not {"reduced_chi2"} & {piece.name for piece in advice_in(fits[1])}
-    assert "noise: heights are known to 0.1 nm" in df.fit_report(fits[1])
+    assert "noise: heights have an error of 0.1 nm" in df.fit_report(fits[1])
     with pytest.raises(df.ParameterError, match="error of 'height' is -1 m"):
         df.fit(fc.case_of("stiff"), data, free=[E], errors={"height": -1.0})
 
@@ -290,7 +290,7 @@ def test_a_curve_is_read_and_calibrated_as_the_case_says(tmp_path: Path) -> None
     assert fit.attrs["data_sha256"]
     with pytest.raises(df.ParameterError, match=r"no setting 'sensivity'.*sensitivity"):
         df.fit(fc.case_of("air").replace(data=table | {"read": {"sensivity": 1.0}}), tmp_path / "curve.csv", free=[H])
-    with pytest.raises(df.ParameterError, match="there is no measured curve"):
+    with pytest.raises(df.ParameterError, match="the measured curve is missing"):
         df.fit(fc.case_of("air"), free=[H])
 
 

@@ -65,7 +65,7 @@ def test_a_radius_is_dead_and_the_products_that_are_known_are_named() -> None:
     (line,) = [line for line in found.attrs["products"].splitlines() if line.startswith("approach, sample:")]
     for product in (f"{E} * tip.radius^0.5", f"{H} * tip.radius^1", f"{ETA} * tip.radius^0.5"):
         assert product in line
-    assert "only products are known" in df.identify_report(found, "sample")
+    assert "only products are constrained" in df.identify_report(found, "sample")
 
 
 def test_other_amplitudes_are_tried_and_told() -> None:
@@ -96,4 +96,4 @@ def test_a_report_tells_modes_apart_and_what_brackets_mean() -> None:
         row.assign(worst_pair=(("curve", "known"), pair), error=0.0 * row["error"] + 0.8), "sample"
     )
     assert "modes.1.Q, modes.2.Q" in text
-    assert "(80 %)" in text and "in brackets: so large that the parameter is not told" in text
+    assert "(80 %)" in text and "in brackets: so large that the parameter is not constrained" in text

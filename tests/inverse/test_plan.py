@@ -279,7 +279,7 @@ def test_a_plan_knows_stable_states_that_no_approach_meets():
 def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 0)
     found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})
-    assert "the states that approach and retract meet" in found.attrs["findings"]
+    assert "the states on approach and retract" in found.attrs["findings"]
     assert found.sizes["state"] == 1
 
 
@@ -289,7 +289,7 @@ def test_a_setting_without_room_is_not_recommended_and_a_sentence_says_what_woul
     done = dforce(str(file))
     assert done.exit_code == 0
     assert "most room" not in done.stdout
-    assert "No setting is recommended" in done.stdout and "widen a range" in done.stdout
+    assert "No setting is recommended" in done.stdout and "Widen a range" in done.stdout
     assert "drive.A0 1 nm to 2 nm" in done.stdout
 
 
@@ -301,18 +301,18 @@ VARY = {"drive.A0": ["1 nm", "2 nm", "3 nm"]}
     [
         ({"drive.A": ["1 nm"]}, None, None, "did you mean 'drive.A0'"),
         ({"drive.A0": []}, None, None, "drive.A0 has no values"),
-        ({"solver.method": ["periodic"]}, None, None, "takes no plain number"),
+        ({"solver.method": ["periodic"]}, None, None, "is not a plain number"),
         ({"drive.A0": [1e-9], "tip.radius": [1e-9], "cantilever.k": [1.0]}, None, None, "one or two are allowed"),
         ({"drive.A0": {"start": 1e-9, "stop": 2e-9, "points": 10**6}}, None, None, "at most 50000 are allowed"),
         (VARY, {"peak_forc": "< 1 pN"}, None, "did you mean 'peak_force'"),
-        (VARY, {"peak_force": "< 100"}, None, 'has no unit; write "< 100 pN"'),
-        (VARY, {"peak_force": 1e-10}, None, "is no limit"),
+        (VARY, {"peak_force": "< 100"}, None, 'has no unit; write for example "< 100 pN"'),
+        (VARY, {"peak_force": 1e-10}, None, "is not a limit"),
         (VARY, {"peak_force": "< 1 nm"}, None, "is a length, not a force"),
         (VARY, {"peak_force": "< __import__('os')"}, None, "not a number with a unit"),
-        (VARY, {"max_indentation": "< 20 % of sample.thickness"}, None, "which this case does not give"),
-        (VARY, {"max_indentation": "< 20 % of sample.youngs_modulus"}, None, "in Pa and not in m"),
+        (VARY, {"max_indentation": "< 20 % of sample.thickness"}, None, "but the case has no such value"),
+        (VARY, {"max_indentation": "< 20 % of sample.youngs_modulus"}, None, "in Pa, not in m"),
         (VARY, {"regime": "repuls"}, None, "is not attractive or repulsive"),
-        (VARY, {"margin": {"tip.radius": "5 %"}}, None, "a margin of what does not vary"),
+        (VARY, {"margin": {"tip.radius": "5 %"}}, None, "a margin for a parameter that does not vary"),
         (VARY, {"margin": {"set_point": 3}}, None, "set_point = 3 is not above 0 and below 1"),
         (VARY, None, {"minimise": "peak_force"}, "did you mean 'minimize'"),
         (VARY, None, {"minimize": "peak"}, "did you mean 'peak_force'"),
@@ -354,11 +354,11 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(workdir):
     none = dforce("none.toml")
     assert none.exit_code == 1
     assert re.search(
-        r"kept nowhere: at best it is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 0.9",
+        r"holds nowhere: the best value is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 0.9",
         none.stdout,
     )
-    assert "Searched were drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
-    assert "peak_force stands in the way" in none.stderr
+    assert "The search covered drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
+    assert "peak_force is the limit in the way" in none.stderr
     assert "least violation: A0" in none.stdout
 
 
@@ -394,7 +394,7 @@ def test_a_stopped_plan_keeps_the_states_that_are_solved(workdir: Path, monkeypa
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (("[plan", "[plot"), "there is no table [plan]"),
+        (("[plan", "[plot"), "the table [plan] is missing"),
         (('vary = { "drive.A0"', 'vari = { "drive.A0"'), "did you mean 'vary'"),
         (("[plan]", "[plan"), "cannot be read"),
     ],

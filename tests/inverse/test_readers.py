@@ -45,7 +45,7 @@ def test_the_reader_of_contributing_is_one_file_and_turns_the_heights_of_its_mak
     data = df.read_measured(nimbus, phase_convention="lag")
     np.testing.assert_allclose(data.height, HEIGHT, rtol=1e-6)  # 32-bit numbers
     np.testing.assert_allclose(data.amplitude, AMPLITUDE, rtol=1e-6)
-    assert any("nearer to the sample, as files of Nimbus have it" in line for line in data.attrs["history"])
+    assert any("nearer to the sample, as in files of Nimbus" in line for line in data.attrs["history"])
     assert data.attrs["instrument"] == "Nimbus"
 
 
@@ -93,7 +93,7 @@ def test_readers_of_other_packages_are_found_and_what_is_none_is_left_out(monkey
     monkeypatch.setattr(entries.log, "announce", said.append)
     assert entries.loaded("dforce.readers", Reader, "reader") == [nanosurf.READER]
     assert said == [
-        "The reader 'bad' (dforce.inverse.readers.nanosurf:read) cannot be loaded, so it is missing: TypeError: it is no Reader"
+        "The reader 'bad' (dforce.inverse.readers.nanosurf:read) cannot be loaded: TypeError: it is no Reader"
     ]
 
 
@@ -106,7 +106,7 @@ def table(tmp_path, heights, amplitudes, heading="height_nm,amplitude_nm,phase_d
 
 def test_a_curve_that_does_not_show_where_the_sample_is_asks_for_the_sign(tmp_path):
     path = table(tmp_path, HEIGHT, np.full_like(AMPLITUDE, AMPLITUDE.max()))
-    with pytest.raises(df.ParameterError, match=r"does not show at which end .* height_grows = 'toward'"):
+    with pytest.raises(df.ParameterError, match=r"does not show the side of the sample.* height_grows = 'toward'"):
         df.read_measured(path, phase_convention="lag")
     away = df.read_measured(path, phase_convention="lag", height_grows="away")
     toward = df.read_measured(path, phase_convention="lag", height_grows="toward")
@@ -148,7 +148,7 @@ def test_a_height_of_a_maker_under_an_unknown_name_is_not_guessed(tmp_path):
     flat = np.full_like(AMPLITUDE, AMPLITUDE.max())
     wave = tmp_path / "curve.ibw"
     wave.write_bytes(files.igor_wave({"Amp": flat, "Phase": LAG, "LVDT": -HEIGHT}, ""))
-    with pytest.raises(df.ParameterError, match="sign of its heights is not known"):
+    with pytest.raises(df.ParameterError, match="sign of its heights is unknown"):
         df.read_measured(wave, columns={"height": "LVDT"}, units={"height": "m"}, phase_convention="lag")
 
 

@@ -120,7 +120,7 @@ def test_a_force_comes_back_from_frequency_shifts_in_a_fluid_with_memory(phase):
 def test_what_is_doubted_about_the_curve_is_a_note_of_the_force():
     curve = tapping().assign_attrs(history=["read: text", "doubt: the amplitudes look like rms"])
     assert df.reconstruct(curve).attrs["notes"].splitlines()[0] == (
-        "the measured curve is doubted: the amplitudes look like rms"
+        "doubts about the measured curve: the amplitudes look like rms"
     )
 
 
@@ -145,7 +145,7 @@ def test_the_law_of_an_approach_with_a_jump_comes_back_and_the_gap_stays_open(ai
     assert float(abs(outer.force - outer.law_force).max()) < 0.01 * span
     below = found.where(found.distance <= low, drop=True)
     assert (abs(below.force - below.law_force) < 3.0 * below.force_error).all()
-    assert "no motion turned between" in found.attrs["notes"]
+    assert "No turning points from" in found.attrs["notes"]
 
 
 def test_closest_approaches_are_those_of_the_solver(air):
@@ -226,24 +226,24 @@ def test_the_result_goes_to_a_file_and_back(found, tmp_path):
 def test_the_picture_shows_force_band_and_gap(air):
     axes = df.plot.reconstruction(air[1], formulas=True)
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert {"law", "reconstructed", "two errors", "not told by the curve", "Sader and Jarvis"} <= set(labels)
+    assert {"law", "reconstructed", "two errors", "force unknown", "Sader and Jarvis"} <= set(labels)
 
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda c: c.isel(point=slice(0, 5)), "the curve has 5 points that can be used"),
+        (lambda c: c.isel(point=slice(0, 5)), "the curve has 5 usable points"),
         (lambda c: c.isel(point=np.random.default_rng(1).permutation(c.sizes["point"])), "turn back at point"),
-        (lambda c: c.assign_attrs({key: c.attrs[key] for key in c.attrs if key != "k"}).pipe(without, "k"), "do not say k"),
-        (lambda c: without(c, "free_amplitude"), "do not say free_amplitude"),
+        (lambda c: c.assign_attrs({key: c.attrs[key] for key in c.attrs if key != "k"}).pipe(without, "k"), "the data lack k"),
+        (lambda c: without(c, "free_amplitude"), "the data lack free_amplitude"),
         (lambda c: without(c, "phase_error"), "phase_error"),
         (lambda c: c.assign_attrs(free_amplitude=15e-9), "above the free amplitude"),
         (lambda c: c.assign(amplitude=-c.amplitude), "not above 0"),
         (lambda c: c.assign(phase=c.phase * np.nan), "no finite number at point 1"),
         (lambda c: c.drop_vars("phase"), "has no 'phase'"),
         (lambda c: c.assign(phase=c.phase * 0.0 + np.rad2deg(np.arccos(0.0)), amplitude=c.amplitude), "free lever"),
-        (lambda c: c.drop_vars("height"), "no curve over the distance"),
-        (lambda c: xr.concat([c.isel(point=slice(0, 4)), c.isel(point=slice(-4, None))], "point"), "both sides of a jump"),
+        (lambda c: c.drop_vars("height"), "not a curve over the distance"),
+        (lambda c: xr.concat([c.isel(point=slice(0, 4)), c.isel(point=slice(-4, None))], "point"), "a jump divides the points"),
     ],
 )  # fmt: skip
 def test_bad_curves_are_refused_in_a_sentence(change, sentence):

@@ -73,7 +73,7 @@ def test_what_was_done_stands_in_the_result(tmp_path):
     data = read(tmp_path, measured_curve.text(heading="Height (nm),Amplitude (nm),Phase (deg)"))
     said = data.attrs["history"]
     assert "height: column 'Height' in nm" in said
-    assert any("zero to peak, as nothing in the file says otherwise" in line for line in said)
+    assert any("zero to peak, the default" in line for line in said)
     assert data.attrs["phase_convention"] == "unknown"
     assert len(data.attrs["sha256"]) == 64 and data.attrs["source"] == "curve.csv"
     assert data.height.attrs["units"] == "m" and data.phase.attrs["units"] == "degree"
@@ -115,7 +115,7 @@ def test_columns_and_units_may_be_said(tmp_path):
 
 def test_volts_need_a_sensitivity_and_rms_a_factor(tmp_path):
     content = measured_curve.text(heading="height_nm,amplitude_V,phase_deg")
-    with pytest.raises(df.ParameterError, match=r"amplitude in V.*give the sensitivity"):
+    with pytest.raises(df.ParameterError, match=r"amplitude in V.*write the sensitivity"):
         read(tmp_path, content)
     data = read(tmp_path, content, sensitivity="50 nm/V")
     np.testing.assert_allclose(data.amplitude, 50e-9 * 1e9 * AMPLITUDE, atol=1e-12)
@@ -139,7 +139,7 @@ def test_a_column_of_directions_counts_and_their_order_is_the_walk(tmp_path):
     data = read(tmp_path, "\n".join([f"{lines[0]},direction", *rows, ""]))
     retract = data.where(data.direction == "retract", drop=True)
     assert (np.diff(retract.height) > 0.0).all()
-    assert any("listed backward" in line for line in data.attrs["history"])
+    assert any("in reverse order" in line for line in data.attrs["history"])
 
 
 def test_side_by_side_directions_of_nanoscope_are_read(tmp_path):
@@ -190,10 +190,10 @@ def test_curves_of_a_map_are_told_apart_by_their_places(tmp_path):
     np.testing.assert_allclose(places, [(0, 0), (0, 5e-6), (5e-6, 0)], rtol=1e-12)
     assert [curve.attrs["curve"] for curve in curves] == [1, 2, 3]
     assert all(is_the_curve(curve) for curve in curves)
-    with pytest.raises(df.ParameterError, match="holds 3 curves: choose one with curve = 1 to 3"):
+    with pytest.raises(df.ParameterError, match="contains 3 curves: choose one with curve = 1 to 3"):
         df.read_measured(path)
     assert df.read_measured(path, curve=2).attrs["y"] == places[1][1]
-    with pytest.raises(df.ParameterError, match="has no curve 4; it holds 3"):
+    with pytest.raises(df.ParameterError, match="has no curve 4; it contains 3"):
         df.read_measured(path, curve=4)
 
 
@@ -214,27 +214,27 @@ def shuffled():
 
 @every([
         ("", "is empty"),
-        ("only words\nand more\n", "holds no table of numbers"),
+        ("only words\nand more\n", "contains no table of numbers"),
         (changed(50, 1, "nan"), "no finite number for the amplitude in line 50"),
         (changed(50, 1, ""), "no finite number for the amplitude in line 50"),
         (changed(50, 2, "inf"), "no finite number for the phase in line 50"),
-        (changed(50, 1, "ten"), "has 'ten' in line 50, which is no number"),
+        (changed(50, 1, "ten"), "has 'ten' in line 50, which is not a number"),
         (changed(50, 1, "-3"), "an amplitude below zero in line 50"),
         (changed(50, 0, "39"), "heights that go back and forth"),
         (shuffled(), "heights in no order: from point to point they scatter by .* sort the points"),
         (changed(50, 1, "1,5"), "has 4 cells in line 50 and 3 in the others"),
-        (measured_curve.text()[:-12], "it was cut short|may have been cut short"),
-        (measured_curve.text().rpartition(",")[0] + ",", "ends in the middle of line 121: it was cut short"),
-        ("\n".join(measured_curve.text().splitlines()[:7]), "has 6 points, and a curve needs 8 or more"),
-        (measured_curve.text(heading="height,amplitude_nm,phase_deg"), "does not tell the unit of the height"),
-        (measured_curve.text(heading="height_nm,amplitude_nm,phase"), "does not tell the unit of the phase"),
+        (measured_curve.text()[:-12], "the file is incomplete|the file may be incomplete"),
+        (measured_curve.text().rpartition(",")[0] + ",", "ends in the middle of line 121: the file is incomplete"),
+        ("\n".join(measured_curve.text().splitlines()[:7]), "has 6 points, but a curve needs 8 or more"),
+        (measured_curve.text(heading="height,amplitude_nm,phase_deg"), "has no unit for the height"),
+        (measured_curve.text(heading="height_nm,amplitude_nm,phase"), "has no unit for the phase"),
         (measured_curve.text(heading="height_nm,amplitude_Hz,phase_deg"), "which is a frequency, not a length"),
-        (measured_curve.text(heading="height_nm,force_nN,phase_deg"), "no column that is known to hold the amplitude"),
+        (measured_curve.text(heading="height_nm,force_nN,phase_deg"), "no column for the amplitude"),
         (measured_curve.text(heading="height_nm,amplitude_nm,amp_nm"), "several columns for the amplitude"),
-        (measured_curve.text(",", ",", heading="height_nm,amplitude_nm,phase_deg"), "cannot be told apart"),
-        (measured_curve.text("\t", ".").replace("20.0", "1,020.0"), "which is no number|in the others"),
-        (b"\x00\x01\x02\x03" * 100, "neither text nor a kind of file"),
-        (b"PK\x03\x04" + b"x" * 100, "an archive, as JPK writes them; export the curve as text"),
+        (measured_curve.text(",", ",", heading="height_nm,amplitude_nm,phase_deg"), "commas separate the numbers"),
+        (measured_curve.text("\t", ".").replace("20.0", "1,020.0"), "which is not a number|in the others"),
+        (b"\x00\x01\x02\x03" * 100, "neither text nor a known kind of file"),
+        (b"PK\x03\x04" + b"x" * 100, "an archive of JPK; export the curve as text"),
         (b"\\*File list\r\n\\Version: 0x09", "Bruker's NanoScope; export the curve as text"),
     ])  # fmt: skip
 def test_what_cannot_be_read_is_one_sentence(content, sentence, tmp_path):
@@ -247,7 +247,7 @@ def test_heights_that_grow_toward_the_sample_are_asked_for(tmp_path):
     content = "height_nm,amplitude_nm,phase_deg\n" + "".join(
         f"{-1e9 * h:.4f},{1e9 * a:.5f},{phi:.4f}\n" for h, a, phi in zip(HEIGHT, AMPLITUDE, LAG, strict=True)
     )
-    with pytest.raises(df.ParameterError, match="give height_grows = 'toward'"):
+    with pytest.raises(df.ParameterError, match="write height_grows = 'toward'"):
         read(tmp_path, content)
     assert is_the_curve(read(tmp_path, content, height_grows="toward"))
 
@@ -292,6 +292,6 @@ def test_a_column_of_words_is_named_where_there_is_no_table(tmp_path):
     rows = "\n".join(f"{10 - n},{5 - 0.1 * n},{90 + n},ok" for n in range(20))
     path.write_text(f"height_nm,amplitude_nm,phase_deg,status\n{rows}\n")
     with pytest.raises(
-        df.ResultError, match="no table of numbers: 'ok' in line 2 is no number; leave out columns of words"
+        df.ResultError, match="no table of numbers: 'ok' in line 2 is not a number; remove columns of words"
     ):
         df.read_measured(path)

@@ -69,14 +69,14 @@ def test_arrays_are_tuned_like_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("given", "how", "sentence"),
     [
-        (([1.0, 2.0], [1.0, 2.0]), {}, "does not tell the unit"),
-        (([1.0, 2.0],), {}, "give a file, or two arrays"),
-        (("thermal.csv", [1.0, 2.0]), {"unit": "m^2/Hz"}, "give a file, or two arrays"),
+        (([1.0, 2.0], [1.0, 2.0]), {}, "has no unit"),
+        (([1.0, 2.0],), {}, "pass a file, or two arrays"),
+        (("thermal.csv", [1.0, 2.0]), {"unit": "m^2/Hz"}, "pass a file, or two arrays"),
         (([1.0, 2.0], [1.0]), {"unit": "m^2/Hz"}, "2 frequencies and 1 densities"),
-        (([1.0, "a"], [1.0, 2.0]), {"unit": "m^2/Hz"}, "frequency is no array of numbers"),
+        (([1.0, "a"], [1.0, 2.0]), {"unit": "m^2/Hz"}, "frequency is not an array of numbers"),
         ((np.ones((2, 2)), np.ones((2, 2))), {"unit": "m^2/Hz"}, "frequency has 2 dimensions"),
-        (([1.0, 2.0], [1.0, 2.0]), {"unit": "kg"}, "is no density"),
-        (([1.0, 2.0], [1.0, 2.0]), {"unit": "12 nm**9**9"}, "is no unit that dForce knows"),
+        (([1.0, 2.0], [1.0, 2.0]), {"unit": "kg"}, "is not a density"),
+        (([1.0, 2.0], [1.0, 2.0]), {"unit": "12 nm**9**9"}, "is not a known unit"),
         ((np.ones(99), np.full(99, np.nan)), {"unit": "m^2/Hz"}, "has 0 points of a spectrum"),
     ],
 )
@@ -121,7 +121,7 @@ def test_units_and_the_error_of_the_sensitivity_count(tmp_path):
     volts = written(
         tmp_path, table(frequency, np.sqrt(power) / 50e-9, "Frequency (Hz),Amplitude spectral density (V/sqrt(Hz))")
     )
-    with pytest.raises(df.ParameterError, match="give the sensitivity"):
+    with pytest.raises(df.ParameterError, match="write the sensitivity"):
         df.thermal_tune(volts)
     tune = df.thermal_tune(volts, sensitivity="50(1) nm/V")
     assert tune.k == pytest.approx(plain.k, rel=1e-6)
@@ -162,11 +162,11 @@ def test_a_spectrum_of_nanosurf_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("text", "how", "sentence"),
     [
-        (table(np.linspace(1e3, 2e3, 400), np.ones(400)), {}, "has no peak that stands out"),
-        (table(np.linspace(1e3, 2e3, 9), np.ones(9)), {}, "has 9 points of a spectrum, and a fit needs 12"),
-        (table(*measured_curve.spectrum(), "frequency (Hz),PSD (m/s)"), {}, "is no density"),
-        (table(*measured_curve.spectrum(), "frequency (Hz),PSD"), {}, "does not tell the unit of the density"),
-        (table(*measured_curve.spectrum(), "U,V"), {}, "no columns known to hold it for the frequency"),
+        (table(np.linspace(1e3, 2e3, 400), np.ones(400)), {}, "has no peak above"),
+        (table(np.linspace(1e3, 2e3, 9), np.ones(9)), {}, "has 9 points of a spectrum, but a fit needs 12"),
+        (table(*measured_curve.spectrum(), "frequency (Hz),PSD (m/s)"), {}, "is not a density"),
+        (table(*measured_curve.spectrum(), "frequency (Hz),PSD"), {}, "has no unit for the density"),
+        (table(*measured_curve.spectrum(), "U,V"), {}, "no column for the frequency"),
         (None, {"columns": {"frequenzy": "x"}}, "neither frequency nor density"),
         (None, {"columns": {"density": "x"}}, "no column 'x' for the density"),
         (None, {"calibrated": "dynamic"}, "none of static, mode"),
@@ -188,13 +188,13 @@ def test_a_windowed_spectrum_of_one_resonance_is_not_doubted_and_its_errors_hold
         tune = df.thermal_tune(df.write(found, tmp_path / "tune.nc"))
         assert not any("doubt" in line for line in tune.history)
         pulls.append([(tune.f0 - F0) / tune.f0_error, (tune.Q - 50) / tune.Q_error, (tune.k - K) / tune.k_error])
-    assert any("as a window of the spectra makes them" in line for line in tune.history)
+    assert any("as after windowing of the spectra" in line for line in tune.history)
     assert (np.std(pulls, axis=0) < 1.7).all() and (np.std(pulls, axis=0) > 0.45).all()  # 12 draws know it to 20 %
 
 
 def test_another_result_of_dforce_is_no_spectrum(tmp_path):
     other = df.write(df.dwell(df.example("figure-3-air"), "9 nm"), tmp_path / "dwell.nc")
-    with pytest.raises(df.ResultError, match=r"is a result of dForce, but .* no thermal spectrum"):
+    with pytest.raises(df.ResultError, match=r"is a result of dForce without .* without a thermal spectrum"):
         df.thermal_tune(other)
 
 

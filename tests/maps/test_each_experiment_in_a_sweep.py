@@ -1,11 +1,15 @@
 """Every experiment in a sweep: the numbers that it gives alone, whatever way it is stopped, continued and kept."""
 
+import json
 import math
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import dforce as df
+from dforce.cli.app import app
+from dforce.gui import explore
 from dforce.maps._one_by_one import unpadded
 from dforce.results.kinds import kind_of
 
@@ -145,7 +149,7 @@ def test_a_store_holds_the_same_numbers_and_goes_on_after_a_stop(kind, swept, of
 
 
 @pytest.mark.parametrize("kind", PLANS)
-def test_a_sweep_is_summed_up_drawn_and_written(kind, swept, tmp_path):
+def test_a_sweep_is_summed_up_drawn_explored_and_written(kind, swept, tmp_path):
     found = swept[kind]
     assert kind_of(found).name == "sweep"
     summary = {one.name: one.text for one in df.summary(found)}
@@ -153,9 +157,24 @@ def test_a_sweep_is_summed_up_drawn_and_written(kind, swept, tmp_path):
     axes = df.plot.overview(found, df.plot.Sheet())
     assert axes
     assert any(len(line.get_xdata()) for one in axes for line in one.get_lines())
+    assert explore.is_explorable(found)
+    choice = explore.fitting(found, explore.Choice("", "", ""))
+    assert {choice.x, choice.y} == {"hamaker", "Q"}
+    assert explore.figure(found, choice)["data"]
     df.write(found, tmp_path / "sweep.nc")
     back = df.read(tmp_path / "sweep.nc")
     assert differing(back, found, found.variables) == []
+
+
+@pytest.mark.parametrize("kind", PLANS)
+def test_the_command_computes_the_same(kind, swept, tmp_path):
+    df.save_case(asked(kind).replace(sweep={"over": OVER}), tmp_path / "case.toml")
+    out = tmp_path / "out.nc"
+    done = CliRunner().invoke(app, ["sweep", str(tmp_path / "case.toml"), "-o", str(out), "--json"])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["sizes"]["hamaker"] == 2
+    found = df.read(out)
+    assert differing(found, swept[kind], swept[kind].variables) == []
 
 
 def test_quantities_of_any_experiment_can_be_chosen():

@@ -102,7 +102,7 @@ def test_a_map_over_two_parameters_has_the_boundaries_of_each_row():
         ({"drive.A": ["1 nm", "2 nm"]}, "did you mean 'drive.A0'"),
         ({"drive.A0": ["1 nm"]}, "a map needs a range"),
         ({"drive.A0": ["1 nm", "2 nm"], "tip.radius": ["1 nm", "2 nm"]}, "over two parameters is at one set point"),
-        ({"solver.method": ["periodic", "transient"]}, "takes no plain number"),
+        ({"solver.method": ["periodic", "transient"]}, "is not a plain number"),
     ],
 )
 def test_a_mistake_is_one_sentence(over, sentence):

@@ -9,7 +9,7 @@ from dforce.checks.validation.draws import draw
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.results.status import keep_promise
 from dforce.solvers.integrator import sample_count
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
 VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples leave 1e-3 of the peak force
@@ -56,9 +56,9 @@ DECEIVING = {
 
 def off(result, exact, problem):
     """Return how far results of one point are apart, as a share of each quantity's scale."""
-    lot = Lot.of([problem])
+    batch = ProblemBatch.of([problem])
     columns = [{name: one[name].values[None] for name in DEVIATIONS if name in one} for one in (result, exact)]
-    return deviations(problem, lot.numbers, lot.tones, *columns)[0]
+    return deviations(problem, batch.numbers, batch.tones, *columns)[0]
 
 
 @pytest.mark.parametrize("number", range(12))
@@ -207,4 +207,4 @@ def test_last_bits_of_a_frequency_do_not_decide_how_many_samples_are_taken(ulps)
     problem = df.Case(cantilever={"modes": modes}, drive={"A0": 10e-9}).problem
     settings = df.SolverSettings(points_per_period=64)
     assert sample_count(problem, settings) == 256
-    assert Lot.of([problem]).samples(settings)[0] == 256
+    assert ProblemBatch.of([problem]).samples(settings)[0] == 256

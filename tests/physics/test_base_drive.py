@@ -15,7 +15,7 @@ from dforce.core.errors import ParameterError
 from dforce.experiments import InitialMotion
 from dforce.forces import REGISTRY
 from dforce.instrument import beam
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.retune import retune
 
 WATER = {"f0": 25e3, "k": 0.1, "Q": 2.5}
@@ -152,12 +152,12 @@ def test_the_tables_of_a_lot_are_those_of_each_problem():
         experiment={"kind": "dwell", "zc": 7e-9},
     )
     over = {"drive.tones.1.A0": [5e-9, 12e-9], "cantilever.modes.1.Q": [2.0, 30.0], "sample.youngs_modulus": [1e7, 1e9]}
-    from dforce.maps._grid import Grid
+    from dforce.maps._grid import ProblemGrid
     from dforce.maps.axes import make_axes
 
-    grid = Grid(asked, make_axes(asked, over))
+    grid = ProblemGrid(asked, make_axes(asked, over))
     numbers = np.arange(grid.size)
-    together, apart = grid.lot(numbers), Lot.of([grid.problem(int(i)) for i in numbers])
+    together, apart = grid.batch(numbers), ProblemBatch.of([grid.problem(int(i)) for i in numbers])
     np.testing.assert_allclose(together.tones, apart.tones, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(together.numbers, apart.numbers, rtol=1e-12)
 
@@ -179,11 +179,11 @@ def test_vectorized_starts_are_those_of_single_runs():
 
     asked = case(drive=BASE | {"phase": 0.7})
     block = Block.of_one(asked.problem, asked.solver, 1)
-    ready, lot = block.integrator(0, 7e-9), Lot.of([asked.problem])
-    assert lot.free()[0] == pytest.approx(initial_motion(ready, "free").y, abs=1e-14)
-    assert lot.moving(0, 0.0, 0.0)[0] == pytest.approx(initial_motion(ready, "rest").y, abs=1e-14)
+    ready, batch = block.integrator(0, 7e-9), ProblemBatch.of([asked.problem])
+    assert batch.free()[0] == pytest.approx(initial_motion(ready, "free").y, abs=1e-14)
+    assert batch.moving(0, 0.0, 0.0)[0] == pytest.approx(initial_motion(ready, "rest").y, abs=1e-14)
     start = InitialMotion(amplitude="5 nm", phase="40 deg")
-    assert lot.moving(0, 5e-9, math.radians(40.0))[0] == pytest.approx(initial_motion(ready, start).y, abs=1e-14)
+    assert batch.moving(0, 5e-9, math.radians(40.0))[0] == pytest.approx(initial_motion(ready, start).y, abs=1e-14)
 
 
 @pytest.mark.parametrize("piezo", [None, {"f0": 60e3, "Q": 8.0}])
@@ -327,15 +327,15 @@ def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
 @pytest.mark.parametrize(
     ("lever", "drive", "message"),
     [
-        (WATER, BASE | {"acts_on": "own_mode"}, "drive.acts_on goes with a force"),
+        (WATER, BASE | {"acts_on": "own_mode"}, "drive.acts_on needs a force"),
         (WATER, BASE | {"base_amplitude": 1e-9}, "drive has both A0 and base_amplitude"),
         (WATER, {"excitation": "base"}, "drive.A0 (free amplitude) is missing"),
         (WATER, {"A0": 1e-9, "fluid_follows": 0.5}, 'write excitation = "base"'),
-        (WATER, {"base_amplitude": 1e-9}, 'drive.base_amplitude goes with a shaken base; write excitation = "base"'),
+        (WATER, {"base_amplitude": 1e-9}, 'drive.base_amplitude needs base excitation; write excitation = "base"'),
         (WATER, {"tones": [{"mode": 1}]}, "drive.tones.1 has neither A0 (free amplitude) nor base_amplitude"),
         (WATER | {"base_coupling": 0.0}, BASE, "drive: the base cannot drive mode 1 at 25000 Hz"),
-        (WATER, BASE | {"fluid_follows": 0.5}, "of mode 1: give cantilever.added_mass, or"),
-        ({"modes": [WATER | {"added_mass": 0.8}, SECOND]}, BASE | {"fluid_follows": 0.5}, "give cantilever.modes.2.added_mass"),
+        (WATER, BASE | {"fluid_follows": 0.5}, "of mode 1: write cantilever.added_mass, or"),
+        ({"modes": [WATER | {"added_mass": 0.8}, SECOND]}, BASE | {"fluid_follows": 0.5}, "cantilever.modes.2.added_mass"),
         (WATER, BASE | {"frequency": 10.0}, "the base cannot drive mode 1 at 10 Hz"),
         (WATER | {"base_coupling": 0.0}, BASE, "the base cannot drive mode 1"),
         (WATER | {"added_mass": 1.0}, BASE, "cantilever.added_mass = 1 is not below 1"),

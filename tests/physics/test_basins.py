@@ -108,7 +108,7 @@ def test_stopping_keeps_the_starts_that_are_done(figure_3):
                 "velocity": {"start": 0.0, "stop": 1e-3},
                 "phase": {"points": 3},
             },
-            "give one kind of start",
+            "write one kind of start",
         ),
         ({"amplitude": {"stop": "10 nm", "points": 4000}, "phase": {"points": 4000}}, "fewer points"),
     ],

@@ -181,10 +181,10 @@ def test_tones_without_a_common_period_are_refused_in_one_sentence():
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        ({"zc": "9 nm"}, "one distance; give a range, or a parameter"),
-        ({"zc": ("9 nm", "9 nm")}, "starts where it stops"),
-        ({"zc": ("9 nm", "8 nm"), "start": 1.0}, "start and stop go with a parameter"),
-        ({"zc": ("9 nm", "8 nm"), "parameter": "drive.A0"}, "is a range, and so is that of drive.A0"),
+        ({"zc": "9 nm"}, "one distance; write a range, or a parameter"),
+        ({"zc": ("9 nm", "9 nm")}, "starts and stops at one distance"),
+        ({"zc": ("9 nm", "8 nm"), "start": 1.0}, "start and stop need a parameter"),
+        ({"zc": ("9 nm", "8 nm"), "parameter": "drive.A0"}, "is a range, and so is the range of drive.A0"),
         ({"zc": "9 nm", "parameter": "drive.A0", "start": "1 nm"}, "experiment.start and stop .* are missing"),
         ({"zc": "9 nm", "parameter": "drive.frequncy", "start": 1e4, "stop": 2e4}, "did you mean 'drive.frequency'"),
         (
@@ -192,7 +192,7 @@ def test_tones_without_a_common_period_are_refused_in_one_sentence():
             "start is '1 GPa', which is a pressure",
         ),
         ({"zc": "9 nm", "parameter": "cantilever.Q", "start": 0.1, "stop": 9.0}, "is not above 0.5"),
-        ({"zc": "9 nm", "parameter": "solver.method", "start": 1.0, "stop": 2.0}, "is no quantity"),
+        ({"zc": "9 nm", "parameter": "solver.method", "start": 1.0, "stop": 2.0}, "is not a quantity"),
     ],
 )
 def test_a_range_that_makes_no_sense_is_refused_in_one_sentence(case, settings, sentence):

@@ -109,24 +109,24 @@ def test_drift_is_written_and_read_again():
 def test_what_cannot_drift_is_refused_in_a_sentence():
     for wrong, words in (
         ({"zc": ["1 nm"], "Q": [2.0]}, "two distances or more"),
-        ({"zc": ["1 nm", "1 nm"], "Q": [2.0, 2.0]}, "each above the one before"),
+        ({"zc": ["1 nm", "1 nm"], "Q": [2.0, 2.0]}, "in rising order"),
         ({"zc": ["0 nm", "1 nm"]}, "neither Q nor A0"),
         ({"zc": ["0 nm", "1 nm"], "Q": [2.0]}, "has 1 values for 2 distances"),
     ):
         with pytest.raises(ParameterError, match=words):
             case(wrong)
-    with pytest.raises(ParameterError, match="is that of one mode, driven by one tone"):
+    with pytest.raises(ParameterError, match="needs one mode and one tone"):
         case(DRIFT, {"modes": [LEVER, LEVER | {"f0": 160e3}]})
     with pytest.raises(ParameterError, match=r"needs cantilever.*tip_height"):
         case(lever={"beam": SIZES | {"wall": "at_distance"}}, medium="water")
-    with pytest.raises(ParameterError, match='does not go with fluid = "history"'):
+    with pytest.raises(ParameterError, match='excludes fluid = "history"'):
         case(lever={"beam": SIZES | {"wall": "at_distance", "tip_height": 5e-6, "fluid": "history"}}, medium="water")
-    with pytest.raises(ParameterError, match="a search for operating points takes a lever that stays"):
+    with pytest.raises(ParameterError, match="a search for operating points needs a lever that is constant"):
         df.regimes(case(DRIFT), over={"tip.radius": [5e-9, 10e-9]}, set_points=[0.5, 0.8])
     data = measured(df.approach(case(DRIFT), zc={"start": "15 nm", "stop": "6 nm", "points": 10}))
     for name, path in (("Q", "cantilever.Q"), ("A0", "drive.A0")):
         with pytest.raises(
-            ParameterError, match=f"drift.{name} says {name} at each distance, so the data cannot tell {path}"
+            ParameterError, match=f"drift.{name} sets {name} at each distance, so the data do not constrain {path}"
         ):
             df.fit(case(DRIFT), data, free=[path], nuisance=[])
 
@@ -227,10 +227,10 @@ def test_drift_comes_from_the_columns_of_a_file(workdir):
         ("Q\n2\n3\n", "has no column 'height'"),
         ("height,Q,Q\n", "has two columns 'Q'"),
         ("height [kHz],Q\n", "the unit of height is '1 kHz', which is a frequency, not a length"),
-        ("height [nm],Q\n0,2\n1\n", "line 3: it has 1 cells, and 2 columns are named"),
+        ("height [nm],Q\n0,2\n1\n", "line 3: it has 1 cells for 2 columns"),
         ("height [nm],Q\n0,two\n", "line 2: Q is 'two', which is not a number with a unit"),
-        ("height [nm],Q\n0,2\n", "takes two distances or more"),
-        ("height [nm],Q\n0,2\n0,3\n", "each above the one before"),
+        ("height [nm],Q\n0,2\n", "needs two distances or more"),
+        ("height [nm],Q\n0,2\n0,3\n", "in rising order"),
         ("height [nm]\n0\n1\n", "neither Q nor A0"),
     ],
 )
@@ -243,8 +243,8 @@ def test_a_mistake_in_a_file_is_one_sentence(text, words, workdir):
 def test_a_file_that_is_none_and_one_beside_numbers_are_refused(workdir):
     for given, words in (
         ({"file": "none.csv"}, "there is no such file"),
-        ({"file": "seen.txt"}, "its name has to end in .csv"),
-        ({"file": "seen.csv", "Q": [2.0, 3.0]}, "has both file and Q; give only one of them"),
+        ({"file": "seen.txt"}, "its name must end in .csv"),
+        ({"file": "seen.csv", "Q": [2.0, 3.0]}, "has both file and Q; write only one of them"),
         ({"Q": [2.0, 3.0]}, "zc"),
     ):
         with pytest.raises(ParameterError, match=words):

@@ -452,7 +452,7 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
     assert noisy.amplitude.item() == pytest.approx(steady.amplitude.item(), abs=5.0 * sigma)
     again = df.dwell(asked, zc="18 nm", recorded_periods=20)
     assert np.array_equal(again.deflection.values, noisy.deflection.values)
-    with pytest.raises(ResultError, match="does not come again"):
+    with pytest.raises(ResultError, match="never repeats"):
         df.motion_at(noisy)
 
 
@@ -461,12 +461,12 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
     [
         (lambda: df.approach(case(), zc=["20 nm"]), "simulates a dwell, not approach"),
         (lambda: df.dwell(case(noise={"thermal": False}), zc="20 nm"), "but noise.thermal = false"),
-        (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm")), 'give bandwidth = "1 kHz"'),
+        (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm")), 'pass for example bandwidth = "1 kHz"'),
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "80 kHz"), "is not between 0 Hz and the drive frequency"),
         (lambda: df.noise(df.dwell(case(solver={}), zc="20 nm"), "1 kHz", poles=9), "poles = 9 is not a whole number"),
         (lambda: case(noise={"bandwidth": "76 kHz"}), "noise.bandwidth = 76 kHz is above the drive frequency, 75 kHz"),
         (lambda: case(noise={"thermal": False}), "but noise.thermal = false"),
-        (lambda: df.thermal_spectrum(case(), "1 ms"), "is too short to resolve the resonance; it takes"),
+        (lambda: df.thermal_spectrum(case(), "1 ms"), "is too short to resolve the resonance; use"),
         (lambda: df.snap_in_rate(SNAP, "5 nm").close() or df.snap_in_rate(SNAP, "1 nm"), "has no barrier to the surface"),
         (
             lambda: df.dwell(case([df.forces.DMT(hamaker=2e-20)]).replace("sample.youngs_modulus", "10 TPa"), zc="15 nm"),
@@ -629,15 +629,15 @@ def test_simulated_lanes_on_their_way_to_the_surface_snap_in_there():
 @pytest.mark.parametrize(
     ("asked", "speed", "message"),
     [
-        (SNAP, 0.0, "speed takes speeds of the approach above 0 m/s"),
-        (SNAP, [], "speed takes speeds of the approach above 0 m/s"),
+        (SNAP, 0.0, "speed needs speeds of the approach above 0 m/s"),
+        (SNAP, [], "speed needs speeds of the approach above 0 m/s"),
         (SNAP, "1 nm", "speed is '1 nm', which is a length"),
         (SNAP.replace("cantilever.k", "30 kN/m"), "1 um/s", "the lever does not snap in: it is stiffer than the attraction"),
         (SNAP.replace("forces", []), "1 um/s", "the lever does not snap in"),
         (SNAP.replace("solver", {}).replace("noise.thermal", False), "1 um/s", "noise.thermal = false"),
         (
             SNAP.replace("cantilever.drift", {"zc": [0.0, 1e-6], "Q": [1.0, 2.0]}), "1 um/s",
-            "where a lever snaps in takes a lever that stays as it is",
+            "the snap-in distance needs a lever that is constant",
         ),
     ],
 )  # fmt: skip

@@ -214,7 +214,7 @@ def test_settings_that_only_a_transient_has_choose_it_or_are_refused():
     assert df.SolverSettings().method == "periodic"
     assert df.SolverSettings(integrator="lsoda").method == "transient"
     assert df.SolverSettings(settle="fixed").method == "transient"
-    with pytest.raises(df.ParameterError, match="goes with method"):
+    with pytest.raises(df.ParameterError, match="needs method"):
         df.SolverSettings(method="periodic", integrator="adaptive")
     with pytest.raises(df.ParameterError, match="a periodic orbit has no settling"):
         df.SolverSettings(method="periodic", settle="fixed")

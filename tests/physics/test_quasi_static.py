@@ -80,7 +80,7 @@ def test_steps_are_longer_where_orbits_may_be_farther_from_their_predictions_and
     for predicted in (1e-4, 1e-2):
         block = Block.of_one(problem, df.SolverSettings(), 1)
         block.predicted = predicted
-        start = States(block.lot.at_heights(zc[:1]).free(), np.empty((1, 0)), np.empty((1, 0)))
+        start = States(block.batch.at_heights(zc[:1]).free(), np.empty((1, 0)), np.empty((1, 0)))
         found.append(block.follow(np.zeros(1, int), start, zc[:1], zc[None]))
     assert found[0].done[0] == found[1].done[0] == len(zc)
     assert found[1].x == pytest.approx(found[0].x, abs=SAME)

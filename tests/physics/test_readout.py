@@ -129,9 +129,9 @@ def test_a_sweep_reads_what_single_runs_do():
 @pytest.mark.parametrize(
     ("readout", "message"),
     [
-        ({"mode_sensitivity": [1.0, 2.0]}, 'readout.mode_sensitivity goes with kind = "optical_lever"'),
-        ({"calibrated": "each_mode"}, 'readout.calibrated goes with kind = "optical_lever"'),
-        ({"kind": "optical_lever", "mode_sensitivity": [1.0]}, "has 1 values for 2 modes; give one for each"),
+        ({"mode_sensitivity": [1.0, 2.0]}, 'readout.mode_sensitivity needs kind = "optical_lever"'),
+        ({"calibrated": "each_mode"}, 'readout.calibrated needs kind = "optical_lever"'),
+        ({"kind": "optical_lever", "mode_sensitivity": [1.0]}, "has 1 values for 2 modes; write one for each"),
         ({"kind": "optical_lever", "mode_sensitivity": [1.0, 0.0]}, "readout.mode_sensitivity has a 0"),
     ],
 )

@@ -79,14 +79,14 @@ def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
     ("lever", "medium", "message"),
     [
         ("PPP-NCHRR", "air", "cantilever = 'PPP-NCHRR' is not known; did you mean 'PPP-NCHR'?"),
-        ("PPP-NCHR", "water", "give cantilever.f0 and Q as measured there"),
-        ("PPP-NCHR", "vacuum", "makers give none for PPP-NCHR"),
+        ("PPP-NCHR", "water", "write f0 and Q measured in the liquid"),
+        ("PPP-NCHR", "vacuum", "PPP-NCHR has no nominal Q"),
         ("PNP-DB-A", "air", "cantilever.Q (quality factor) is missing"),
         ({"name": "FMR", "beam": {"length": 1e-4}}, "air", "cantilever.beam"),
         ({"name": "FMR", "modes": [{"f0": 1, "k": 1, "Q": 1}]}, "air", "cantilever has both name and modes"),
         ({"f0": 1, "k": 1, "Q": 1, "library": "my.csv"}, "air", "cantilever.library needs a name"),
         ({"name": "mine", "library": "none.csv"}, "air", "cantilever.library = 'none.csv': there is no such file"),
-        ({"name": "mine", "library": "none.txt"}, "air", "its name has to end in .csv"),
+        ({"name": "mine", "library": "none.txt"}, "air", "its name must end in .csv"),
     ],
 )
 def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):
@@ -105,11 +105,11 @@ def test_what_is_not_known_is_said_in_a_sentence(lever, medium, message):
         ("name,f0,k\nother,1 kHz,1\n", "cantilever = 'mine' is not known"),
         (
             "name,f0,k\nmine,1 kHz,1\nmine,2 kHz,1\n",
-            "cantilever.library = 'my.csv', cantilever 2: 'mine' is there twice",
+            "cantilever.library = 'my.csv', cantilever 2: 'mine' appears twice",
         ),
-        ("name,f0,k\nmine,1 kHz,1,8 nm\n", "'my.csv', cantilever 1: it has 4 cells, and 3 columns are named"),
-        ("name,f0,k\nmine,1 kHz\n", "'my.csv', cantilever 1: it has 2 cells, and 3 columns are named"),
-        (f"name,f0,k\nmine,1 kHz,{'1' * 200_000}\n", "'my.csv' is no table: field larger than field limit"),
+        ("name,f0,k\nmine,1 kHz,1,8 nm\n", "'my.csv', cantilever 1: it has 4 cells for 3 columns"),
+        ("name,f0,k\nmine,1 kHz\n", "'my.csv', cantilever 1: it has 2 cells for 3 columns"),
+        (f"name,f0,k\nmine,1 kHz,{'1' * 200_000}\n", "'my.csv' is not a table: field larger than field limit"),
         ("name,f0,f0,k\nmine,1 kHz,2 kHz,1\n", "'my.csv' has two columns 'f0'"),
         ("name,f0,k,tip_radius\nmine,1 kHz,1,3 m\n", "'my.csv', mine: tip_radius = 3 m is above 1 mm"),
     ],
@@ -183,7 +183,7 @@ def test_a_case_with_higher_modes_is_kept_by_its_text():
         ({"higher_modes": True}, "cantilever.higher_modes = true is not allowed here"),
         ({"higher_modes": [{"q": 3}]}, "cantilever.higher_modes.1 has no parameter 'q'"),
         ({"name": "ScanAsyst-Air", "higher_modes": 1}, "higher_modes.1.Q (quality factor of mode 2) is missing: the width"),
-        ({"modes": [{"f0": 1e5, "k": 1, "Q": 9}]}, "goes into cantilever.higher_modes"),
+        ({"modes": [{"f0": 1e5, "k": 1, "Q": 9}]}, "under cantilever.higher_modes"),
     ],
 )  # fmt: skip
 def test_a_second_mode_that_is_not_known_is_asked_for(lever, sentence):

@@ -141,7 +141,7 @@ def test_the_command_uses_a_running_cluster_and_goes_on_without_it(processes, cl
     while lost.poll() is None and not (tmp_path / "lost.zarr" / "status" / "c" / "1").exists():
         time.sleep(0.01)
     processes.scheduler.kill()
-    sentence = "dforce: the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+    sentence = "dforce: the cluster is lost; finished blocks are kept, and another cluster can continue"
     assert (" ".join(lost.communicate()[1].split()), lost.returncode) == (sentence, 2)
     assert df.read(tmp_path / "lost.zarr").attrs["interrupted"] == 1
     rest = begun("lost.zarr", "--resume", "--workers", "2")
@@ -165,7 +165,7 @@ def test_without_its_scheduler_a_sweep_ends_with_a_sentence_and_goes_on_elsewher
         if done > total // 3:
             processes.scheduler.kill()
 
-    with pytest.raises(df.ResultError, match="the cluster is lost; the blocks that are done are kept"):
+    with pytest.raises(df.ResultError, match="the cluster is lost; finished blocks are kept"):
         df.sweep(case(), OVER, store=tmp_path / "lost.zarr", client=client, progress=kill)
     assert df.read(tmp_path / "lost.zarr").attrs["interrupted"] == 1
     rest = df.sweep(case(), OVER, store=tmp_path / "lost.zarr", resume=True)

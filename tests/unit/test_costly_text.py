@@ -150,5 +150,5 @@ def test_a_key_of_a_dozen_parts_is_a_key_and_words_with_dots_are_text():
 def test_a_curve_of_a_hundred_thousand_columns_is_refused_before_their_units_are_read():
     many = 2000
     content = ",".join(f"q [z{i}]" for i in range(many)) + "\n" + ",".join(["1"] * many) + "\n"
-    with pytest.raises(df.ResultError, match="has 2000 columns; more than 1000 are no curve"):
+    with pytest.raises(df.ResultError, match="has 2000 columns; a curve has at most 1000"):
         text_files.read_text(content.encode(), "curve.csv")

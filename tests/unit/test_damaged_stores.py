@@ -86,7 +86,7 @@ def test_the_command_repairs_a_store_and_says_which_part(store):
     wanted = df.read(store).load()
     (store / "status" / "c" / "0" / "0" / "0").write_bytes(b"?")
     said = command("-o", "map.zarr", "--resume")
-    assert "'map.zarr' was damaged and is repaired: the chunk 'status/c/0/0/0'" in said
+    assert "'map.zarr' was damaged and is now repaired: the chunk 'status/c/0/0/0'" in said
     xr.testing.assert_identical(df.read(store).load(), wanted)
 
 
@@ -136,9 +136,7 @@ def test_a_store_without_checksums_says_how_to_read_it(store):
     shutil.rmtree(store / "checksums")
     del group.attrs["dforce_checksums"]
     for use in (lambda: df.read(store), sweep):
-        with pytest.raises(
-            df.ResultError, match="has no checksums, because an earlier dForce wrote it; compute it again"
-        ):
+        with pytest.raises(df.ResultError, match="has no checksums: it is from an earlier dForce; compute it again"):
             use()
 
 
@@ -154,7 +152,9 @@ def test_xarray_opens_a_store_directly(store):
 def test_a_store_is_made_in_no_folder_that_has_other_files(store):
     Path("new.zarr").mkdir()
     Path("new.zarr", "notes.txt").write_text("mine")
-    with pytest.raises(df.ResultError, match=r"'new.zarr' holds 'notes.txt', not of this sweep; choose another name"):
+    with pytest.raises(
+        df.ResultError, match=r"'new.zarr' contains 'notes.txt' from another sweep; choose another name"
+    ):
         df.sweep(SWEPT, store="new.zarr", resume=True)
     assert Path("new.zarr", "notes.txt").read_text() == "mine"
 
@@ -162,7 +162,7 @@ def test_a_store_is_made_in_no_folder_that_has_other_files(store):
 def test_a_store_that_lost_both_copies_of_its_attributes_says_what_to_do(store):
     for key in ("zarr.json", "checksums/zarr.json"):
         (store / key).write_bytes(b"{")
-    with pytest.raises(df.ResultError, match=r"has lost its attributes .* remove it, then compute it again"):
+    with pytest.raises(df.ResultError, match=r"lacks its attributes .* remove it, then compute it again"):
         sweep()
 
 

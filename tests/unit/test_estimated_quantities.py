@@ -8,10 +8,10 @@ from dforce.core.quantities import OBSERVABLES, Observable, Scale
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.observables.finish import finish_each
 from dforce.observables.measure import FIRST
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 
 PROBLEM = df.example("figure-3-air").set("drive.excitation=base").problem  # a shaken base has all observables
-LOT = Lot.of([PROBLEM])
+LOT = ProblemBatch.of([PROBLEM])
 
 
 def measured() -> dict[str, np.ndarray]:

@@ -108,7 +108,7 @@ def test_a_motion_that_has_not_settled_says_so():
     assert (curve.status == STATUS.NOT_SETTLED).all()
     assert np.isfinite(curve.amplitude).all()
     sentences = str(curve.status.attrs["flag_sentences"]).splitlines()
-    assert "not settled" in sentences[STATUS.NOT_SETTLED]
+    assert "did not settle" in sentences[STATUS.NOT_SETTLED]
 
 
 def test_results_do_not_depend_on_how_often_the_watch_is_looked_at(monkeypatch):
@@ -232,7 +232,7 @@ def test_memory_does_not_grow_with_points_times_periods():
 
     peak(2, 10)  # what is loaded once
     few, long, many = peak(4, 100), peak(4, 10_000), peak(80, 100)
-    # what is computed between two looks at the watch, not a trace, which would take 80 megabytes
+    # what is computed between two checks for a stop, not a trace, which would take 80 megabytes
     assert long - few < 1_000_000
     assert many - few < 76 * 20_000  # some 40 quantities a point, held one by one until the end
 

@@ -19,7 +19,7 @@ from dforce.forces import REGISTRY
 LEVER = {"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 255}
 AIR: dict[str, Any] = {"cantilever": LEVER, "drive": {"A0": "10 nm"}}
 SECRET = "its 3rd cell is a secret"
-REFUSED = "is the name of a file on the server, which guests may not read"
+REFUSED = "is a file on the server, and guests may not read it"
 
 
 def models(annotation: Any) -> Iterator[type[Parameters]]:

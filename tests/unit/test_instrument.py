@@ -61,7 +61,7 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         (lambda: Mode(f0=1e5, k=1, Q=0.5), "mode.Q = 0.5 is not above 0.5"),
         (lambda: Cantilever(f0="48.9 nm", k=1, Q=1), "cantilever.f0 is '48.9 nm', which is a length"),
         (lambda: Cantilever(f0="3 rad/s", k=1, Q=1), "divide an angular frequency by 2 pi"),
-        (lambda: Cantilever(), "cantilever is empty; give f0, k and Q, or a list of modes, or a beam"),
+        (lambda: Cantilever(), "cantilever is empty; write f0, k and Q, or a list of modes, or a beam"),
         (lambda: Cantilever(f0=1, k=1), "cantilever.Q (quality factor) is missing"),
         (lambda: Cantilever(f0=1, k=1, Q=1, beam=SILICON), "cantilever has both f0, k, Q and beam"),
         (lambda: Cantilever(modes=[{"f0": 1, "k": 1, "Q": 1, "m": 1}]), "cantilever.modes.1 has no parameter 'm'"),
@@ -128,11 +128,11 @@ def test_a_given_q_of_a_beam_wins_and_a_list_has_one_for_each_mode():
 
 
 @pytest.mark.parametrize(
-    ("medium", "why"), [(Medium(name="vacuum"), "vacuum does not damp the beam"), (Medium(), "no fluid is given")]
+    ("medium", "why"), [(Medium(name="vacuum"), "vacuum does not damp the beam"), (Medium(), "no fluid is set")]
 )
 def test_a_q_that_nobody_knows_is_asked_for_in_a_sentence(medium, why):
     message = refusal(Cantilever(beam=SILICON).resolve, medium)
-    assert message == f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"'
+    assert message == f'cantilever.beam.Q is missing, and {why}; write Q, or medium = "air"'
 
 
 def test_a_beam_that_the_fluid_stops_from_oscillating_is_refused():
@@ -224,8 +224,8 @@ def test_a_rigid_tip_has_an_infinite_modulus_for_forces_that_ask():
 @pytest.mark.parametrize(
     ("tip", "sample", "message"),
     [
-        (Tip(), SAMPLE, "hertz needs tip.radius, which is not given; write radius under [tip]"),
-        (TIP, Sample(), "hertz needs sample.youngs_modulus, which is not given; write youngs_modulus under [sample]"),
+        (Tip(), SAMPLE, "hertz needs tip.radius, which is missing; write radius under [tip]"),
+        (TIP, Sample(), "hertz needs sample.youngs_modulus, which is missing; write youngs_modulus under [sample]"),
     ],
     ids=["radius", "modulus"],
 )
@@ -239,7 +239,7 @@ def test_what_a_force_lacks_is_said_with_the_section_to_write_it_in(tip, sample,
         ([forces.DMT(hamaker=1e-20), forces.VanDerWaals(hamaker=1e-20)], "drop van_der_waals"),
         ([forces.VanDerWaals(hamaker=1e-20), forces.DMT(hamaker=1e-20)], "drop van_der_waals"),
         ([forces.DMT(hamaker=1e-20), forces.Hertz()], "drop hertz"),
-        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz is given twice; drop one of them"),
+        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz appears twice; drop one of them"),
     ],
     ids=["whole first", "part first", "contact", "twice"],
 )
@@ -255,7 +255,7 @@ class Nameless(forces.Force):
 
 
 def test_a_force_that_shares_what_no_instrument_has_is_a_mistake_of_its_author():
-    with pytest.raises(ForceError, match=r"takes 'tip.colour' from the instrument, which has no such value"):
+    with pytest.raises(ForceError, match=r"takes 'tip.colour' from the instrument, but it has no such value"):
         Problem.build(Instrument(LEVER, ONE_TONE), forces=[Nameless()])
 
 

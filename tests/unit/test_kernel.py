@@ -28,7 +28,7 @@ from dforce.problem import Instrument, Problem
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 from dforce.solvers.period_map import MOTION, NOTHING
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
@@ -122,12 +122,12 @@ def test_compiled_equals_plain_python(integrator, points):
 def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     problems = [problem(viscosity=30.0), problem(viscosity=300.0, zc_modulus=2e8)]
     functions = plain(problems[0], {"advance_lanes": advance_lanes, "march_rk4": rk4.march})
-    lot, points, zc = Lot.of(problems * (LANES // 2)), 64, 6e-9
+    batch, points, zc = ProblemBatch.of(problems * (LANES // 2)), 64, 6e-9
     angles = math.pi / points * np.arange(2 * points + 1)
-    block, numbers = np.empty((points + 1, 3, LANES)), lot.numbers.T.copy()
-    block[0, :2], numbers[0] = lot.free().T, zc
+    block, numbers = np.empty((points + 1, 3, LANES)), batch.numbers.T.copy()
+    block[0, :2], numbers[0] = batch.free().T, zc
     end = functions.advance_lanes(
-        block, numbers, lot.tones[:, 0, 2:-3].T.copy(), lot.kinks.T.copy(), lot.tones, np.zeros(1), 0, points,
+        block, numbers, batch.tones[:, 0, 2:-3].T.copy(), batch.kinks.T.copy(), batch.tones, np.zeros(1), 0, points,
         np.array([np.cos(angles), -np.sin(angles)]), np.zeros(LANES, dtype=np.int64), np.zeros(0), np.zeros((9, 1)),
         (*numbers[:OTHERS, 0], numbers[OTHERS:, 0]),
     )  # fmt: skip
@@ -176,7 +176,7 @@ def test_functions_that_count_no_references_return_no_array(monkeypatch):
 
 def test_only_what_somebody_reads_is_measured():
     block = Block.of_one(problem([df.forces.DMT(hamaker=2e-20)]), df.SolverSettings(), 3)
-    start = States(block.lot.free().repeat(2, axis=0), np.empty((2, 0)), np.empty((2, 0)))
+    start = States(block.batch.free().repeat(2, axis=0), np.empty((2, 0)), np.empty((2, 0)))
     slots = block.slots(start, np.full(2, 9e-9))
     slots.case[:], slots.rows[:] = 0, np.nan
     slots.wanted[0] = NOTHING
@@ -432,7 +432,7 @@ def test_a_cache_that_cannot_be_written_is_used_as_far_as_it_goes(tmp_path):
     hits, misses, _, err = finish(start(tmp_path, cache, LIMIT="0"))
     assert (hits, misses, err) == (1, 0, "")
     hits, misses, _, err = finish(start(tmp_path, cache, "twice", LIMIT="0"), times=2.0)
-    assert (hits, misses) == (0, 1) and "(file too large), so each start compiles it anew." in err
+    assert (hits, misses) == (0, 1) and "(file too large), so each start compiles it again." in err
     assert before == {
         path: path.read_bytes() for path in cache.rglob("*.*") if path.is_file() and path.suffix != ".lock"
     }

@@ -350,9 +350,9 @@ def test_a_setting_of_numba_that_changes_the_code_is_another_kernel(monkeypatch)
     ("variable", "value", "words"),
     [
         ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT turns off numba"),
-        ("NUMBA_NUM_THREADS", "0", "look at the environment variable NUMBA_NUM_THREADS"),
-        ("NUMBA_NUM_THREADS", "-3", "look at the environment variable NUMBA_NUM_THREADS"),
-        ("NUMBA_NUM_THREADS", "x", "its associated value 'x' could not be parsed; look at the environment variable"),
+        ("NUMBA_NUM_THREADS", "0", "check the environment variable NUMBA_NUM_THREADS"),
+        ("NUMBA_NUM_THREADS", "-3", "check the environment variable NUMBA_NUM_THREADS"),
+        ("NUMBA_NUM_THREADS", "x", "its associated value 'x' could not be parsed; check the environment variable"),
     ],
 )
 def test_an_environment_in_which_numba_cannot_compile_is_one_sentence(tmp_path, variable, value, words):
@@ -365,9 +365,7 @@ def test_an_environment_in_which_numba_cannot_compile_is_one_sentence(tmp_path, 
 
 def test_numba_that_cannot_be_loaded_says_why(monkeypatch):
     monkeypatch.setitem(sys.modules, "numba.np.ufunc.parallel", None)
-    with pytest.raises(
-        ParameterError, match=r"numba, the compiler that dForce computes with, cannot be loaded: .*parallel"
-    ):
+    with pytest.raises(ParameterError, match=r"numba, the compiler of dForce, cannot be loaded: .*parallel"):
         cache.check_compiler()
 
 

@@ -71,7 +71,7 @@ MEANT = {
         "medium", {"name": "water", "temperature": 25},
         "medium.temperature = 25 K is too cold for water; did you mean '25 degC'?",
     ),
-    "Q in percent": ("cantilever.Q", "255 %", "cantilever.Q is '255 %', but it is no share; write a number without %"),
+    "Q in percent": ("cantilever.Q", "255 %", "cantilever.Q is '255 %', but is not a share; write a number without %"),
     "sensitivity": ("readout", {"kind": "optical_lever", "invols": 60}, "readout.invols = 60 m/V is above 1 mm/V"),
     "detector": ("noise", {"detector": 100}, "noise.detector = 100 m/Hz^0.5 is above 1e-9 m/Hz^0.5"),
 }  # fmt: skip

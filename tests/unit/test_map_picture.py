@@ -75,5 +75,5 @@ def test_states_at_a_set_point_over_two_parameters_are_a_map():
     over = {"sample.youngs_modulus": np.geomspace(0.5e9, 2e9, 3), "drive.A0": [8e-9, 9e-9, 10e-9]}
     (axes,) = df.plot.overview(df.sweep(case, over, quantities=["peak_force"], at_set_point=0.8))
     assert axes.get_yscale() == "log"
-    with pytest.raises(df.ParameterError, match="over fewer than two parameters"):
+    with pytest.raises(df.ParameterError, match="needs two parameters"):
         df.plot.overview(df.sweep(case, {"drive.A0": [8e-9, 9e-9]}, quantities=["peak_force"], at_set_point=0.8))

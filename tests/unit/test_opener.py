@@ -104,7 +104,7 @@ def test_a_sparse_file_is_refused_by_its_size(tmp_path, kind):
     path = tmp_path / f"input{ENDINGS.get(kind, '.csv')}"
     with path.open("wb") as file:
         file.truncate(5_000_000_000)
-    with pytest.raises(df.DForceError, match=r"is larger than [0-9.]+ (MB|GB), so it is not read as a "):
+    with pytest.raises(df.DForceError, match=r"is larger than [0-9.]+ (MB|GB), the limit for a "):
         KINDS[kind](path)
 
 
@@ -128,7 +128,7 @@ def test_no_more_than_the_limit_is_read(tmp_path, size):
     if size <= 10:
         assert len(read_input(tmp_path / "a", "test", 10, CaseError)) == size
     else:
-        with pytest.raises(CaseError, match=r"'.*a' is larger than 10 bytes, so it is not read as a test"):
+        with pytest.raises(CaseError, match=r"'.*a' is larger than 10 bytes, the limit for a test"):
             read_input(tmp_path / "a", "test", 10, CaseError)
 
 

@@ -7,9 +7,9 @@ import pytest
 
 import dforce as df
 from dforce.kernel.codegen import compose
-from dforce.maps._grid import Grid
+from dforce.maps._grid import ProblemGrid
 from dforce.maps.axes import make_axes
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.validity._evidence import Evidence
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
@@ -79,7 +79,7 @@ def test_a_sweep_changes_the_force_that_its_path_names(laws):
     """One of the laws swept over comes before the other force's, one behind it."""
     base = case([F.Custom(law=laws[0], P1=1.0, P2=0.5), F.Custom(law="P1*d + P2*1e-12", P1=2.0, P2=0.25)])
     over = {"forces.1.law": [laws[0], "P1*d + P2*2e-12"], "forces.2.P1": [3.0, 4.0], "forces.1.P2": [0.1, 0.2]}
-    grid = Grid(base, make_axes(base, over))
+    grid = ProblemGrid(base, make_axes(base, over))
     for number, values in enumerate(itertools.product(*over.values())):
         one = base
         for path, value in zip(over, values, strict=True):
@@ -87,4 +87,4 @@ def test_a_sweep_changes_the_force_that_its_path_names(laws):
         wanted = one.problem
         assert grid.problem(number).forces == wanted.forces
         if grid.alike:
-            np.testing.assert_array_equal(grid.lot(np.array([number])).numbers, Lot.of([wanted]).numbers)
+            np.testing.assert_array_equal(grid.batch(np.array([number])).numbers, ProblemBatch.of([wanted]).numbers)

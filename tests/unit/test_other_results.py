@@ -47,7 +47,7 @@ def test_results_of_experiments_are_no_other_kind() -> None:
 
 
 def test_where_there_is_no_picture_a_sentence_says_so() -> None:
-    with pytest.raises(df.ParameterError, match="gives its numbers"):
+    with pytest.raises(df.ParameterError, match="lists its numbers"):
         df.plot.overview(identification())
 
 

@@ -71,7 +71,7 @@ def test_replacing_makes_a_new_validated_object():
         ({"size": True}, "knob.size is true, which is neither a number nor text"),
         ({"size": ["2 nm"]}, "knob.size = (2e-09,) is not a number"),
         ({"size": {}}, "knob.size = {} is not a number"),
-        ({"size": "48.9 kHz"}, "which is a frequency, not a length (give it in nm, say)"),
+        ({"size": "48.9 kHz"}, "which is a frequency, not a length (for example in nm)"),
         ({"many": ["1 nm", "2 V"]}, "knob.many is '2 V', which is a voltage, not a length"),
         ({"count": 0}, "knob.count = 0 is below 1"),
         ({"count": 11}, "knob.count = 11 is above 10"),
@@ -82,7 +82,7 @@ def test_replacing_makes_a_new_validated_object():
         ({"siez": 1}, "knob has no parameter 'siez'; did you mean 'size'?"),
         ({"xyz": 1}, "knob has no parameter 'xyz'; known: count, free, many, rate, ratio, size"),
         ({"x" * 100_000: 1}, "knob has no parameter 'xxx"),
-        ({"given": 1}, "knob takes 'given' from the instrument: give tip.radius instead"),
+        ({"given": 1}, "knob takes 'given' from the instrument: set tip.radius instead"),
     ]
 )
 def test_what_is_not_allowed_is_one_sentence_with_what_and_why(given, message):

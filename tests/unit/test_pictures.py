@@ -59,7 +59,7 @@ def test_a_width_that_is_none_is_refused_in_a_sentence(tmp_path, width, words):
 
 def test_results_without_the_quantities_are_refused_in_a_sentence():
     dwell = df.run(df.example("table-1-am"))
-    with pytest.raises(df.ParameterError, match="nothing to draw"):
+    with pytest.raises(df.ParameterError, match="nothing can be drawn"):
         df.plot.draw({"a": dwell, "b": dwell}, Picture("zc", ("phase",)))
 
 

@@ -140,8 +140,8 @@ def test_states_are_drawn_on_the_axis_of_each_quantity_and_in_its_unit():
     ("other", "sentence"),
     [
         (lambda: loop()[0], "has no curves of states"),
-        (lambda: loop()[1].assign_attrs(along="youngs_modulus"), "go along youngs_modulus"),
-        (lambda: loop()[1].assign_attrs(case=df.example("figure-3-air").to_toml()), "another instrument, sample or force"),
+        (lambda: loop()[1].assign_attrs(along="youngs_modulus"), "lie along youngs_modulus"),
+        (lambda: loop()[1].assign_attrs(case=df.example("figure-3-air").to_toml()), "different instruments, samples or forces"),
     ],
 )  # fmt: skip
 def test_states_that_are_not_those_of_the_curve_are_refused(other, sentence):
@@ -260,7 +260,7 @@ def test_pictures_are_written_whole_in_each_format(tmp_path, name):
 
 
 def test_a_picture_in_another_format_is_one_sentence(tmp_path):
-    with pytest.raises(ResultError, match=r"a file ending in .png, .pdf, .svg can be written"):
+    with pytest.raises(ResultError, match=r"use a name ending in .png, .pdf, .svg"):
         plot.save(plot.phase_portrait(synthetic.dwell()), tmp_path / "figure.bmp")
 
 

@@ -124,7 +124,7 @@ def test_equal_models_have_names_of_their_own():
 
 def test_a_law_of_the_deflection_takes_an_average_distance():
     spring = case(F.Custom(law="-0.1*z"))
-    with pytest.raises(ParameterError, match=r"custom depends on the deflection z, .* give zc"):
+    with pytest.raises(ParameterError, match=r"custom depends on the deflection z, .* pass zc"):
         df.force_curve(spring)
     curve = df.force_curve(spring, distance=[5e-9, 1e-9], zc="4 nm")
     np.testing.assert_allclose(curve.force[0], [-1e-10, 3e-10])

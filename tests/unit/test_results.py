@@ -181,7 +181,7 @@ def test_a_file_is_not_replaced_when_overwriting_is_off(tmp_path):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("out.xlsx", r"ends in '.xlsx'; a file ending in .nc, .csv can be written"),
+        ("out.xlsx", r"ends in '.xlsx'; use a name ending in .nc, .csv"),
         ("out", r"has no ending"),
         ("no/such/out.nc", r"there is no folder"),
         ("folder.nc", r"it is not a file"),
@@ -214,12 +214,12 @@ def _cut(share):
         (lambda path: path.mkdir(), "is a folder, not a file"),
         (lambda path: path.write_bytes(b""), "is empty"),
         (lambda path: path.write_text("a,b\n1,2\n"), "is not a netCDF file"),
-        (lambda path: path.write_bytes(b"CDF\x01" + bytes(40)), "older netCDF-3 kind"),
+        (lambda path: path.write_bytes(b"CDF\x01" + bytes(40)), "netCDF-3"),
         (lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(40)), "is damaged or was cut short"),
         (_cut(0.01), "is damaged or was cut short"),
         (_cut(0.5), "is damaged or was cut short"),
         (_cut(0.99), "is damaged or was cut short"),
-        (_not_written_by_dforce, "was not written by dForce"),
+        (_not_written_by_dforce, "is not a file of dForce"),
     ],
 )
 def test_a_file_that_is_no_result_is_one_sentence(tmp_path, make, sentence):

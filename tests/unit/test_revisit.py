@@ -82,8 +82,8 @@ def test_the_motion_of_another_state_is_never_shown():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda r: r.isel(direction=0), "choose one along zc"),
-        (lambda r: r.isel(zc=3, direction=0).assign_attrs(case="no"), "does not say what it was computed from"),
+        (lambda r: r.isel(direction=0), "choose a point along zc"),
+        (lambda r: r.isel(zc=3, direction=0).assign_attrs(case="no"), "does not contain its case"),
         (lambda r: r.isel(zc=3, direction=0).drop_vars("status"), "no motion"),
     ],
 )

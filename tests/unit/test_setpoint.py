@@ -226,7 +226,7 @@ def test_a_sweep_of_dwells_over_the_distance_alone_is_a_curve():
 @pytest.mark.parametrize(
     ("name", "set_point", "names", "words"),
     [
-        ("table-1-am", 0.8, None, "no curve of amplitudes"),
+        ("table-1-am", 0.8, None, "not a curve of amplitudes"),
         ("figure-3-air-jump", 0.0, None, "not above 0"),
         ("figure-3-air-jump", 0.8, ["peak_forse"], "did you mean 'peak_force'"),
     ],

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dforce.maps import state_lines
-from dforce.maps.loci import Place
+from dforce.maps.loci import LinePoint
 from dforce.solvers import continuation, escape
 from dforce.solvers.orbit import FOLD, Orbit
 from dforce.solvers.stability import CRITICAL, ERROR, STABLE, UNSTABLE, is_stable, stability
@@ -138,7 +138,7 @@ def test_no_unstable_part_begins_before_the_fold():
 def test_a_place_within_the_margin_of_a_fold_is_no_boundary_of_another_kind(aside):
     def place(x):
         equations = np.array([[-2.0 * x, 0.3, 1.0, 0.0], [0.0, -0.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-        return Place(np.array([x, 0.0, 0.5, 0.5]), equations, 2, {"virial": 1.0, "min_distance": 1.0})
+        return LinePoint(np.array([x, 0.0, 0.5, 0.5]), equations, 2, {"virial": 1.0, "min_distance": 1.0})
 
     class Between:
         size = 2

@@ -47,12 +47,12 @@ swallowing = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptio
 def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(monkeypatch):
     monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", math.inf)  # else a quick run is over before its second look
 
-    def watch(done, total, note):
+    def stop_soon(done, total, note):
         if done:
             terminate()
             terminate()
 
-    result = df.run(df.example("figure-3-air"), progress=watch)
+    result = df.run(df.example("figure-3-air"), progress=stop_soon)
     found = count_status(result)
     assert result.attrs["interrupted"] and found[df.Status.NOT_COMPUTED]
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
@@ -150,13 +150,13 @@ def test_a_result_without_a_point_says_so_wherever_it_is_read():
 def test_a_stop_that_somebody_swallows_is_raised_at_the_next_look(monkeypatch):
     monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", math.inf)
 
-    def watch(done, total, note):
+    def stop_soon(done, total, note):
         if done and not swallowed:
             swallowed.append(done)
             terminate_unheard()
 
     swallowed = []
-    result = df.run(df.example("figure-3-air"), progress=watch)
+    result = df.run(df.example("figure-3-air"), progress=stop_soon)
     assert swallowed
     assert result.attrs["interrupted"] and count_status(result)[df.Status.NOT_COMPUTED]
 
@@ -290,7 +290,7 @@ def slow_estimates(monkeypatch):
         seen.append(points.cycles.shape[1])
         while True:
             terminate()
-            block.watch()
+            block.check_cancelled()
             time.sleep(0.01)
 
     monkeypatch.setattr("dforce.solvers.accuracy.assure", without_end)

@@ -111,7 +111,7 @@ def test_a_store_that_was_stopped_goes_on(store):
     part = df.sweep(case(), OVER, store=store, workers=1, progress=stop)
     assert part.attrs["interrupted"] == 1
     assert (part.status == df.Status.NOT_COMPUTED).any()
-    with pytest.raises(df.ResultError, match="is there already; go on with it"):
+    with pytest.raises(df.ResultError, match="exists already; continue it"):
         df.sweep(case(), OVER, store=store)
     for other in (case(), OVER | {"drive.A0": [6e-9, 8e-9, 14e-9]}), (case().replace("cantilever.k", 2.0), OVER):
         with pytest.raises(df.ParameterError, match="so it cannot be continued"):
@@ -201,7 +201,7 @@ def test_a_store_of_objects_goes_on_after_its_writer_was_killed_inside_a_block(b
     assert killed.returncode == -signal.SIGKILL
     done = df.read(url)
     assert int((done.status != df.Status.NOT_COMPUTED).sum()) == 90
-    with pytest.raises(df.ResultError, match="is there already; go on with it"):
+    with pytest.raises(df.ResultError, match="exists already; continue it"):
         df.sweep(swept, store=url)
     same(df.sweep(swept, store=url, resume=True), df.sweep(swept, quantities=["amplitude"]))
     same(df.sweep(swept, store=url, resume=True), df.sweep(swept, quantities=["amplitude"]))
@@ -219,7 +219,7 @@ def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(Writer, "_fitted", full)
-        with pytest.raises(df.ResultError, match="no space left on device; the blocks that are done are kept"):
+        with pytest.raises(df.ResultError, match="no space left on device; finished blocks are kept"):
             df.sweep(case(), OVER, store=store)
     assert (df.read(store).status == df.Status.OK).any()
     same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
@@ -227,7 +227,7 @@ def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
 
 @pytest.mark.usefixtures("small")
 def test_a_block_that_fails_twice_is_left_out_with_its_sentence(store, monkeypatch):
-    solve, tries = _executors.Kept.arrays, []
+    solve, tries = _executors.KeptQuantities.arrays, []
 
     def failing(kept: Any, one: Any, axes: Any, crew: Any) -> Any:
         if axes[0].values[0] == pytest.approx(3e9):
@@ -235,7 +235,7 @@ def test_a_block_that_fails_twice_is_left_out_with_its_sentence(store, monkeypat
             raise ZeroDivisionError("nothing to divide by")
         return solve(kept, one, axes, crew)
 
-    monkeypatch.setattr(_executors.Kept, "arrays", failing)
+    monkeypatch.setattr(_executors.KeptQuantities, "arrays", failing)
     result = df.sweep(case(), OVER, store=store)
     broken = (result.status == df.Status.BROKEN).all(("zc", "direction"))
     assert broken.values.tolist() == [[False] * 3] * 4 + [[True] * 3]
@@ -257,7 +257,7 @@ def test_a_store_may_lie_at_a_url(store, kind):
             raise KeyboardInterrupt
 
     assert df.sweep(case(), OVER, store=url, workers=1, progress=stop).attrs["interrupted"] == 1
-    with pytest.raises(df.ResultError, match="is there already; go on with it"):
+    with pytest.raises(df.ResultError, match="exists already; continue it"):
         df.sweep(case(), OVER, store=url)
     same(df.sweep(case(), OVER, store=url, resume=True), wanted)
     same(df.read(url), wanted)
@@ -285,18 +285,18 @@ def test_a_store_that_is_none_is_one_sentence(tmp_path):
     (tmp_path / "empty.zarr").mkdir()
     for path, sentence in (
         ("no.zarr", "there is no store"),
-        ("empty.zarr", "cannot be read as a store|was not written by dForce"),
+        ("empty.zarr", "cannot be read as a store|is not a store of dForce"),
     ):
         with pytest.raises(df.ResultError, match=sentence):
             df.read(tmp_path / path)
     for settings, sentence in (
-        ({"store": tmp_path / "map.nc"}, "does not end in '.zarr'"),
+        ({"store": tmp_path / "map.nc"}, "must end in '.zarr'"),
         ({"store": tmp_path / "no" / "map.zarr"}, "there is no folder"),
-        ({"store": tmp_path / "no.zarr", "resume": True}, "to go on with"),
+        ({"store": tmp_path / "no.zarr", "resume": True}, "to continue"),
     ):
         with pytest.raises(df.ResultError, match=sentence):
             df.sweep(case(), OVER, **settings)
-    with pytest.raises(df.ParameterError, match="give the store as well"):
+    with pytest.raises(df.ParameterError, match="also pass store"):
         df.sweep(case(), OVER, client="tcp://127.0.0.1:1")
 
 

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.maps._grid import NOWHERE, Grid
+from dforce.maps._grid import NOWHERE, ProblemGrid
 from dforce.maps.axes import make_axes
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.validity import advice_in
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
@@ -108,16 +108,16 @@ def test_problems_of_a_grid_are_those_of_the_cases():
         df.Tip(radius="5 nm", half_angle="20 deg"),
     )
     base = case(drive=df.Drive(A0="8 nm", frequency="49 kHz", phase="30 deg"), forces=forces, tip=tip)
-    grid = Grid(base, make_axes(base, over))
+    grid = ProblemGrid(base, make_axes(base, over))
     problems = []
     for values in itertools.product(*over.values()):
         one = base
         for path, value in zip(over, values, strict=True):
             one = one.replace(path, value)
         problems.append(one.problem)
-    wanted, lot = Lot.of(problems), grid.lot(np.arange(grid.size))
+    wanted, batch = ProblemBatch.of(problems), grid.batch(np.arange(grid.size))
     for name in ("numbers", "tones", "kinks", "jumps"):
-        np.testing.assert_allclose(getattr(lot, name), getattr(wanted, name), rtol=1e-14)
+        np.testing.assert_allclose(getattr(batch, name), getattr(wanted, name), rtol=1e-14)
     for number in (0, 17, grid.size - 1):
         assert grid.problem(number).modes == problems[number].modes
         assert grid.problem(number).tones == problems[number].tones
@@ -126,10 +126,10 @@ def test_problems_of_a_grid_are_those_of_the_cases():
 def test_cases_whose_force_jumps_are_known_among_those_whose_force_does_not():
     """They are the ones that are run one by one."""
     base = case(forces=[df.forces.Hertz(), df.forces.KelvinVoigt()])
-    grid = Grid(
+    grid = ProblemGrid(
         base, make_axes(base, {"forces.kelvin_voigt.geometry": ["sphere", "punch"], "contact.a0": [1e-10, 2e-10]})
     )
-    assert grid.lot(np.arange(4)).jumps.ravel().tolist() == [NOWHERE, NOWHERE, 1e-10, 2e-10]
+    assert grid.batch(np.arange(4)).jumps.ravel().tolist() == [NOWHERE, NOWHERE, 1e-10, 2e-10]
 
 
 def test_cases_of_different_free_amplitudes_are_not_taken_for_badly_sampled(monkeypatch):
@@ -144,7 +144,7 @@ def test_many_problems_cost_little_each(monkeypatch):
     build = df.problem.Problem.build
     monkeypatch.setattr(df.problem.Problem, "build", classmethod(lambda cls, *args: built.append(1) or build(*args)))
     over = {"sample.youngs_modulus": np.geomspace(1e8, 1e10, 50), "drive.A0": np.linspace(5e-9, 9e-9, 40)}
-    grid = Grid(base, make_axes(base, over))
+    grid = ProblemGrid(base, make_axes(base, over))
     assert grid.size == 2000
     # each axis by itself: no piece of a problem depends on both
     assert len(built) < 50 + 40 + 40
@@ -226,7 +226,7 @@ def test_ctrl_c_keeps_what_is_done(monkeypatch):
 @pytest.mark.parametrize(
     ("over", "sentence"),
     [
-        ({}, "over must say what to vary"),
+        ({}, "over must name the parameters to vary"),
         ({"sample.youngs_modulus": []}, "sample.youngs_modulus has no values"),
         ({"sample.youngs_modulus": "1 GPa"}, "sample.youngs_modulus = 1 GPa is not a list of values"),
         ({"sample.youngs_modulus": ["1 GPa", "-1 GPa"]}, "sample.youngs_modulus = -1 GPa is not above 0 GPa"),

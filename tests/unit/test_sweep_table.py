@@ -101,16 +101,22 @@ def test_a_mistake_in_a_table_is_one_sentence(sweep, sentence):
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"over": {"cantilever.Q": [50.0], "cantilever.modes.1.Q": [60.0]}}, "one parameter; give its values once"),
-        ({"over": {"forces.1.hamaker": [0.0], "forces.dmt.hamaker": [1e-20]}}, "one parameter; give its values once"),
+        (
+            {"over": {"cantilever.Q": [50.0], "cantilever.modes.1.Q": [60.0]}},
+            "the same parameter; list its values once",
+        ),
+        (
+            {"over": {"forces.1.hamaker": [0.0], "forces.dmt.hamaker": [1e-20]}},
+            "the same parameter; list its values once",
+        ),
         (
             {"over": {"drive.A0": {"start": "1 nm", "stop": "-1 nm", "points": 3, "spacing": "log"}}},
             "use linear spacing",
         ),
-        ({"over": {"solver.method": {"start": 1, "stop": 2, "points": 3}}}, "no plain number, so it has no range"),
+        ({"over": {"solver.method": {"start": 1, "stop": 2, "points": 3}}}, "not a plain number, so it has no range"),
         ({"rows": {"solver.method": ["periodic"]}}, "cannot differ from case to case"),
-        ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "a case needs one of each"),
-        ({"over": {"drive.A0": [1e-9]}, "rows": {"drive.A0": [1e-9]}}, "over and rows are both given"),
+        ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "each case needs one value"),
+        ({"over": {"drive.A0": [1e-9]}, "rows": {"drive.A0": [1e-9]}}, "over and rows exclude each other"),
         ({"over": {"drive.A0": [1e-9]}, "at_set_point": 0.0}, "is not above 0"),
         ({"over": {"drive.A0": range(10**9)}}, "has 1000000000 values; at most 10000000 are allowed"),
         ({"over": {"drive.A0": itertools.repeat(1e-9)}}, "has more than 10000000 values"),
@@ -124,7 +130,7 @@ def test_a_mistake_in_values_is_one_sentence(values, sentence):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("drive.A0\n", "holds no case"),
+        ("drive.A0\n", "contains no case"),
         ("drive.A0,tip.radius\n1e-9\n", "case 1 of .* has 1 values"),
         ("drive.A0,drive.A0\n1e-9,2e-9\n", "names drive.A0 twice"),
         (None, "there is no file '.*cases.csv'"),
@@ -192,10 +198,10 @@ def test_set_points_and_jumps_of_relative_distances_are_those_of_the_curves_alon
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"rows": {"drive.A0": [1e-9]}, "along": "cases"}, "along says how the values of over go together"),
+        ({"rows": {"drive.A0": [1e-9]}, "along": "cases"}, "along needs over"),
         ({"over": {"drive.A0": [1e-9]}, "along": "case"}, "did you mean 'cases'"),
-        ({"over": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}, "along": "cases"}, "a case needs one of each"),
-        ({"over": {"drive": [{"A0": "6 nm"}]}}, "which each value of drive may change"),
+        ({"over": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}, "along": "cases"}, "each case needs one value"),
+        ({"over": {"drive": [{"A0": "6 nm"}]}}, "but drive may change A0"),
     ],
 )
 def test_a_mistake_with_cases_or_shares_is_one_sentence(values, sentence):

@@ -99,9 +99,9 @@ def test_the_picture_has_logarithmic_axes_and_the_fit_over_the_record():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"experiment.duration": "1 ms"}, "experiment.duration = 1 ms is too short to resolve the resonance; it takes"),
-        ({"experiment.duration": "1 h"}, "experiment.duration = 3600 s is too long to keep; at most"),
-        ({"noise.thermal": False}, "noise.thermal = false, so there is no thermal spectrum"),
+        ({"experiment.duration": "1 ms"}, "experiment.duration = 1 ms is too short to resolve the resonance; use"),
+        ({"experiment.duration": "1 h"}, "experiment.duration = 3600 s is too long; use at most"),
+        ({"noise.thermal": False}, "noise.thermal = false, but a thermal spectrum needs thermal motion"),
     ],
 )
 def test_a_case_says_at_once_that_there_is_no_such_spectrum(changes, sentence):
@@ -225,7 +225,7 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
             page.plots.fit_numbers.show([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
             assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
-            assert "stopped before there was anything to draw" in note["text"] and not table.visible
+            assert "stopped before its first result" in note["text"] and not table.visible
 
     asyncio.run(flow())
 

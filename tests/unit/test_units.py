@@ -86,7 +86,7 @@ def test_decimal_prefixes_give_the_very_float_that_a_programmer_types():
         ("5 m**99", "m", "is not a unit"),
         ("5 __import__('os')", "m", "is not a unit"),
         ("5 (((((", "m", "is not a unit"),
-        ("12 nm**9**9**9**9", "m", "'nm**9**9**9**9' is not a unit (give it in nm, say)"),
+        ("12 nm**9**9**9**9", "m", "'nm**9**9**9**9' is not a unit (for example in nm)"),
         ("5 m\n", "m", None),
     ]
 )

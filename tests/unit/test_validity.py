@@ -567,8 +567,8 @@ def test_advice_takes_a_result_alone_which_tells_its_case():
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda result: df.advice(result, result), "two results are given"),
-        (lambda result: df.advice(result.drop_attrs()), "does not say what it was computed from"),
+        (lambda result: df.advice(result, result), "both arguments are results"),
+        (lambda result: df.advice(result.drop_attrs()), "does not contain its case"),
     ],
 )
 def test_advice_on_a_result_that_tells_no_case_is_refused_in_a_sentence(call, sentence):

@@ -131,7 +131,7 @@ def test_a_damaged_file_is_found_before_its_numbers_are_used_and_nothing_else_is
     for path, *two in zip(paths, answers[::2], answers[1::2], strict=True):
         same = path.read_bytes() == content  # zeros over zeros
         expected = (
-            {"read"} if same else {"damaged", "empty", "not a netCDF file", "no file of results", "is not a case"}
+            {"read"} if same else {"damaged", "empty", "not a netCDF file", "not a file of results", "is not a case"}
         )
         assert all(any(word in answer for word in expected) for answer in two), two
 

@@ -220,10 +220,11 @@ def test_a_wrong_argument_is_answered_with_one_sentence(name, workdir):
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: df.dwell("figure-3-air", "5 nm"), "case = 'figure-3-air' is not a case; df.example and df.load_case give one"),
-        (lambda: df.advice(1), "case = 1 is neither a case nor a result; df.example and df.load_case give one; "
-                               "df.run and df.read give one"),
-        (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; df.run and df.read give one"),
+        (lambda: df.dwell("figure-3-air", "5 nm"), "case = 'figure-3-air' is not a case; get a case from df.example or "
+                                                   "df.load_case"),
+        (lambda: df.advice(1), "case = 1 is neither a case nor a result; get a case from df.example or df.load_case; "
+                               "get a result from df.run or df.read"),
+        (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; get a result from df.run or df.read"),
         (lambda: df.run(CASE, progress="yes"), "progress = 'yes' is neither a function nor True or False"),
         (lambda: CASE.set("drive.A0=9 nm", 2), "assignments = 2 is not text"),
     ],

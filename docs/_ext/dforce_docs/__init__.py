@@ -5,15 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 
 from dforce_docs import (
     cases,
     cli,
     commands,
     costs,
+    excerpts,
     forces,
     mathml,
     misprints,
+    names,
     offline,
     public_names,
     quantities,
@@ -32,7 +35,9 @@ def setup(app: Sphinx) -> dict[str, Any]:
         cases,
         cli,
         costs,
+        excerpts,
         misprints,
+        names,
         offline,
         public_names,
         readers,
@@ -40,4 +45,10 @@ def setup(app: Sphinx) -> dict[str, Any]:
     )
     for part in parts:
         part.setup(app)
+    app.connect("env-before-read-docs", start_last)
     return {"parallel_read_safe": False, "parallel_write_safe": True}
+
+
+def start_last(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
+    """Read the start page last: its cards show pictures that other pages draw."""
+    pages.sort(key=lambda page: page == "index")

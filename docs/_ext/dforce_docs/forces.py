@@ -133,6 +133,7 @@ def index(models: list[type[df.Force]]) -> str:
         "Each card is a force on the tip, repulsive up, against the distance; a shaded loop is energy that the sample takes.",
         "Any of them can be combined, except two that count the same interaction. Click one for its equation, where it",
         "holds, its parameters and its source; ``dforce models NAME`` prints the same in a terminal.",
+        ":doc:`Which model should I use? </which-model>` finds yours.",
         "",
     ]
     for title, members in df.forces.grouped(models).items():
@@ -148,8 +149,19 @@ def index(models: list[type[df.Force]]) -> str:
                 f"      {first_sentence(model)}",
                 "",
             ]
-    lines += [".. toctree::", "   :hidden:", "", *(f"   {model.name}" for model in models), ""]
+    pages = ["Which model should I use? </which-model>", *(model.name for model in models)]
+    lines += [".. toctree::", "   :hidden:", "", *(f"   {page}" for page in pages), ""]
     return "\n".join(lines)
+
+
+def draw_gallery(models: list[type[df.Force]], folder: Path) -> None:
+    """Draw the small curves side by side, for the card on the start page."""
+    figure, boxes = plt.subplots(3, 4, figsize=(8, 4.8), layout="constrained")
+    for axes, model in zip(boxes.flat, models, strict=False):
+        axes.imshow(plt.imread(folder / f"{model.name}-small.png"))
+        axes.set_axis_off()
+    figure.savefig(folder / "gallery.png", dpi=130)
+    plt.close(figure)
 
 
 def write_pages(app: Sphinx) -> None:
@@ -162,6 +174,7 @@ def write_pages(app: Sphinx) -> None:
     for model in models:
         (folder / f"{model.name}.rst").write_text(page(model, folder), encoding="utf-8")
     (folder / "index.rst").write_text(index(models), encoding="utf-8")
+    draw_gallery(models, folder)
 
 
 def setup(app: Sphinx) -> None:

@@ -10,13 +10,20 @@ import matplotlib as mpl
 from ran_page import forget_own_models
 
 TUTORIALS = (
-    "soft_sample_in_liquid.py",
+    "from_my_lever_to_a_peak_force.py",
+    "dissipation_and_adhesion.py",
+    "a_viscoelastic_sample.py",
+    "what_a_curve_tells.py",
+    "plan_gentle_settings.py",
+    "your_own_force.py",
     "why_the_phase_jumps.py",
     "bimodal_contrast.py",
+    "soft_sample_in_liquid.py",
+    "phase_in_liquid.py",
     "gentle_on_soft_samples.py",
-    "plan_gentle_settings.py",
     "regime_map.py",
-    "your_own_force.py",
+    "maps_of_samples.py",
+    "law_to_curve_to_law.py",
 )
 
 

@@ -51,16 +51,16 @@ SHOWN = (
 class About(Parameters):
     """Where a case comes from and what it is good for, as it was written; it changes nothing in the run."""
 
-    source: str = words("", max_length=4000, description="where the parameters come from")
-    shows: str = words("", max_length=4000, description="one sentence on what the case shows")
-    unsaid: str = words("", max_length=4000, description="what the source leaves unsaid, and what was chosen")
+    source: str = words("", max_length=4000, description="source of the parameters")
+    shows: str = words("", max_length=4000, description="one sentence on the purpose of the case")
+    unsaid: str = words("", max_length=4000, description="values missing in the source, and their choice")
 
 
 class Case(Parameters):
     """A whole case: instrument, forces, experiment and solver.
 
-    Every section may be given as an object (:class:`dforce.Tip`) or as a table (a dict with the same keys).
-    A case is frozen and has been checked as a whole: :attr:`problem` holds it in SI, defaults filled in.
+    Every section is an object (:class:`dforce.Tip`) or a table (a dict with the same keys). A case is frozen and checked as a
+    whole. :attr:`problem` is the case in SI with all defaults.
 
     Raises
     ------
@@ -70,29 +70,29 @@ class Case(Parameters):
 
     title_of: ClassVar[str] = "case"
 
-    title: str = words("", max_length=300, description="what the case is, in a line")
+    title: str = words("", max_length=300, description="title of the case, in a line")
     plugins: Part[tuple[str, ...]] = file_name(
         (), max_length=20, description="Python files with force models of your own, beside the case file"
     )
-    about: Part[About | None] = part(None, description="source of the case, what it shows, what is unsaid")
+    about: Part[About | None] = part(None, description="source and purpose of the case, and chosen values")
     cantilever: Part[Cantilever] = pydantic.Field(description="the cantilever: one mode, several, or a beam")
     drive: Part[Drive] = pydantic.Field(description="the drive: one tone or several")
-    readout: Part[Readout] = part(Readout(), description="the read-out: what the detector makes of the motion")
+    readout: Part[Readout] = part(Readout(), description="the detector: its signal from the motion")
     tip: Part[Tip] = part(Tip(), description="the tip")
     sample: Part[Sample] = part(Sample(), description="the sample")
     contact: Part[Contact] = part(Contact(), description="where contact begins")
-    medium: Part[Medium] = part(Medium(), description="what the cantilever moves in: a name or a table")
+    medium: Part[Medium] = part(Medium(), description="the medium: a name or a table")
     noise: Part[Noise] = part(Noise(), description="noise of the lever and of the detector")
-    forces: Part[tuple[Force, ...]] = part((), max_length=MOST_FORCES, description="tip–sample forces, which add up")
-    experiment: Part[Experiment | None] = part(None, description="what is done with the instrument")
-    solver: Part[SolverSettings] = part(SolverSettings(), description="how the motion is computed")
-    sweep: Part[Sweep | None] = part(None, description="which parameters `dforce sweep` varies, for many cases at once")
-    data: Part[Data | None] = part(None, description="a measured curve, which `dforce fit` reads")
-    fit: Part[Fit | None] = part(None, description="which parameters `dforce fit` tells from a measured curve")
+    forces: Part[tuple[Force, ...]] = part((), max_length=MOST_FORCES, description="tip–sample forces; they add up")
+    experiment: Part[Experiment | None] = part(None, description="the experiment: its kind and settings")
+    solver: Part[SolverSettings] = part(SolverSettings(), description="settings of the solver")
+    sweep: Part[Sweep | None] = part(None, description="parameters that `dforce sweep` varies, for many cases at once")
+    data: Part[Data | None] = part(None, description="a measured curve for `dforce fit`")
+    fit: Part[Fit | None] = part(None, description="parameters that `dforce fit` finds from a measured curve")
 
     @classmethod
     def root(cls) -> str:
-        """Return nothing: paths in messages start at the case's sections."""
+        """Return an empty prefix: paths in messages start at the sections of the case."""
         return ""
 
     @pydantic.model_validator(mode="before")
@@ -134,12 +134,13 @@ class Case(Parameters):
         kind = "" if self.experiment is None else self.experiment.kind
         if self.solver.integrator == "langevin" and kind not in ("", *THERMAL):
             raise ParameterError(
-                f"solver.integrator = langevin simulates a dwell, not {kind}; df.noise gives the noise along a "
+                f"solver.integrator = langevin simulates a dwell, not {kind}; df.noise computes the noise along a "
                 "curve without simulation"
             )
         if self.solver.integrator == "langevin" and not self.noise.thermal:
             raise ParameterError(
-                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; choose rk4 for motion "
+                "without noise"
             )
         self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
@@ -155,13 +156,13 @@ class Case(Parameters):
         way = A0 + (max(map(abs, places)) if places else 0.0)
         if beam.tip_height <= way:
             raise ParameterError(
-                f"cantilever.beam.tip_height = {units.show(beam.tip_height, 'm', 4)} is no more than the way of the tip, "
-                f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or stay nearer'
+                f"cantilever.beam.tip_height = {units.show(beam.tip_height, 'm', 4)} is not above the path of the tip, "
+                f'{units.show(way, "m", 4)}: write cantilever.beam.wall = "at_distance", or use smaller distances'
             )
 
     @property
     def instrument(self) -> Instrument:
-        """The sections that a problem is made of, beside the forces and the noise."""
+        """The sections of the instrument, without forces and noise."""
         return Instrument(self.cantilever, self.drive, self.tip, self.sample, self.contact, self.medium, self.readout)
 
     @functools.cached_property
@@ -179,13 +180,12 @@ class Case(Parameters):
     def replace(self, path: str | None = None, value: object = None, **changes: Any) -> Self:
         """Return a new case with one value changed, validated again.
 
-        The description (`about`) is of the case as it was: it goes when anything but the title becomes another, unless it
-        is given anew.
+        The description (`about`) belongs to the old case: any change except the title removes it, unless you pass a new one.
 
         Parameters
         ----------
         path
-            Where, with dots: ``"sample.youngs_modulus"``, ``"forces.dmt.hamaker"`` or ``"forces.1.hamaker"``,
+            Path with dots: ``"sample.youngs_modulus"``, ``"forces.dmt.hamaker"`` or ``"forces.1.hamaker"``,
             ``"cantilever.modes.2.Q"``. Lists count from 1; a single mode or tone may be left out of the path
             (``"cantilever.Q"``).
         value
@@ -196,7 +196,7 @@ class Case(Parameters):
         Raises
         ------
         ParameterError
-            For a path that the case does not have, with the nearest one, or a value that is not allowed.
+            For an unknown path, with the nearest path, or for a value that is not allowed.
         """
         return self._with([] if path is None else [(path, value)], changes)
 
@@ -210,12 +210,12 @@ class Case(Parameters):
 
     @checked
     def quantity(self, path: str) -> ParameterQuantity:
-        """Return what is declared about the number at a path (see :meth:`replace`): unit, symbol, meaning, bounds.
+        """Return unit, symbol, meaning and bounds of the number at a path (see :meth:`replace`).
 
         Raises
         ------
         ParameterError
-            For a path that the case does not have, with the nearest one, or that leads to no number.
+            For an unknown path, with the nearest path, or for a path to something else than a number.
         """
         return quantity_at(self, path)
 
@@ -223,8 +223,8 @@ class Case(Parameters):
     def set(self, *assignments: str) -> Self:
         """Return a new case after assignments like ``"sample.youngs_modulus=2 GPa"``, as on a command line.
 
-        The description (`about`) goes as in :meth:`replace`.
-        A value is read as TOML where it is TOML (``5``, ``true``, ``["9 nm", "1 nm"]``), else as text.
+        The description (`about`) is removed as in :meth:`replace`. A value is read as TOML if it is valid TOML (``5``,
+        ``true``, ``["9 nm", "1 nm"]``), else as text.
 
         Raises
         ------
@@ -260,10 +260,10 @@ class Case(Parameters):
 
     @checked
     def to_toml(self, complete: bool = False) -> str:
-        """Return the case as the text of a case file; :meth:`from_toml` gives back an equal case.
+        """Return the case as the text of a case file; :meth:`from_toml` reads it back as an equal case.
 
-        Without `complete` the text holds what was given; with it also every default, so that it means the
-        same to a version of dForce whose defaults differ.
+        Without `complete` the text contains your values only. With `complete` it also contains every default, so that a version
+        of dForce with other defaults reads the same case.
         """
         return text_of(self, complete)
 
@@ -281,12 +281,12 @@ class Case(Parameters):
     @classmethod
     @checked
     def from_toml(cls, text: str) -> Self:
-        """Return the case that a TOML text describes.
+        """Return the case in a TOML text.
 
         Raises
         ------
         CaseError
-            When the text is not TOML, holds nothing, or is longer than a megabyte.
+            When the text is not TOML, is empty, or is longer than a megabyte.
         ParameterError
             When it is TOML but not a case.
         """

@@ -29,19 +29,19 @@ def example(name: str) -> Case:
     Raises
     ------
     ParameterError
-        When there is no example of this name; the sentence holds the nearest one.
+        When no example has this name; the sentence contains the nearest name.
     """
     return Case.from_toml(library.example_text(name))
 
 
 @checked
 def load_case(path: str | os.PathLike[str]) -> Case:
-    """Return a case by name: that in a case file (TOML), that of a result, or a shipped example where there is no such file.
+    """Return the case in a case file (TOML) or in a result; without such a file, the shipped example of this name.
 
     Raises
     ------
     CaseError
-        When the file cannot be read as a case; the sentence says why, and where.
+        When the file cannot be read as a case; the sentence contains the reason and the line.
     """
     file = Path(path)
     name = shorten(str(path), 200)
@@ -64,7 +64,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
             if content.startswith(hdf5.START):
                 return Case.from_toml(_case_of_results(content))
             if file.suffix.lower() == ".nc":
-                raise CaseError("the file is damaged, or no file of results: it does not begin like one")
+                raise CaseError("the file is damaged or not a file of results")
             return Case.from_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise CaseError(f"'{name}' is not a text file in UTF-8") from None
@@ -89,7 +89,7 @@ def case_of(result: xr.Dataset) -> Case:
                 case = case.replace(path, result[name].item())
         return case
     except DForceError as error:
-        raise ParameterError(f"the result does not say what it was computed from: {error}") from None
+        raise ParameterError(f"the result does not contain its case: {error}") from None
 
 
 def _example_hint(name: str) -> str:
@@ -110,7 +110,7 @@ def _case_of_results(content: bytes) -> str:
     except Exception:  # as any error of h5py  # noqa: BLE001
         raise damaged from None
     if text is None:
-        raise CaseError("the file of results holds no case")
+        raise CaseError("the file of results contains no case")
     return text
 
 

@@ -16,7 +16,7 @@ LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
 
 
 class Data(Parameters):
-    """A measured curve: its file, and how that is to be read."""
+    """A measured curve: its file, and the settings to read it."""
 
     title_of: ClassVar[str] = "data"
 
@@ -27,26 +27,23 @@ class Data(Parameters):
         description="file of the curve, beside the case file: .csv, .txt, .h5, ...",
     )
     columns: Part[dict[str, str]] = words(
-        {},
-        description='names of the file\'s columns by what they hold, such as { height = "ZSnsr", amplitude = "Amp" }',
+        {}, description='column of each quantity in the file, such as { height = "ZSnsr", amplitude = "Amp" }'
     )
-    units: Part[dict[str, str]] = words(
-        {}, description='units of columns that do not say theirs, such as { height = "nm" }'
-    )
+    units: Part[dict[str, str]] = words({}, description='units of columns without a unit, such as { height = "nm" }')
     phase_convention: str = words(
-        "", max_length=20, description="how the file counts phases: lag, 90-lag, lag-90 or lead"
+        "", max_length=20, description="sign and zero of the phase in the file: lag, 90-lag, lag-90 or lead"
     )
     use: Part[dict[str, Any]] = words(
         {},
-        description='which points count: { height = ["-40 nm", "5 nm"], direction = "approach" }, or several ranges, '
-        '[["-40 nm", "-10 nm"], ["0 nm", "5 nm"]]; left out: all',
+        description='points to use: { height = ["-40 nm", "5 nm"], direction = "approach" }, or several '
+        'ranges, [["-40 nm", "-10 nm"], ["0 nm", "5 nm"]]; default: all',
     )
 
     read: Part[dict[str, Any]] = words(
-        {}, description='how else the file is read, as by df.read_measured, such as { sensitivity = "52 nm/V" }'
+        {}, description='other options of df.read_measured, such as { sensitivity = "52 nm/V" }'
     )
     calibrate: Part[dict[str, Any]] = words(
-        {}, description='how the curve is calibrated, as by df.calibrate, such as { free_amplitude = "30 nm" }'
+        {}, description='options of df.calibrate, such as { free_amplitude = "30 nm" }'
     )
 
     @pydantic.field_validator("columns", "units", "use", "read", "calibrate", mode="before")
@@ -65,7 +62,7 @@ class Data(Parameters):
 
 
 class Fit(Parameters):
-    """Which parameters of a case are told from a measured curve, and what is known beforehand."""
+    """Parameters to fit from a measured curve, and prior values."""
 
     title_of: ClassVar[str] = "fit"
 
@@ -75,54 +72,53 @@ class Fit(Parameters):
     nuisance: Part[tuple[str, ...]] = words(
         ("zc_offset", "A0", "phase_offset"),
         max_length=MOST_FREE,
-        description="what is fitted beside them: zc_offset, A0, phase_offset, amplitude_scale; with _2 of tone 2, which is "
-        "fitted alike where this is left as it is",
+        description="offsets fitted as well: zc_offset, A0, phase_offset, amplitude_scale; with _2 for tone 2. By default "
+        "tone 2 "
+        "has the same offsets as tone 1",
     )
     priors: Part[dict[str, Any]] = words(
         {},
-        description='values and errors known beforehand, which frees the parameter, such as { "cantilever.Q" = "180(4)" }',
+        description='prior values with errors; these parameters are fitted, too, such as { "cantilever.Q" = "180(4)" }',
     )
     bounds: Part[dict[str, Any]] = words(
         {}, description='bounds, such as { "sample.youngs_modulus" = ["10 MPa", "100 GPa"] }'
     )
-    start: Part[dict[str, Any]] = words({}, description="where the fit starts; left out: at the values of the case")
+    start: Part[dict[str, Any]] = words({}, description="start values; default: the values of the case")
     given: Part[dict[str, Any]] = words(
-        {},
-        description='values that stay fixed and their errors, which are passed on, such as { "cantilever.k" = "2.7(2) N/m" }',
+        {}, description='fixed values with errors, passed on to the result, such as { "cantilever.k" = "2.7(2) N/m" }'
     )
     errors: Part[dict[str, Any]] = words(
         {},
-        description='standard deviations of amplitude, phase and height; left out, or "from free part": as the data say',
+        description='standard deviations of amplitude, phase and height; default, or "from free part": from the data',
     )
     branch: Literal["measured", "attractive", "repulsive"] = pydantic.Field(
-        default="measured", description="measured: each point on its own branch; else one branch alone"
+        default="measured", description="measured: each point on its own branch; else one branch only"
     )
     margin: int | None = pydantic.Field(
         default=None,
         ge=0,
         le=1000,
-        description="points beside each jump that are left out; left out: 1, or 0 where the data have a column branch",
+        description="number of points left out beside each jump; default: 1, or 0 with a column branch in the data",
     )
     search: bool = pydantic.Field(
-        default=True, description="whether several starts around the given one are tried; false: that one alone"
+        default=True, description="whether to try several starts around the start values; false: only the start values"
     )
     profile: Part[tuple[str, ...]] = words(
-        (), max_length=MOST_FREE, description="parameters whose errors are found by going there: asymmetric, and slower"
+        (), max_length=MOST_FREE, description="parameters with a profile of chi2: asymmetric errors, slower"
     )
 
     bootstrap: int = pydantic.Field(
         default=0,
         ge=0,
         le=100_000,
-        description="fits to residuals drawn anew in blocks, for errors where the noise is not what the free part says; "
-        "0: none",
+        description="number of fits to redrawn residuals, for errors if the noise differs from the free part; 0: none",
     )
 
     @pydantic.field_validator("bootstrap")
     @classmethod
     def _enough(cls, given: int) -> int:
         if 0 < given < LEAST_DRAWS:
-            raise ParameterError(f"= {given} fits tell no error; give 0 or {LEAST_DRAWS} and more")
+            raise ParameterError(f"= {given} fits are too few for an error; write 0, or {LEAST_DRAWS} or more")
         return given
 
     @pydantic.field_validator("free", "nuisance", "profile", mode="before")

@@ -10,6 +10,7 @@ from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
 from dforce.library.cantilevers import cantilevers
+from dforce.library.materials import materials
 
 
 def case_schema() -> dict[str, Any]:
@@ -23,7 +24,12 @@ def case_schema() -> dict[str, Any]:
         description = schema["properties"][field]["description"]
         whole = {"type": "array", "items": choices} if field == "forces" else choices
         schema["properties"][field] = {"description": description, **whole}
-    for section, names in (("Medium", sorted(library.media())), ("Cantilever", list(cantilevers()))):
+    lever = definitions["Cantilever"]["properties"]
+    higher = lever["higher_modes"]  # a number of modes, or a table of each
+    number = {"type": "integer", "minimum": 0, "maximum": higher["maxItems"]}
+    lever["higher_modes"] = {"description": higher.pop("description"), "anyOf": [number, higher]}
+    known_by_name = {"Medium": sorted(library.media()), "Cantilever": list(cantilevers()), "Sample": list(materials())}
+    for section, names in known_by_name.items():
         definitions[section] = {"anyOf": [{"enum": names}, definitions[section]]}
     for base in ("Force", "Experiment"):
         del definitions[base]

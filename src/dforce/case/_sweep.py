@@ -35,19 +35,20 @@ class Sweep(Parameters):
 
     over: Part[dict[str, Range | tuple[Any, ...]]] = words(
         {},
-        description="values by the path of a parameter, for all combinations of them: a list, or "
+        description="values by the path of a parameter, for all combinations: a list, or "
         '{ start, stop, points, spacing = "log" }',
     )
     along: Literal["combinations", "cases"] = pydantic.Field(
         default="combinations",
-        description="combinations: all combinations of the values of `over`; cases: its lists are equally long, and each place "
-        "in them is a case",
+        description="combinations: all combinations of the values of `over`; cases: its lists have equal length, and each "
+        "position "
+        "is a case",
     )
     rows: str = file_name(
         "",
         max_length=1000,
         through_named=True,
-        description="instead of `over`, a CSV file beside the case file, with a case in each row; its first row holds paths",
+        description="instead of `over`, a CSV file beside the case file, with a case in each row; its first row contains paths",
     )
 
     @pydantic.field_validator("over", mode="before")
@@ -61,9 +62,9 @@ class Sweep(Parameters):
     def _says_one_thing(self) -> Self:
         if bool(self.over) == bool(self.rows):
             said = "has both over and rows" if self.over else "has neither over nor rows"
-            raise ParameterError(f"{said}; give values by path as over, or a CSV file of cases as rows")
+            raise ParameterError(f"{said}; write values by path as over, or a CSV file of cases as rows")
         if self.rows and self.along == "cases":
-            raise ParameterError("along goes with over; rows are cases already")
+            raise ParameterError("along needs over; rows are cases already")
         return self
 
 

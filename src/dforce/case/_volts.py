@@ -48,7 +48,7 @@ def _length(given: object, mode: object, place: int, readout: object, path: str)
     if isinstance(readout, Mapping):
         readout = Readout(**readout)
     if not isinstance(readout, Readout) or readout.invols is None:
-        raise ParameterError(f'{path} is in volts: give the sensitivity as well, readout.invols = "60 nm/V", say')
+        raise ParameterError(f'{path} is in volts: also write the sensitivity, such as readout.invols = "60 nm/V"')
     length = volts * readout.invols
     if readout.kind == "optical_lever" and readout.calibrated == "static":
         return length

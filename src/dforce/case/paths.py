@@ -49,7 +49,7 @@ def quantity_at(case: Parameters, path: str) -> ParameterQuantity:
             owner = owner[_place(owner, steps.pop(0) if steps else last, path)]
     found = owner.quantities().get(last) if isinstance(owner, Parameters) else None
     if found is None:
-        raise ParameterError(f"'{path}' is no quantity, such as sample.youngs_modulus")
+        raise ParameterError(f"'{path}' is not a quantity, such as sample.youngs_modulus")
     return found
 
 
@@ -144,7 +144,7 @@ def _steps(case: Parameters, path: str) -> list[str]:
     if len(steps) == 2 and items and steps[1] in type(items[0]).model_fields:
         if len(items) > 1:
             raise ParameterError(
-                f"'{path}' could be any of {len(items)} {listed}; write {steps[0]}.{listed}.1.{steps[1]}, say"
+                f"'{path}' could be any of {len(items)} {listed}; write for example {steps[0]}.{listed}.1.{steps[1]}"
             )
         return [steps[0], listed, "1", steps[1]]
     if len(steps) == 4 and steps[1:3] == [listed, "1"] and not items and steps[3] in section.model_fields_set:
@@ -170,7 +170,7 @@ def _put(case: Parameters, owner: object, table: dict[str, Any], steps: list[str
         else:
             _put(case, child[place], table[first][place], rest[1:], value, f"{path}.{rest[0]}.")
     elif child is None:
-        raise ParameterError(f"{path} is not given in this case, so that nothing inside it can be changed")
+        raise ParameterError(f"{path} is not in this case, so nothing inside it can be changed")
     else:
         _put(case, child, table.setdefault(first, {}), rest, value, f"{path}.")
 

@@ -112,14 +112,14 @@ def _bounds(model: type[Force]) -> Iterator[dict[str, Any]]:
 
 def _is_declared(model: type[Force]) -> Iterator[str]:
     if not model.__doc__ or ".. math::" not in model.__doc__:
-        yield "the docstring holds no equation (.. math::)"
+        yield "the docstring has no equation (.. math::)"
     if not model.source:
         yield "the source of the equation is missing"
     quantities, shared = model.quantities(), model.shared_fields()
     for name, field in model.model_fields.items():
         if name in shared:
             if shared[name] not in INSTRUMENT:
-                yield f"'{name}' is shared from {shared[name]}, which no instrument has"
+                yield f"'{name}' is shared from {shared[name]}, but no instrument has it"
             continue
         if not field.description:
             yield f"the parameter '{name}' has no sentence (doc)"
@@ -155,7 +155,7 @@ def _uses_only_its_arguments(model: type[Force]) -> Iterator[str]:
         for used in function.__code__.co_names:
             value = function.__globals__.get(used)
             if isinstance(value, list | dict | set | np.ndarray):
-                yield f"'{name}' reads '{used}', which can change"
+                yield f"'{name}' reads '{used}', a value that can change"
 
 
 def _calls(force: Force) -> Iterator[tuple[Any, ...]]:
@@ -197,7 +197,7 @@ def _is_finite(model: type[Force]) -> Iterator[str]:
                 yield f"the law of {force!r} is {value} at d = {call[0]} m, rate = {call[1]} m/s"
                 return
             if value != again:
-                yield f"the law of {force!r} gives two values for the same arguments"
+                yield f"the law of {force!r} returns two values for the same arguments"
                 return
 
 
@@ -216,7 +216,7 @@ def _compiles_to_the_same(model: type[Force]) -> Iterator[str]:
             plain, quick = function(*given, *force.values()), fast(*given, *force.values())
             # a compiler may fuse a product and a sum, and where terms cancel that shows in the last digits
             if abs(plain - quick) > 1e-10 * abs(plain) + 1e-30:
-                yield f"'{name}' gives {quick} compiled and {plain} plain at d = {call[0]} m"
+                yield f"'{name}' is {quick} compiled and {plain} plain at d = {call[0]} m"
                 break
     if model.evolve is not None:
         fast = compile_function(model.evolve)
@@ -326,21 +326,21 @@ def _keeps_or_takes_energy(model: type[Force]) -> Iterator[str]:
         # the second cycle counts: the first starts from a rested sample
         taken = answer.energy[-1] - answer.energy[200]
         if not taken >= -1e-6 * turned:
-            yield f"{force!r} gives {-taken} J a cycle to the tip, but a sample can only take energy"
+            yield f"{force!r} adds {-taken} J a cycle to the tip, but a sample can only dissipate energy"
 
 
 def _depends_on_distance_alone(force: Force) -> Iterator[str]:
     if force.evolve is not None or force.switch is not None:
-        yield "a force with memory or a latch takes energy: say dissipative = True"
+        yield "a force with memory or a latch dissipates energy: set dissipative = True"
         return
     law, rest = force.law_function(), (*_average(force), *force.values())
     for d in DISTANCES:
         for t in TIMES:
             if len({law(d, rate, t, *rest) for rate in RATES}) > 1:
-                yield "the law depends on the rate: say dissipative = True"
+                yield "the law depends on the rate: set dissipative = True"
                 return
         if not force.timed and law(d, 0.0, TIMES[0], *rest) != law(d, 0.0, TIMES[1], *rest):
-            yield "the law depends on time: say timed = True"
+            yield "the law depends on time: set timed = True"
             return
 
 
@@ -351,7 +351,7 @@ def _rests_at_zero(model: type[Force]) -> Iterator[str]:
     change = np.ones(force.memory)
     force.evolve(1e-6, 0.0, 0.0, np.zeros(force.memory), change, *force.values())  # type: ignore[misc]
     if np.any(change != 0.0):
-        yield "a rested sample far from the tip does not stay at rest: evolve must give zero there"
+        yield "a rested sample far from the tip does not stay at rest: evolve must be zero there"
 
 
 def _survives_a_file(model: type[Force]) -> Iterator[str]:
@@ -363,9 +363,9 @@ def _survives_a_file(model: type[Force]) -> Iterator[str]:
             if not all(isinstance(item, str | int | float) for item in items):
                 yield f"the parameter '{name}' cannot be written to a case file"
         if model(**written) != force:
-            yield f"{force!r} changes when it is written to a case file and read back"
+            yield f"{force!r} changes when written to a case file and read back"
         if eval(repr(force), {model.__name__: model}) != force:
-            yield f"{force!r} changes when what it shows is typed in"
+            yield f"{force!r} changes when its printed values are typed in"
 
 
 CHECKS: tuple[Callable[[type[Force]], Iterator[str]], ...] = (

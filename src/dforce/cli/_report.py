@@ -98,7 +98,7 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
 def advice_lines(result: xr.Dataset, name: str) -> list[str]:
     """Return what each piece of advice in a result found, and how to read on about the case or result of this name."""
     found = [f"advice: {piece.finding}" for piece in advice_of(result)]
-    return [*found, f"what to do: dforce check {quoted(name)}"] if found else []
+    return [*found, f"advice with remedies: dforce check {quoted(name)}"] if found else []
 
 
 def quoted(name: str) -> str:

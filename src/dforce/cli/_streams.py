@@ -76,7 +76,7 @@ class Outlet:
             return
         if isinstance(error, BrokenPipeError):  # its reader has seen enough
             raise error
-        raise df.ResultError(f"what is printed could not be written: {str(error.strerror).lower()}") from error
+        raise df.ResultError(f"the output could not be written: {str(error.strerror).lower()}") from error
 
 
 @contextlib.contextmanager

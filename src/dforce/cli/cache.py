@@ -12,9 +12,7 @@ from dforce.cli._terminal import DONE, print_json
 
 
 def cache(
-    clear: Annotated[
-        bool, typer.Option("--clear", help="Remove them; each is compiled anew when it is needed.")
-    ] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="Remove them; each is compiled again when needed.")] = False,
     json: Json = False,
 ) -> int:
     """Show where compiled force models are kept on disk and how large they are, or remove them."""

@@ -13,7 +13,7 @@ from dforce.core.errors import nearest, shorten
 
 
 def cantilevers(
-    name: Annotated[str | None, typer.Argument(show_default=False, help="Show this cantilever alone.")] = None,
+    name: Annotated[str | None, typer.Argument(show_default=False, help="Show this cantilever only.")] = None,
     json: Json = False,
 ) -> int:
     """List the cantilevers known by name, or show one, with the nominal values of their makers."""

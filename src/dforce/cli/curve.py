@@ -23,12 +23,13 @@ MOST_POINTS = 1_000_000
 class CurveDistances:
     """Where the force is computed, and how fast the tip passes."""
 
-    start: Annotated[str | None, option("--from", "DISTANCE", "Farthest; left out: where the force is felt.")] = None
-    stop: Annotated[str | None, option("--to", "DISTANCE", "Closest; left out: as deep as tapping reaches.")] = None
+    start: Annotated[
+        str | None, option("--from", "DISTANCE", "Farthest distance; default: at the range of the force.")
+    ] = None
+    stop: Annotated[str | None, option("--to", "DISTANCE", "Closest distance; default: the depth in tapping.")] = None
     points: Annotated[str, typer.Option("--points", metavar="NUMBER", help="Number of distances.")] = "501"
     speed: Annotated[
-        str | None,
-        option("--speed", "VELOCITY", "How fast the tip moves, for forces with memory or drag; left out: 10 nm/s."),
+        str | None, option("--speed", "VELOCITY", "Speed of the tip, for forces with memory or drag; default: 10 nm/s.")
     ] = None
 
 
@@ -36,7 +37,7 @@ def curve(
     case: CaseName,
     settings: Settings,
     distances: CurveDistances,
-    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "Where the curve goes.")] = None,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the curve.")] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the curve.")] = None,
     json: Json = False,
 ) -> int:
@@ -56,7 +57,7 @@ def curve(
         far = float(usual[0]) if far is None else far
         near = float(usual[-1]) if near is None else near
     if far == near:
-        raise df.ParameterError(f"the curve starts and ends at {show(far, 'm')}; give two distances")
+        raise df.ParameterError(f"the curve starts and ends at {show(far, 'm')}; write two distances")
     result = df.force_curve(source.case, distance=np.linspace(far, near, count), speed=velocity)
     if output is not None:
         df.write(result, output)

@@ -19,7 +19,9 @@ def examples(
         str | None,
         typer.Argument(autocompletion=complete_examples, show_default=False, help="Show this example's case file."),
     ] = None,
-    write: Annotated[Path | None, option("--write", "FILE.toml", "Write it to a new file, to change it.")] = None,
+    write: Annotated[
+        Path | None, option("--write", "FILE.toml", "Write the example to a new file, to change it.")
+    ] = None,
     json: Json = False,
 ) -> int:
     """List the examples, or show or write one."""
@@ -54,7 +56,7 @@ def _list(json: bool) -> int:
     terminal = console()
     terminal.print(table, soft_wrap=False)
     terminal.print()
-    for hint in ("run one: dforce run NAME", "change one: dforce examples NAME --write my-case.toml"):
+    for hint in ("run an example: dforce run NAME", "change an example: dforce examples NAME --write my-case.toml"):
         terminal.print(wrapped(hint, width()))
     return DONE
 
@@ -64,5 +66,5 @@ def _write(text: str, path: Path) -> None:
     try:
         write_whole(target, text.encode(), overwrite=False)
     except FileExistsError:
-        raise df.ResultError(f"'{path}' is there already; choose another name") from None
+        raise df.ResultError(f"'{path}' exists already; choose another name") from None
     typer.echo(f"written: {path}")

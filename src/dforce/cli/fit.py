@@ -28,13 +28,13 @@ def fit(
     data: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[DATA]...", show_default=False, help="Files of measured curves; left out: that of [data]."
+            metavar="[DATA]...", show_default=False, help="Files of measured curves; default: the file under [data]."
         ),
     ] = None,
-    output: Annotated[Path | None, option("--output -o", "FIT.nc|FIT.csv", "Where the fit goes.")] = None,
+    output: Annotated[Path | None, option("--output -o", "FIT.nc|FIT.csv", "File for the fit.")] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw data, model and residuals of one curve.")] = None,
     identify: Annotated[
-        bool, typer.Option("--identify", help="Say what such a curve could tell, without a measurement.")
+        bool, typer.Option("--identify", help="Predict the errors of a fit, without a measurement.")
     ] = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -48,7 +48,7 @@ def fit(
     again = source.result is not None and source.result.attrs.get("kind") == "fit"
     if source.case.fit is None and not again:
         raise df.ParameterError(
-            f'{quoted(case)} does not say what to fit; write [fit] into it, such as free = ["sample.youngs_modulus"]'
+            f'{quoted(case)} has no table [fit]; write for example free = ["sample.youngs_modulus"]'
         )
     files = list(dict.fromkeys(data or []))
     if output is not None:
@@ -60,7 +60,7 @@ def fit(
     inputs = files if files or again else [str(path) for path in _named(source.case)]
     if len(inputs) > 1 or (inputs and _holds_several(source.case, inputs[0])):
         if plot is not None:
-            raise df.ParameterError("--plot draws the fit of one curve; give one file")
+            raise df.ParameterError("--plot draws the fit of one curve; name one file")
         return _many(source, inputs, output, json, quiet)
     with late_stop_waits():
         with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
@@ -82,7 +82,7 @@ def fit(
         if written:
             typer.echo(f"written: {', '.join(written)}")
     if stopped:
-        say("dforce: stopped; this is the best that was met")
+        say("dforce: stopped; these are the best values so far")
     return code
 
 
@@ -122,10 +122,7 @@ def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> i
             }
         )
         return DONE
-    words = {
-        "sample": "the instrument exactly known",
-        "prior": "A0 to 0.5 %, Q to 2 %, the phase offset to 0.5 degrees",
-    }
+    words = {"sample": "an exact instrument", "prior": "A0 to 0.5 %, Q to 2 %, the phase offset to 0.5 degrees"}
     for known in KNOWN if not quiet else ():
         tell(f"{words.get(known, 'A0, Q and the phase offset free, too')}:")
         tell(df.identify_report(result, known) + "\n")
@@ -155,7 +152,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
         if output is not None:
             typer.echo(f"written: {output}")
     if not whole:
-        say(f"dforce: stopped; curves that are done: {result.sizes['curve']}")
+        say(f"dforce: stopped; finished curves: {result.sizes['curve']}")
     return code
 
 

@@ -21,7 +21,7 @@ def gui(
             metavar="[CASE]",
             autocompletion=complete_cases,
             show_default=False,
-            help="A case file, a result, a store or an example to open; left out: where the last visit ended.",
+            help="A case file, a result, a store or an example to open; default: your last project.",
         ),
     ] = None,
     window: Annotated[
@@ -32,12 +32,15 @@ def gui(
     ] = True,
     host: Annotated[
         str,
-        typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 opens it to a class on the network."),
+        typer.Option(
+            "--host",
+            metavar="ADDRESS",
+            help="Address of the server; 0.0.0.0 opens the window to others on the network.",
+        ),
     ] = "127.0.0.1",
-    port: Annotated[str | None, option("--port", "NUMBER", "Port; left out: 8571, or a free one.")] = None,
+    port: Annotated[str | None, option("--port", "NUMBER", "Port; default: 8571, or a free port.")] = None,
     folder: Annotated[
-        Path | None,
-        option("--folder", "FOLDER", "Where documents and results are kept; left out: with the user's data."),
+        Path | None, option("--folder", "FOLDER", "Folder for documents and results; default: in the user's data.")
     ] = None,
 ) -> int:
     """Open the window: forms, live curves and plots in the browser, served by this computer alone."""
@@ -45,7 +48,7 @@ def gui(
     missing = [name for name in ("nicegui", "plotly") if importlib.util.find_spec(name) is None]
     if missing:
         raise df.ParameterError(
-            f"the window needs {' and '.join(missing)}, which {'are' if len(missing) > 1 else 'is'} not installed; "
+            f"the window needs {' and '.join(missing)}, but {'they are' if len(missing) > 1 else 'it is'} not installed; "
             'run: pip install "dforce[gui]"'
         )
     from dforce.gui.explore import is_explorable

@@ -26,14 +26,15 @@ def models(
     name: Annotated[
         str | None,
         typer.Argument(
-            autocompletion=complete_models, show_default=False, help="Show this model's whole page; or the word check."
+            autocompletion=complete_models,
+            show_default=False,
+            help="Show the page of this model; or write the word check.",
         ),
     ] = None,
     file: Annotated[
-        Path | None,
-        typer.Argument(metavar="[FILE.py]", show_default=False, help="After check: a file with models of your own."),
+        Path | None, typer.Argument(metavar="[FILE.py]", show_default=False, help="After check: your file with models.")
     ] = None,
-    long: Annotated[bool, typer.Option("--long", "-l", help="List the parameters of each model, too.")] = False,
+    long: Annotated[bool, typer.Option("--long", "-l", help="Also list the parameters of each model.")] = False,
     json: Json = False,
 ) -> int:
     """List the force models, or show one: equation, domain, parameters, source.
@@ -44,7 +45,7 @@ def models(
     if name == "check":
         return _check(file, json)
     if file is not None:
-        raise df.ParameterError("one model is shown at a time; a file is checked by dforce models check FILE.py")
+        raise df.ParameterError("only one model is shown at a time; to check a file type dforce models check FILE.py")
     if name is None:
         if json:
             print_json([_described(model) for model in registry.values()])
@@ -130,9 +131,9 @@ def _list(models: list[type[df.Force]], long: bool) -> None:
             else:
                 terminal.print(name + textwrap.shorten(about, max(room - len(name), 4), placeholder=" …"))
         terminal.print()
-    terminal.print(wrapped("one model's equation, domain and source: dforce models NAME", width()))
+    terminal.print(wrapped("equation, domain and source of a model: dforce models NAME", width()))
     if not long:
-        terminal.print(wrapped("all with their parameters: dforce models --long", width()))
+        terminal.print(wrapped("all models with their parameters: dforce models --long", width()))
 
 
 def _print_parameters(model: type[df.Force]) -> None:
@@ -177,7 +178,7 @@ def _page(model: type[df.Force]) -> None:
         terminal.print(wrapped(_line(about), width(), "  ", "      "))
         terminal.print(wrapped(symbol + about["meaning"], width(), "      ", "      "))
     if not keys:
-        terminal.print("  none of its own")
+        terminal.print("  no own parameters")
     if model.shared_fields():
         given = f"from the instrument: {', '.join(model.shared_fields().values())}"
         terminal.print("\n" + wrapped(given, width()))

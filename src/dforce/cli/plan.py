@@ -27,7 +27,7 @@ def plan(
     file: Annotated[
         Path, typer.Argument(metavar="PLAN.toml", show_default=False, help="A case file with a table [plan].")
     ],
-    output: Annotated[Path | None, option("--output -o", "MAP.nc", "Where the plan goes, if anywhere.")] = None,
+    output: Annotated[Path | None, option("--output -o", "MAP.nc", "File for the plan; default: none.")] = None,
     plot: Annotated[Path | None, option("--plot", "MAP.png|.pdf|.svg", "Draw the plan.")] = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -67,9 +67,9 @@ def plan(
         if written:
             typer.echo(f"written: {', '.join(written)}")
     if stopped:
-        say("dforce: stopped; the states are kept, without their margins, boundaries and the recommended point")
+        say("dforce: stopped; the states are kept, without margins, boundaries and a recommended point")
     elif not allowed:
-        say(f"dforce: no setting is allowed; {points['least_violation']['limit_hit']} stands in the way")
+        say(f"dforce: no setting is allowed; {points['least_violation']['limit_hit']} is the limit in the way")
     return code
 
 

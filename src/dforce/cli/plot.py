@@ -23,7 +23,7 @@ def plot(
             metavar="RESULT",
             autocompletion=complete_cases,
             show_default=False,
-            help="A result (.nc, .zarr): of a run, a sweep, a fit, a plan, a map, a measured curve.",
+            help="A result (.nc, .zarr) of a run, a sweep, a fit, a plan, a map, or a measured curve.",
         ),
     ],
     output: Annotated[
@@ -31,13 +31,13 @@ def plot(
         option(
             "--output -o",
             PICTURE,
-            "Where the picture goes; an older file is replaced. Left out: NAME.png, or NAME-2.png beside another file.",
+            "File for the picture; replaces an older file. Default: NAME.png, or NAME-2.png beside another file.",
         ),
     ] = None,
     quantity: Annotated[
         str | None,
         option(
-            "--quantity", "NAMES", "What is drawn, such as peak_force or amplitude,phase. Left out: what says most."
+            "--quantity", "NAMES", "Quantities to draw, such as peak_force or amplitude,phase. Default: an overview."
         ),
     ] = None,
     over: Annotated[
@@ -45,7 +45,7 @@ def plot(
         option(
             "--over",
             "NAMES",
-            "What it is drawn against, such as amplitude_ratio; of a sweep two, such as A0,youngs_modulus, give a map.",
+            "Quantity on the horizontal axis, such as amplitude_ratio. Two of a sweep, such as A0,youngs_modulus, draw a map.",
         ),
     ] = None,
     width: Annotated[str | None, option("--width", "WIDTH", 'Width of the picture, such as "85 mm".')] = None,
@@ -53,7 +53,7 @@ def plot(
     """Draw a result that was kept, whole or some of its quantities."""
     if Path(result).suffix.lower() == ".toml" or (not exists(Path(result)) and result in df.examples()):
         raise df.ParameterError(
-            f"{quoted(result)} is a case without a result; run it first: dforce run {quoted(result)} --plot FIG.png"
+            f"{quoted(result)} is a case without a result; first type dforce run {quoted(result)} --plot FIG.png"
         )
     if output is not None:
         check_target(output, df.plot.FORMATS)
@@ -65,9 +65,9 @@ def plot(
     data, figure = df.read(result), df.plot.Sheet()
     names, across = _split(quantity), _split(over)
     if across and not names:
-        raise df.ParameterError(f"--over {over} says against what; say with --quantity what is drawn")
+        raise df.ParameterError(f"--over {over} sets the axis; name the quantity with --quantity")
     if len(across) > 2 or (len(across) == 2 and len(names) > 1):
-        raise df.ParameterError("a map shows one --quantity over two parameters, and a curve any over one")
+        raise df.ParameterError("a map draws one --quantity over two parameters, a curve any number over one")
     axes: Any
     if len(across) == 2:
         axes = df.plot.map(data, across[0], across[1], names[0], figure=figure)

@@ -42,12 +42,12 @@ NUMBERS = (
     ("quality factor Q", "Q", "1"),
 )
 Pairs = Annotated[
-    list[str], repeated("--columns", "NAME=COLUMN", 'Which column holds a quantity, such as amplitude="Lock-in R"')
+    list[str], repeated("--columns", "NAME=COLUMN", 'Column of a quantity, such as amplitude="Lock-in R"')
 ]
 Calibrated = Annotated[
     str,
     typer.Option(
-        "--calibrated", metavar="static|mode", help="How the sensitivity was found: by a force curve or for mode 1."
+        "--calibrated", metavar="static|mode", help="Calibration of the sensitivity: by a force curve or for mode 1."
     ),
 ]
 
@@ -58,33 +58,32 @@ class FileReading:
 
     columns: Pairs
     units: Annotated[
-        list[str], repeated("--units", "NAME=UNIT", "Unit of a quantity whose column names none, such as amplitude=nm")
+        list[str], repeated("--units", "NAME=UNIT", "Unit of a column without a unit, such as amplitude=nm")
     ]
     phase_convention: Annotated[
         str | None,
         option(
             "--phase --phase-convention",
             "CONVENTION",
-            "What the file's phases are with the lag behind the drive: lag, lag-90, 90-lag or lead.",
+            "Phase convention of the file, relative to the lag behind the drive: lag, lag-90, 90-lag or lead.",
         ),
     ] = None
     sensitivity: Annotated[
-        str | None, option("--sensitivity", "LENGTH/V", 'By which volts are multiplied, such as "52 nm/V".')
+        str | None, option("--sensitivity", "LENGTH/V", 'Sensitivity that converts volts, such as "52 nm/V".')
     ] = None
     amplitude_is: Annotated[
-        str | None, option("--amplitude-is", "peak|rms", "What the file's amplitudes are; peak is zero to peak.")
+        str | None, option("--amplitude-is", "peak|rms", "Amplitudes in the file; peak is zero to peak.")
     ] = None
-    height: Annotated[
-        str | None, option("--height", "sensor|piezo", "Which height counts, where the file holds both.")
-    ] = None
+    height: Annotated[str | None, option("--height", "sensor|piezo", "Height to use, if the file has both.")] = None
     height_grows: Annotated[
         str | None,
-        option("--height-grows", "away|toward", "Where larger heights are: away from the sample or toward it."),
+        option("--height-grows", "away|toward", "Direction of larger heights: away from the sample or toward it."),
     ] = None
     direction: Annotated[
-        str | None, option("--direction", "approach|retract", "Which of them the file holds, where it does not say.")
+        str | None,
+        option("--direction", "approach|retract", "Direction of the curve, if the file does not contain it."),
     ] = None
-    curve: Annotated[str | None, option("--curve", "NUMBER", "Which curve of a file that holds several, from 1.")] = (
+    curve: Annotated[str | None, option("--curve", "NUMBER", "Number of the curve in a file with several, from 1.")] = (
         None
     )
 
@@ -94,11 +93,13 @@ class LeverSpectrum:
     """A thermal spectrum of the same lever."""
 
     thermal: Annotated[
-        Path | None, option("--thermal", "SPECTRUM", "A file of the thermal spectrum, which tells f0, Q and k.")
+        Path | None, option("--thermal", "SPECTRUM", "A file of the thermal spectrum, for f0, Q and k.")
     ] = None
     temperature: Annotated[
         str | None,
-        option("--temperature", "TEMPERATURE", 'Of the thermal spectrum, such as "25 degC"; left out: 298.15 K.'),
+        option(
+            "--temperature", "TEMPERATURE", 'Temperature of the thermal spectrum, such as "25 degC"; default: 298.15 K.'
+        ),
     ] = None
     calibrated: Calibrated = "static"
 
@@ -110,10 +111,13 @@ def read(
     case: Annotated[
         str | None,
         option(
-            "--case", "CASE", "The instrument: its free lag, k, f0 and Q, and its table [data], which says how to read."
+            "--case",
+            "CASE",
+            "The case of the instrument: its free lag, k, f0 and Q, and its table [data] with the settings "
+            "of the file.",
         ),
     ] = None,
-    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "Where the curve goes.")] = None,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the curve.")] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the curve.")] = None,
     json: Json = False,
 ) -> int:
@@ -172,7 +176,7 @@ def named(option: str, given: list[str]) -> dict[str, str]:
     for text in given:
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
-            raise df.ParameterError(f"{option} '{shorten(text)}' is not of the form NAME=VALUE")
+            raise df.ParameterError(f"{option} '{shorten(text)}' is not NAME=VALUE")
         found[name.strip()] = value.strip()
     return found
 
@@ -180,9 +184,7 @@ def named(option: str, given: list[str]) -> dict[str, str]:
 def _tune(spectrum: LeverSpectrum, sensitivity: str | None) -> df.ThermalTune | None:
     if spectrum.thermal is None:
         if spectrum.temperature is not None:
-            raise df.ParameterError(
-                "--temperature is that of a thermal spectrum, and none is given; give --thermal as well"
-            )
+            raise df.ParameterError("--temperature needs a thermal spectrum; also write --thermal")
         return None
     return df.thermal_tune(
         spectrum.thermal, sensitivity=sensitivity, calibrated=spectrum.calibrated, temperature=spectrum.temperature

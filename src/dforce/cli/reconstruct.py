@@ -41,19 +41,19 @@ def reconstruct(
         typer.Argument(
             metavar="CURVE",
             show_default=False,
-            help="A result (.nc) of an approach or of branches, or a measured curve; --case says how other files are read.",
+            help="A result (.nc) of an approach or of branches, or a measured curve; --case has the settings of other files.",
         ),
     ],
     case: Annotated[
-        Path | None, option("--case", "CASE.toml", "Instrument of a measured curve that does not say it.")
+        Path | None, option("--case", "CASE.toml", "The case of the instrument, for a measured curve without it.")
     ] = None,
     direction: Annotated[
-        str | None, option("--direction", "approach|retract", "Only this walk; left out: all points.")
+        str | None, option("--direction", "approach|retract", "Only this direction; default: all points.")
     ] = None,
     errors: PointErrors,
-    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "Where the force goes.")] = None,
+    output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the force.")] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the force.")] = None,
-    formulas: Annotated[bool, typer.Option("--formulas", help="Draw the formulas in use beside it.")] = False,
+    formulas: Annotated[bool, typer.Option("--formulas", help="Also draw the formulas in use.")] = False,
     printed: Printed,
 ) -> int:
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
@@ -62,7 +62,7 @@ def reconstruct(
     if plot is not None:
         check_target(plot, df.plot.FORMATS)
     if formulas and plot is None:
-        raise df.ParameterError("--formulas are drawn in a picture, and none is drawn; give --plot as well")
+        raise df.ParameterError("--formulas needs a picture; also write --plot")
     instrument = None if case is None else df.load_case(case)
     data = _read(curve, instrument)
     if direction is not None:
@@ -94,8 +94,8 @@ def _read(curve: Path, instrument: df.Case | None) -> xr.Dataset:
         return df.read(curve)
     if instrument is None:
         raise df.ParameterError(
-            f"'{shorten(curve.name)}' is no result: give the instrument by --case, whose table [data] says how to read the "
-            "curve, or read it first (dforce read) and write curve.nc"
+            f"'{shorten(curve.name)}' is not a result: write --case with the case of the instrument and its table [data]. "
+            "Or first type dforce read with -o curve.nc"
         )
     from dforce.inverse.fitting.load import measured_curve
 

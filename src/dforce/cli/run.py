@@ -47,9 +47,7 @@ def run(
     at_set_point: Annotated[
         str | None,
         option(
-            "--at-set-point",
-            "SHARES",
-            'Show the states in which A/A0 is this share, such as 0.8, "80 %" or 0.7,0.8. Left out: 80 %.',
+            "--at-set-point", "SHARES", 'Show the states at this A/A0, such as 0.8, "80 %" or 0.7,0.8. Default: 80 %.'
         ),
     ] = None,
     output: Annotated[
@@ -57,17 +55,15 @@ def run(
         option(
             "--output -o",
             "OUT.nc|OUT.csv",
-            "Where the result goes; an older file is replaced. Left out: NAME.nc, which an earlier run of the very same "
-            "case gives way to, and nothing else: beside another file it is NAME-2.nc.",
+            "File for the result; replaces an older file. Default: NAME.nc; replaces only an older result of the same "
+            "case. Beside another file: NAME-2.nc.",
         ),
     ] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the result.")] = None,
     width: Annotated[str | None, option("--width", "WIDTH", 'Width of the picture, such as "85 mm".')] = None,
     states: Annotated[
         bool,
-        typer.Option(
-            "--states", help="Draw all states behind the curve of an approach as well, the unstable ones dashed."
-        ),
+        typer.Option("--states", help="Also draw all states behind the curve of an approach, unstable states dashed."),
     ] = False,
     printed: Printed,
 ) -> int:
@@ -89,7 +85,7 @@ def run(
         check_target(plot, df.plot.FORMATS)
     if width is not None:
         if plot is None:
-            raise df.ParameterError("--width is that of a picture, and none is drawn; give --plot as well")
+            raise df.ParameterError("--width needs a picture; also write --plot")
         df.plot.check_width(width)
     if states:
         _check_states(source.case, plot)
@@ -102,7 +98,7 @@ def run(
             result.attrs.pop("interrupted", None)
         stopped = bool(result.attrs.get("interrupted"))
         if stopped and not _computed(result):
-            say("dforce: stopped before the first point was done; nothing was written")
+            say("dforce: stopped before the first point was finished; nothing was written")
             return STOPPED
         written = df.write(result, output) if output is not None else _write_beside(result, source)
     found = None
@@ -138,11 +134,11 @@ def run(
         computed, points = _computed(result), _points(result)
         # how many states there are is known when all are found
         done = f"{computed} points" if computed == points else f"{computed} of {points} points"
-        say(f"dforce: stopped; {done} are done and kept{_how(written)}")
+        say(f"dforce: stopped; {done} are finished and kept{_how(written)}")
     if late.asked and not stopped:
         say("dforce: stopped; the result is complete and kept")
     if without:
-        say("dforce: stopped while states were looked for; the curve is complete, and drawn without them")
+        say("dforce: stopped during the search for states; the curve is complete, and drawn without them")
     return code
 
 
@@ -153,7 +149,7 @@ def _at(case: df.Case, shares: str) -> df.Case:
         return case.replace("experiment", {"kind": "approach", "direction": "both", "zc": OVER_A0, "set_point": wanted})
     if not hasattr(case.experiment, "set_point"):
         raise df.ParameterError(
-            f"--at-set-point goes with an approach or branches; this experiment is {case.experiment.kind}. "
+            f"--at-set-point needs an approach or branches; this experiment is {case.experiment.kind}. "
             "Without [experiment] dForce runs an approach and retract from 1.2 A0 to 0.1 A0"
         )
     return case.replace("experiment.set_point", wanted)
@@ -173,11 +169,11 @@ def _refuse_sweep(name: str, case: df.Case, over: str, continued: bool) -> None:
         how = how + " in Python" if case.sweep is None else f"dforce sweep {'continues' if continued else 'repeats'}"
         raise df.ResultError(
             f"{quoted(name)} is a sweep over {over.replace(' ', ', ')}, which {how}; "
-            f"to run one case of it, give the value: --set {first}=..."
+            f"to run one case of it, write its value: --set {first}=..."
         )
     if case.sweep is not None:
         raise df.ParameterError(
-            f"{quoted(name)} has a table [sweep], so it is many cases, which another command computes: "
+            f"{quoted(name)} has a table [sweep] with many cases; type "
             f"dforce sweep {quoted(name)} -o {quoted(f'{Path(name).stem}.nc')}"
         )
 
@@ -185,14 +181,12 @@ def _refuse_sweep(name: str, case: df.Case, over: str, continued: bool) -> None:
 def _check_states(case: df.Case, plot: Path | None) -> None:
     """Raise ParameterError where states cannot be drawn behind what a case gives."""
     if plot is None:
-        raise df.ParameterError("--states are drawn in a picture, and none is drawn; give --plot as well")
+        raise df.ParameterError("--states needs a picture; also write --plot")
     if not isinstance(case.experiment, df.experiments.Approach):
         kind = "none" if case.experiment is None else case.experiment.kind
-        raise df.ParameterError(f"--states are drawn behind the curve of an approach, and this experiment is {kind}")
+        raise df.ParameterError(f"--states needs the curve of an approach; this experiment is {kind}")
     if len(set(case.experiment.distances().tolist())) == 1:
-        raise df.ParameterError(
-            "--states are drawn along a range of distances, and this approach has only one distance"
-        )
+        raise df.ParameterError("--states needs a range of distances; this approach has only one distance")
 
 
 def _draw_states(case: df.Case, curve: xr.Dataset, plot: Path, width: str | None, quiet: bool) -> xr.Dataset:

@@ -13,7 +13,7 @@ from dforce.cli._terminal import DONE
 from dforce.core.files import check_target, write_whole
 
 
-def schema(output: Annotated[Path | None, option("--output -o", "FILE.json", "Where the schema goes.")] = None) -> int:
+def schema(output: Annotated[Path | None, option("--output -o", "FILE.json", "File for the schema.")] = None) -> int:
     """Print the JSON schema of case files, which editors use to complete and check them."""
     from dforce.case import case_schema
 

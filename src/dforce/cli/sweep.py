@@ -30,31 +30,26 @@ MOST_LINES = 30  # of states at a set point
 class SweepWorkers:
     """Who computes the cases."""
 
-    workers: Annotated[str | None, option("--workers", "N", "Threads; left out: one for each core.")] = None
+    workers: Annotated[str | None, option("--workers", "N", "Number of threads; default: one for each core.")] = None
     cluster: Annotated[
         str | None,
         option(
             "--cluster",
             "tcp://...",
-            "Address of the scheduler of a Dask cluster, whose workers compute the blocks of a store.",
+            "Address of the scheduler of a Dask cluster; its workers compute the blocks of a store.",
         ),
     ] = None
 
 
 @dataclass(frozen=True)
-class KeptQuantities:
+class QuantityOptions:
     """Which quantities stay."""
 
     keep: Annotated[
         str | None, option("--keep", "NAMES", "Quantities to keep, such as amplitude,phase,peak_force.")
     ] = None
     at_set_point: Annotated[
-        str | None,
-        option(
-            "--at-set-point",
-            "SHARE",
-            "Keep only the states in which the amplitude is this share of the free amplitude, such as 0.8 or 80%.",
-        ),
+        str | None, option("--at-set-point", "SHARE", "Keep only the states at this A/A0, such as 0.8 or 80%.")
     ] = None
 
 
@@ -67,12 +62,12 @@ def sweep(
         option(
             "--output -o",
             "OUT.zarr|URL.zarr|OUT.nc",
-            "Where the result goes: a store of any size, which grows block by block, or a file, written at the end.",
+            "A store of any size, written block by block, or a file, written at the end.",
         ),
     ],
-    kept: KeptQuantities,
+    kept: QuantityOptions,
     by: SweepWorkers,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with what is in OUT.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the sweep in OUT.")] = False,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw some of the cases.")] = None,
     printed: Printed,
 ) -> int:
@@ -83,7 +78,7 @@ def sweep(
     source = open_source(case, settings)
     if source.case.sweep is None:
         raise df.ParameterError(
-            f"{quoted(case)} does not say what to vary; write [sweep] into it, such as "
+            f"{quoted(case)} has no table [sweep]; write for example "
             'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
         )
     from dforce.results.store import is_store
@@ -110,7 +105,7 @@ def sweep(
         stopped = bool(result.attrs.get("interrupted"))
         counts = counted(result)
         if stopped and not in_blocks and set(counts) == {df.Status.NOT_COMPUTED}:
-            say("dforce: stopped before the first case was done; nothing was written")
+            say("dforce: stopped before the first case was finished; nothing was written")
             return STOPPED
         if not in_blocks:
             df.write(result, output)
@@ -135,7 +130,7 @@ def sweep(
         on = f"continue with: {' '.join([*again, '-o', quoted(output), *share, '--resume'])}"
         if share and not in_blocks:
             on = "only a store (-o OUT.zarr) could be continued at a set point"
-        say(f"dforce: stopped; what is done is kept; {on}")
+        say(f"dforce: stopped; finished cases are kept; {on}")
     return code
 
 
@@ -160,7 +155,7 @@ def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
     names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
     for place in np.argwhere(np.isfinite(result["zc"].values)):
         one = result.isel(dict(zip(result["zc"].dims, place.tolist(), strict=True)))
-        yield {str(name): one[name].values.flat[0].item() for name in names if name in one.variables}
+        yield {str(name): one[name].values.ravel().tolist()[0] for name in names if name in one.variables}
 
 
 def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:

@@ -36,12 +36,12 @@ class SpectrumCalibration:
         option(
             "--sensitivity",
             "LENGTH/V",
-            'By which volts are multiplied, such as "52 nm/V" or, with its error, "52(1) nm/V".',
+            'Sensitivity that converts volts, such as "52 nm/V" or, with its error, "52(1) nm/V".',
         ),
     ] = None
     calibrated: Calibrated = "static"
     temperature: Annotated[
-        str | None, option("--temperature", "TEMPERATURE", 'Such as "25 degC"; left out: 298.15 K.')
+        str | None, option("--temperature", "TEMPERATURE", 'Temperature, such as "25 degC"; default: 298.15 K.')
     ] = None
 
 
@@ -53,7 +53,7 @@ def thermal(
     ],
     columns: Pairs,
     unit: Annotated[
-        str | None, option("--unit", "UNIT", 'Unit of the density, where its column names none, such as "pm/sqrt(Hz)".')
+        str | None, option("--unit", "UNIT", 'Unit of the density, if its column has none, such as "pm/sqrt(Hz)".')
     ] = None,
     calibration: SpectrumCalibration,
     band: Annotated[
@@ -61,7 +61,7 @@ def thermal(
         option(
             "--band",
             "LOWEST,HIGHEST",
-            'Frequencies of the fit, such as "60 kHz,80 kHz"; left out: 5 widths of the peak on both sides.',
+            'Frequencies of the fit, such as "60 kHz,80 kHz"; default: 5 widths of the peak on both sides.',
         ),
     ] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the spectrum and its fit.")] = None,
@@ -113,7 +113,7 @@ def _print(tune: ThermalTune, spectrum: str) -> None:
     values = tune.as_table()
     for name, (label, unit) in ROWS.items():
         table.add_row(Text(label), Text(with_error(*values[name], unit)))
-    table.add_row(Text("spring constant for a steady force"), Text(show(tune.k_static, "N/m", 4)))
+    table.add_row(Text("static spring constant"), Text(show(tune.k_static, "N/m", 4)))
     terminal = console()
     terminal.print(Text(wrapped(printable(f"thermal spectrum {quoted(spectrum)}"), width()), style="bold"))
     terminal.print(table)

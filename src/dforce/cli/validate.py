@@ -14,7 +14,7 @@ from dforce.core.files import check_target, write_whole
 
 def validate(
     output: Annotated[Path | None, option("-o --output", "PAGE.md", "Write the page to a file.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Only what takes seconds.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Only the checks that take seconds.")] = False,
     json: Json = False,
 ) -> int:
     """Check dForce against published values, exact balances and independent integrators.

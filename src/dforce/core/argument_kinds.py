@@ -15,10 +15,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-WHERE = "df.example and df.load_case give one"
+WHERE = "get a case from df.example or df.load_case"
 CLASSES = {
     "Case": ("dforce.case", "Case", "a case", WHERE),
-    "xr.Dataset": ("xarray", "Dataset", "a result", "df.run and df.read give one"),
+    "xr.Dataset": ("xarray", "Dataset", "a result", "get a result from df.run or df.read"),
     "xr.DataArray": ("xarray", "DataArray", "a quantity of a result", "result['amplitude'] is one"),
     "FigureBase": ("matplotlib.figure", "FigureBase", "a figure", "matplotlib.pyplot.figure() gives one"),
     "Picture": ("dforce.results.curves", "Picture", "a picture", "dforce.results.curves.pictures_of gives some"),
@@ -84,7 +84,7 @@ def kind_of(annotation: str) -> ArgumentKind | None:
         return ArgumentKind(functools.partial(_are_all, item), f"a list of {item.words}" if item else "a list")
     plain = PLAIN.get(annotation) or PLAIN.get(outer)
     if plain is None:
-        raise LookupError(f"'{annotation}' is no kind of argument known to {__name__}")
+        raise LookupError(f"'{annotation}' is no kind of argument in {__name__}")
     return ArgumentKind(*plain)
 
 

@@ -26,12 +26,12 @@ def lines_of(file: Path, key: str) -> list[str]:
     """
     what = f"{key} = '{shorten(file.name)}'"
     if file.suffix != ".csv":
-        raise ParameterError(f"{what} is no CSV file: its name has to end in .csv")
+        raise ParameterError(f"{what} is not a CSV file: its name must end in .csv")
     content = read_input(file, "table of a case", MOST_BYTES, ParameterError, name=what)
     try:
         return content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise ParameterError(f"{what} is no text in UTF-8") from None
+        raise ParameterError(f"{what} is not text in UTF-8") from None
 
 
 def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, list[float]]:
@@ -57,13 +57,11 @@ def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, li
     names = [name for name, _ in headings]
     for name in names:
         if names.count(name) > 1:
-            raise ParameterError(f"{what} has two columns '{name}'; leave one out")
+            raise ParameterError(f"{what} has two columns '{name}'; remove one")
     columns: dict[str, list[float]] = {name: [] for name in names}
     for number, cells in rows[1:]:
         if len(cells) != len(names):
-            raise ParameterError(
-                f"{what}, line {number}: it has {len(cells)} cells, and {len(names)} columns are named"
-            )
+            raise ParameterError(f"{what}, line {number}: it has {len(cells)} cells for {len(names)} columns")
         for (name, unit), cell in zip(headings, cells, strict=True):
             try:
                 columns[name].append(units.parse(f"{cell} {unit}".strip(), known[name]))

@@ -21,7 +21,7 @@ def loaded(group: str, kind: type[T], what: str) -> list[T]:
                 raise TypeError(f"it is no {kind.__name__}")
         except Exception as error:  # a broken package must not take the others with it  # noqa: BLE001
             log.announce(
-                f"The {what} '{entry.name}' ({entry.value}) cannot be loaded, so it is missing: "
+                f"The {what} '{entry.name}' ({entry.value}) cannot be loaded: "
                 f"{type(error).__name__}: {shorten(str(error), 200)}"
             )
         else:

@@ -17,9 +17,7 @@ from dforce.core.errors import DForceError, ParameterError, ResultError, checked
 READ_ONLY = sum(getattr(os, flag, 0) for flag in ("O_RDONLY", "O_BINARY", "O_CLOEXEC", "O_NOCTTY", "O_NONBLOCK"))
 CHUNK = 65_536  # bytes that are read at once where the system gives no size
 SUFFIXES = (".nc", ".csv")  # of results
-FOR_GUESTS = (
-    "is the name of a file on the server, which guests may not read; leave it out and give the values themselves"
-)
+FOR_GUESTS = "is a file on the server, and guests may not read it; write the values themselves"
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
 ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
 
@@ -83,7 +81,7 @@ def read_input(
             if stat.S_ISDIR(status.st_mode):
                 raise error(f"{name} is a folder, not a file")
             if not stat.S_ISREG(status.st_mode):
-                raise error(f"{name} is not an ordinary file: devices and pipes are not read")
+                raise error(f"{name} is not an ordinary file: dForce does not read devices and pipes")
             parts = [file.read(min(CHUNK, most_bytes + 1)) or b""]
             most_bytes = next(
                 (most for start, most in (larger or {}).items() if parts[0].startswith(start)), most_bytes
@@ -93,7 +91,7 @@ def read_input(
                 parts.append(file.read(min(left, max(status.st_size, CHUNK))) or b"")
                 left -= len(parts[-1])
             if left <= 0 or status.st_size > most_bytes:
-                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, so it is not read as a {what}")
+                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, the limit for a {what}")
     except FileNotFoundError:
         raise missing from None
     except IsADirectoryError:
@@ -156,7 +154,7 @@ def check_target(
     target, name = Path(path), f"'{shorten(str(path))}'"
     if target.suffix.lower() not in suffixes:
         ending = f"ends in '{shorten(target.suffix, 20)}'" if target.suffix else "has no ending"
-        raise ResultError(f"{name} {ending}; a file ending in {', '.join(suffixes)} can be written")
+        raise ResultError(f"{name} {ending}; use a name ending in {', '.join(suffixes)}")
     try:
         folder = target.resolve().parent
         if not folder.is_dir():
@@ -165,9 +163,9 @@ def check_target(
         if taken and not target.is_file():
             raise ResultError(f"{name} cannot be written: it is not a file")
         if taken and any(Path(one).exists() and target.samefile(one) for one in spare):
-            raise ResultError(f"{name} is what is read, and would be lost; give the result another name")
+            raise ResultError(f"{name} is the input, and would be lost; give the result another name")
         if not os.access(target if taken else folder, os.W_OK):
-            raise ResultError(f"{name} cannot be written: it may not be changed by this user")
+            raise ResultError(f"{name} cannot be written: this user may not change it")
     except ResultError:
         raise
     except (OSError, ValueError) as error:

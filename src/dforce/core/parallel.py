@@ -44,7 +44,7 @@ class Crew:
         with self._lock:
             self.done += points
 
-    def watch(self) -> None:
+    def check_cancelled(self) -> None:
         """Raise :class:`Stopped`, in a job, once the work is to stop."""
         if self._stopped.is_set():
             raise Stopped
@@ -78,7 +78,7 @@ class Crew:
 
     def _quiet(self, job: Callable[[], None]) -> None:
         try:
-            with watching(self.watch):
+            with watching(self.check_cancelled):
                 if not self._stopped.is_set():
                     job()
         except Stopped:

@@ -131,7 +131,7 @@ class ParameterQuantity:
         """
         value = units.parse(given, self.unit)
         if self.unit == "1" and isinstance(given, str) and given.rstrip().endswith("%") and self.bounds()[1] > 1.0:
-            raise ParameterError(f"is '{shorten(given)}', but it is no share; write a number without %")
+            raise ParameterError(f"is '{shorten(given)}', but is not a share; write a number without %")
         try:
             self.check(value)
         except ParameterError as error:
@@ -300,9 +300,7 @@ class Parameters(pydantic.BaseModel):
             return
         if name not in type(self).model_fields:
             raise ParameterError(f"{self.section()} has no parameter '{name}'{nearest(name, self.keys())}")
-        raise ParameterError(
-            f"{self.section()}.{name} cannot be changed, because nothing in a case can; {self._other_way(name)}"
-        )
+        raise ParameterError(f"{self.section()}.{name} cannot be changed: a case is frozen; {self._other_way(name)}")
 
     def _other_way(self, name: str) -> str:
         """Return how a copy with another value is made."""
@@ -349,7 +347,7 @@ class Parameters(pydantic.BaseModel):
             return data
         for key in data:
             if key in cls.shared_fields():
-                raise ParameterError(f"takes '{key}' from the instrument: give {cls.shared_fields()[key]} instead")
+                raise ParameterError(f"takes '{key}' from the instrument: set {cls.shared_fields()[key]} instead")
             if key not in cls.model_fields:
                 hint = nearest(shorten(str(key), 40), cls.keys())
                 raise ParameterError(f"has no parameter '{shorten(str(key), 40)}'{hint}")

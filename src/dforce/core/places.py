@@ -27,7 +27,7 @@ def user_folder(what: Literal["cache", "data"]) -> Path:
         folder = "~"
     if folder.startswith("~"):  # as older versions of platformdirs leave it
         raise ParameterError(
-            "this user has no home, where dForce keeps files; set the environment variable HOME to a folder"
+            "this user has no home folder for the files of dForce; set the environment variable HOME to a folder"
         )
     return Path(folder)
 

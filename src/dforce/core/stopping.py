@@ -25,7 +25,7 @@ from dforce.core import log
 SAME = 1.0  # s within which a second signal is the first one: `timeout` sends it to the process and to its group
 AGAIN = 0.05  # s between tries to raise a stop that waits for an import or a compilation
 IMPORTS = "<frozen importlib"  # how the files of Python's own importer begin
-SENTENCE = "Stopped by {}: what was computed is kept. A result that is not whole has attrs['interrupted'] = 1."
+SENTENCE = "Stopped by {}: the finished points are kept. An incomplete result has attrs['interrupted'] = 1."
 _watching: ContextVar[Callable[[], None] | None] = ContextVar("watching", default=None)
 
 
@@ -171,15 +171,15 @@ def look() -> None:
     """
     if _in_main_thread():
         _ending.look()
-    watch = _watching.get()
-    if watch is not None:
-        watch()
+    check_cancelled = _watching.get()
+    if check_cancelled is not None:
+        check_cancelled()
 
 
 @contextlib.contextmanager
-def watching(watch: Callable[[], None]) -> Iterator[None]:
+def watching(check_cancelled: Callable[[], None]) -> Iterator[None]:
     """Let each :func:`look` in this thread call a function as well, which raises when the work is to stop."""
-    token = _watching.set(watch)
+    token = _watching.set(check_cancelled)
     try:
         yield
     finally:

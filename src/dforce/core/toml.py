@@ -25,7 +25,7 @@ def read_toml(text: str) -> dict[str, Any]:
         With a sentence, where it is none, too long, or nested too deeply.
     """
     if len(text) > LONGEST:
-        raise ValueError(f"it has {len(text)} characters; more than {LONGEST} are not read")
+        raise ValueError(f"it has {len(text)} characters; the limit is {LONGEST}")
     if (found := DEEP_KEY.search(text)) is not None:
         line = text.count("\n", 0, found.start()) + 1
         raise ValueError(f"line {line} has a key of more than {MOST_PARTS} parts")

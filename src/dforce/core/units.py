@@ -265,7 +265,7 @@ def parse_all(given: object, unit: str) -> list[float]:
 
 
 def _example(unit: str) -> str:
-    return f" (give it in {SUGGESTED.get(unit, unit)}, say)" if unit != "1" else ""
+    return f" (for example in {SUGGESTED.get(unit, unit)})" if unit != "1" else ""
 
 
 def _finite(value: float, given: object) -> float:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 import pydantic
 
+from dforce.core.arrays import Array
 from dforce.core.parameters import Part, param, part
 from dforce.experiments.base import (
     PROTOCOL,
@@ -31,7 +32,7 @@ WAYS = ("approach", "retract")
 
 
 class Approach(DistanceExperiment, CurveExperiment):
-    """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is found."""
+    """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is solved."""
 
     kind: Literal["approach"] = "approach"
     zc: Part[Distances] = param(
@@ -45,7 +46,7 @@ class Approach(DistanceExperiment, CurveExperiment):
     protocol: ProtocolName = PROTOCOL
     carry_state: bool = pydantic.Field(
         default=True,
-        description="stepwise: start each distance from the motion at the one before; otherwise each from `start`",
+        description="stepwise: start each distance from the motion at the distance before; otherwise from `start`",
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
@@ -54,14 +55,14 @@ class Approach(DistanceExperiment, CurveExperiment):
         refuse_fresh_starts(self.protocol, self.carry_state)
         return self
 
-    def distances(self, A0: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the average distances (m), as given; shares are those of `A0` (m)."""
+    def distances(self, A0: float = 1.0) -> Array:
+        """Return the average distances (m) in your order; shares refer to `A0` (m)."""
         if isinstance(self.zc, RelativeGrid):
             return np.asarray(self.zc.values() * A0)
         return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
 
     def visits(self) -> list[Place]:
-        """Return the places of the result in the order in which the tip comes to them."""
+        """Return the indices of the result in the order of the tip's path."""
         return visits(self.distances(), self.direction, *WAYS, falls=True)
 
     def plan(self, problem: Problem) -> CurvePlan:

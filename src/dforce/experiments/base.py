@@ -49,9 +49,7 @@ class RelativeGrid(Parameters):
 
     title_of: ClassVar[str] = "zc"
 
-    of: Literal["drive.A0"] = pydantic.Field(
-        description="what the distances are shares of: the first tone's free amplitude"
-    )
+    of: Literal["drive.A0"] = pydantic.Field(description="the reference of the shares: the first tone's free amplitude")
     start: float = pydantic.Field(
         ge=-MOST_SHARE, le=MOST_SHARE, description="first average distance as a share of A0, such as 1.15"
     )
@@ -74,7 +72,7 @@ def _distances(given: Any) -> Any:
     except TypeError:
         raise ParameterError(f"is {shorten(given)}, which is not a list of distances or a grid") from None
     if not items:
-        raise ParameterError("is an empty list; give at least one distance")
+        raise ParameterError("is an empty list; write at least one distance")
     if len(items) > MOST_POINTS:
         raise ParameterError(f"has {len(items)} distances; at most {MOST_POINTS} are allowed")
     return tuple(units.parse(item, "m") for item in items)
@@ -110,15 +108,15 @@ ProtocolName = Literal["quasi_static", "stepwise"]
 PROTOCOL: Any = pydantic.Field(
     default="quasi_static",
     title="How the parameter changes",
-    description="quasi_static: the parameter changes so slowly that the motion stays on its state until that ends; "
-    "stepwise: each point from the motion at the one before, after a sudden step",
+    description="quasi_static: the parameter changes so slowly that the motion stays on its state until the state ends. "
+    "stepwise: each point from the motion at the point before, after a sudden step",
 )
 
 
 def refuse_fresh_starts(protocol: str, carry_state: bool) -> None:
     """Raise :class:`ParameterError` where each point is to start anew although the motion is to stay on its state."""
     if protocol == "quasi_static" and not carry_state:
-        raise ParameterError('experiment.carry_state = false goes with protocol = "stepwise": write that beside it')
+        raise ParameterError('experiment.carry_state = false needs protocol = "stepwise"; write both')
 
 
 @dataclass(frozen=True)
@@ -227,7 +225,7 @@ class MotionExperiment(Experiment):
     """One that gives steady motions of the driven tip, and so their harmonics."""
 
     harmonics: int = pydantic.Field(
-        default=10, ge=1, le=100, description="number of harmonics of the first tone that are reported"
+        default=10, ge=1, le=100, description="number of reported harmonics of the first tone"
     )
 
 
@@ -299,12 +297,12 @@ def initial_motions(block: Block, at: Array, start: Start) -> list[Motion]:
     """
     from dforce.solvers.block import FREQUENCY
 
-    tones = block.lot.example.tones
+    tones = block.batch.example.tones
     if block.parameter == FREQUENCY or len(tones) > 1:
         return [initial_motion(block.integrator(case, value), start) for case, value in enumerate(at.tolist())]
-    lot, rest = block.lot.at_heights(at), initial_motion(block.integrator(0, float(at[0])), "rest")
+    batch, rest = block.batch.at_heights(at), initial_motion(block.integrator(0, float(at[0])), "rest")
     if isinstance(start, InitialMotion):
-        rows = lot.moving(tones[0].mode, start.amplitude, start.phase)
+        rows = batch.moving(tones[0].mode, start.amplitude, start.phase)
     else:
-        rows = lot.free() if start == "free" else lot.moving(tones[0].mode, 0.0, 0.0)
+        rows = batch.free() if start == "free" else batch.moving(tones[0].mode, 0.0, 0.0)
     return [replace(rest, y=tuple(row)) for row in rows.tolist()]

@@ -68,10 +68,10 @@ class VelocityGrid(Even):
 
 
 class Basins(MotionExperiment):
-    """At one average distance the motion starts from every point of a grid; where it settles is its state.
+    """At one average distance the motion starts from every point of a grid, and settles to a state.
 
-    The start is that of the first tone's mode: an amplitude and a phase lag, or a deflection and a velocity at the drive's
-    phase zero. Modes driven by other tones start with their free motion, the sample rested.
+    The grid sets the start of the first tone's mode: amplitude and phase lag, or deflection and velocity at phase zero of the
+    drive. Modes of other tones start with their free motion, and the sample starts relaxed.
     """
 
     procedure = "procedures.basins:basins"
@@ -83,9 +83,9 @@ class Basins(MotionExperiment):
     kind: Literal["basins"] = "basins"
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     amplitude: Part[AmplitudeGrid | None] = part(
-        None, description="initial amplitudes; left out, with all other grids: up to 1.2 times the free amplitude"
+        None, description="initial amplitudes; default: up to 1.2 times the free amplitude"
     )
-    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; left out: the whole turn")
+    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; default: 0 to 360 degrees")
     deflection: Part[DeflectionGrid | None] = part(
         None, description="initial deflections, with velocities, instead of amplitudes and phases"
     )
@@ -96,7 +96,7 @@ class Basins(MotionExperiment):
         if (self.deflection is None) != (self.velocity is None):
             raise ParameterError("experiment needs both deflection and velocity, or neither")
         if self.deflection is not None and (self.amplitude is not None or self.phase is not None):
-            raise ParameterError("experiment has both amplitude or phase and deflection; give one kind of start")
+            raise ParameterError("experiment has both amplitude or phase and deflection; write one kind of start")
         return self
 
     def coordinates(self, problem: Problem) -> dict[str, Any]:

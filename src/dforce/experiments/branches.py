@@ -16,14 +16,12 @@ if TYPE_CHECKING:
 
 
 class Span(Parameters):
-    """A range of average distances, along which states are followed from `start` on."""
+    """A range of average distances; states are followed from `start` on."""
 
     title_of: ClassVar[str] = "zc"
 
-    start: Number = param(
-        unit="m", symbol="z_c", doc="average distance to start at; far away, where there is one state"
-    )
-    stop: Number = param(unit="m", symbol="z_c", doc="average distance to end at")
+    start: Number = param(unit="m", symbol="z_c", doc="first average distance; far away, with one state")
+    stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
 
 
 def _span_of_pair(given: Any) -> Any:
@@ -38,18 +36,18 @@ class Branches(DistanceExperiment):
 
     kind: Literal["branches"] = "branches"
     zc: Part[Annotated[Span | float, pydantic.BeforeValidator(_span_of_pair)]] = param(
-        unit="m", symbol="z_c", doc="range {start, stop} of average distances; one distance where a parameter is given"
+        unit="m", symbol="z_c", doc="range {start, stop} of average distances; one distance with a parameter"
     )
     parameter: str | None = words(
         None,
         max_length=200,
         title="Parameter to vary instead of the distance",
         examples=["sample.youngs_modulus", "drive.A0", "drive.frequency", "cantilever.Q", "tip.radius"],
-        description="path of the parameter to vary in place of zc, such as sample.youngs_modulus; "
+        description="path of the parameter to vary instead of zc, such as sample.youngs_modulus; "
         "a drive frequency is varied at constant driving force",
     )
-    start: float | str | None = words(None, description="value of the parameter to start at")
-    stop: float | str | None = words(None, description="value of the parameter to end at")
+    start: float | str | None = words(None, description="first value of the parameter")
+    stop: float | str | None = words(None, description="last value of the parameter")
     largest_step: float = pydantic.Field(
         default=0.01,
         gt=0.0,
@@ -58,20 +56,22 @@ class Branches(DistanceExperiment):
     )
     max_points: int = pydantic.Field(default=10_000, ge=2, le=1_000_000, description="points of all curves, at most")
     search: int = pydantic.Field(
-        default=7, ge=0, le=1000, description="number of values at which states on other curves are looked for"
+        default=7, ge=0, le=1000, description="number of values at which states on other curves are searched"
     )
 
     @pydantic.model_validator(mode="after")
     def _one_range(self) -> Self:
         if self.parameter is None:
             if not isinstance(self.zc, Span):
-                raise ParameterError("experiment.zc is one distance; give a range, or a parameter with start and stop")
+                raise ParameterError("experiment.zc is one distance; write a range, or a parameter with start and stop")
             if self.zc.start == self.zc.stop:
-                raise ParameterError("experiment.zc starts where it stops; give two distances")
+                raise ParameterError("experiment.zc starts and stops at one distance; write two distances")
             if self.start is not None or self.stop is not None:
-                raise ParameterError("experiment.start and stop go with a parameter; zc is a range by itself")
+                raise ParameterError("experiment.start and stop need a parameter; zc is already a range")
         elif isinstance(self.zc, Span):
-            raise ParameterError(f"experiment.zc is a range, and so is that of {self.parameter}; give one distance")
+            raise ParameterError(
+                f"experiment.zc is a range, and so is the range of {self.parameter}; write one distance"
+            )
         elif self.start is None or self.stop is None:
             raise ParameterError(f"experiment.start and stop (the range of {self.parameter}) are missing")
         return self

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Dwell(CurveExperiment):
-    """The tip stays at one average distance; its motion is recorded once it has settled."""
+    """The tip stays at one average distance; its motion is recorded after settling."""
 
     procedure = "procedures.dwell:dwell"
     unswept = ("time", "frequency")
@@ -26,10 +26,10 @@ class Dwell(CurveExperiment):
     record: Literal["settled", "all"] = pydantic.Field(
         default="settled",
         title="What is recorded",
-        description="record the settled motion only, or everything from the start as well",
+        description="record the settled motion only, or everything from the start",
     )
     recorded_periods: int = pydantic.Field(
-        default=8, ge=1, le=100_000, description="periods of the first tone that are recorded once settled"
+        default=8, ge=1, le=100_000, description="recorded periods of the first tone after settling"
     )
 
     def plan(self, problem: Problem) -> CurvePlan:

@@ -8,6 +8,7 @@ import numpy as np
 import pydantic
 
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Number, Parameters, Part, param, part
 from dforce.experiments.base import (
@@ -38,7 +39,7 @@ class FrequencyGrid(Parameters):
     stop: Number = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="last frequency")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of frequencies")
 
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def values(self) -> Array:
         """Return the frequencies (Hz)."""
         return np.linspace(self.start, self.stop, self.points)
 
@@ -57,8 +58,8 @@ def _frequencies(given: Any) -> Any:
 class FrequencySweep(CurveExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
-    The force is the one that gives the free amplitude `A0` at the case's own drive frequency, as on an instrument
-    where the drive is set at resonance and only its frequency is swept: `A0` is the amplitude of the free curve there.
+    The force produces the free amplitude `A0` at the drive frequency of the case, as on an instrument with a constant drive
+    signal: `A0` is the amplitude of the free curve at this frequency.
     """
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
@@ -67,7 +68,7 @@ class FrequencySweep(CurveExperiment):
         symbol="f",
         above="0 Hz",
         high="10 GHz",
-        doc="frequencies of tone 1: a grid {start, stop, points} or a list; the driving force stays as it is",
+        doc="frequencies of tone 1: a grid {start, stop, points} or a list; the driving force is constant",
     )
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")
     direction: Literal["up", "down", "both"] = pydantic.Field(
@@ -78,7 +79,7 @@ class FrequencySweep(CurveExperiment):
     protocol: ProtocolName = PROTOCOL
     carry_state: bool = pydantic.Field(
         default=True,
-        description="stepwise: start each frequency from the motion at the one before; otherwise each from `start`",
+        description="stepwise: start each frequency from the motion at the frequency before; otherwise from `start`",
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
@@ -87,12 +88,12 @@ class FrequencySweep(CurveExperiment):
         refuse_fresh_starts(self.protocol, self.carry_state)
         return self
 
-    def frequencies(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the frequencies (Hz), as given."""
+    def frequencies(self) -> Array:
+        """Return the frequencies (Hz) in your order."""
         return self.frequency.values() if isinstance(self.frequency, FrequencyGrid) else np.array(self.frequency)
 
     def visits(self) -> list[Place]:
-        """Return the places of the result in the order in which the drive comes to them."""
+        """Return the indices of the result in the order of the sweep."""
         return visits(self.frequencies(), self.direction, *WAYS, falls=False)
 
     @property

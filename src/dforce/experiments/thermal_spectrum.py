@@ -21,7 +21,7 @@ SHORTEST = 4  # segments that the spectrum is the mean of, at least
 
 
 class ThermalSpectrum(Experiment):
-    """The lever moves by heat alone, far from the sample; its spectrum is fitted, as to calibrate spring constants."""
+    """The free lever has only thermal motion, far from the sample; its spectrum is fitted to calibrate spring constants."""
 
     procedure = "procedures.thermal_spectrum:thermal_spectrum"
     unswept = ("frequency",)
@@ -38,14 +38,14 @@ class ThermalSpectrum(Experiment):
     def check(self, problem: Problem) -> None:
         """Refuse a lever without thermal motion, and a record that is too short or too long; see :class:`Experiment`."""
         if problem.noise.kT <= 0.0:
-            raise ParameterError("noise.thermal = false, so there is no thermal spectrum")
+            raise ParameterError("noise.thermal = false, but a thermal spectrum needs thermal motion")
         shortest, longest = _allowed(problem)
         asked = f"experiment.duration = {units.show(self.duration, 's', 4)}"
         if self.duration < shortest:
             wanted = units.show(1.006 * shortest, "s", 3)  # which three digits do not bring below
-            raise ParameterError(f"{asked} is too short to resolve the resonance; it takes {wanted} at least")
+            raise ParameterError(f"{asked} is too short to resolve the resonance; use {wanted} or more")
         if self.duration > longest:
-            raise ParameterError(f"{asked} is too long to keep; at most {units.show(0.994 * longest, 's', 3)} is")
+            raise ParameterError(f"{asked} is too long; use at most {units.show(0.994 * longest, 's', 3)}")
 
 
 def rate_of(problem: Problem) -> float:

@@ -35,56 +35,56 @@ SAME = 0.01  # of the free amplitude: motions nearer to each other than this are
 PERIODS = 2  # that are recorded; tones that repeat together only after more are recorded until they do
 MOST_PERIODS = 20
 UNSTABLE = (
-    "No experiment shows this state: it is unstable, and the smallest disturbance leads away from it. "
-    "Drawn is the periodic motion itself."
+    "No experiment shows this state: it is unstable, and the smallest disturbance leads away. "
+    "The picture shows the periodic motion."
 )
-UNSETTLED = "The motion did not settle here, so this is a stretch of it; it does not repeat."
+UNSETTLED = "The motion did not settle here. The picture shows a part of it, which does not repeat."
 
 
 @checked
 def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | None = None) -> xr.Dataset:
     """Return the motion at one point of a result, as traces over two periods of the first tone.
 
-    The motion is sought from the one that the result keeps, or from the amplitudes, phases and harmonics of the point: the
-    periodic orbit itself where there is one, stable or not, else what a transient from there settles into. It is the state
-    of the point, or there is an error.
+    The search starts from the motion in the result, or from the amplitudes, phases and harmonics of the point. It finds the
+    periodic orbit if one exists, stable or not, else the settled transient. The motion is the state of the point; otherwise an
+    error is raised.
 
     Parameters
     ----------
     point
         A result of any experiment with one point chosen, such as ``result.sel(zc=5e-9, direction="retract")``.
     progress
-        Called now and then as ``progress(0, 1, note)``; it gives up by raising KeyboardInterrupt.
+        Called now and then as ``progress(0, 1, note)``; raise KeyboardInterrupt in it to stop.
 
     Returns
     -------
     xarray.Dataset
-        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as of a dwell, and its
-        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence where the
-        motion is no steady state that an experiment shows, else empty; ``attrs["periods"]`` are the periods of the first
-        tone, and ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) what a drawing of the tip needs.
+        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as in a dwell, and its
+        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence if no
+        experiment shows this motion, else empty. ``attrs["periods"]`` is the number of periods of the first tone;
+        ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
 
     Raises
     ------
     ParameterError
-        When it is no result with one point, or carries no case.
+        When the argument is not one point of a result, or contains no case.
     ResultError
-        When the point has no motion, or it was not found anew.
+        When the point has no motion, or the motion was not found again.
     """
     case, problem = _origin(point)
     if case.solver.integrator == "langevin":
-        raise ResultError("a motion under thermal noise does not come again; its traces are in the result of the dwell")
+        raise ResultError("a motion under thermal noise never repeats; its traces are in the result of the dwell")
     reached = int(point["status"]) if point["status"].ndim == 0 else int(Status.OK)  # of basins only states are kept
     status = next(one for one in Status if one == reached)
     if status in (Status.NOT_COMPUTED, Status.FAILED, Status.UNRESOLVED):
-        raise ResultError(f"there is no motion at this point: {status.sentence}")
+        raise ResultError(f"this point has no motion: {status.sentence}")
     points = point.attrs.get("samples_per_period")
     integrator = INTEGRATORS[case.solver.integrator](problem, case.solver, point.sizes.get("harmonic", 1), points)
     integrator.place(float(point["zc"]))
     start = _start(integrator, point)
     looked = time.monotonic()
 
-    def watch() -> None:
+    def check_cancelled() -> None:
         nonlocal looked
         if progress is not None and time.monotonic() - looked > 1.0 / LOOKS_A_SECOND:
             looked = time.monotonic()
@@ -93,13 +93,13 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     found = _orbit(integrator, start, point)
     note = UNSTABLE if found is not None and "stable" in point and not bool(point["stable"]) else ""
     if found is None and "stable" in point and not bool(point["stable"]):
-        raise ResultError("this state is unstable, so that no experiment shows it, and its motion was not found anew")
+        raise ResultError("this state is unstable, and its motion was not found again")
     if found is None:
-        found = steady(integrator, start, watch)
+        found = steady(integrator, start, check_cancelled)
         if status not in REPEATING:
             note = UNSETTLED
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:
-            raise ResultError("the motion that starts from this point settles in another state, so it is not shown")
+            raise ResultError("a motion from this point settles in another state, so it is not shown")
     data = _recorded(integrator, found, point)
     data.attrs |= {"title": case.title, "note": note, "a0": problem.a0}
     if case.tip.radius is not None:
@@ -113,7 +113,7 @@ def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
         raise ParameterError("this is not the result of an experiment, so it has no motion")
     more = [str(dim) for name in ("amplitude", "zc") for dim in point[name].dims if dim != "tone"]
     if more:
-        raise ParameterError(f"the motion is that of one point; choose one along {more[0]} with .isel")
+        raise ParameterError(f"a motion belongs to one point; choose a point along {more[0]} with .isel")
     case = case_of(point)
     return case, problem_at(case, point)
 

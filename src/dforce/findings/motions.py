@@ -249,7 +249,7 @@ SPECIALS = (
 
 
 def basins(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give each state, the one that most starts lead to first, and the starts that lead to none."""
+    """Give each state, the one that most starts lead to first, and the starts that lead to no state."""
     yield finding("zc", "average distance", float(dataset["zc"]), "m")
     for state in dataset["state"].values:
         one = dataset.sel(state=state).isel(tone=0)

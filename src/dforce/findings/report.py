@@ -76,5 +76,5 @@ class Report:
 
 @checked
 def report(result: xr.Dataset) -> Report:
-    """Return a result in short, or a sweep; the last line of a notebook's cell shows it with a picture."""
+    """Return a short report of a result or a sweep; a notebook draws it with a picture."""
     return Report(result, str(result.attrs.get("title", "")), tuple(summary(result)), tuple(advice_in(result)))

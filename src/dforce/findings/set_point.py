@@ -25,13 +25,13 @@ HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); th
 
 @checked
 def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collection[str] | None = None) -> xr.Dataset:
-    r"""Return the states of curves in which the amplitude of the first tone is a share of its free amplitude.
+    r"""Return the states of curves at a ratio of the first tone's amplitude to its free amplitude.
 
     .. math:: A / A_0 = \text{set point}
 
-    Each lies on a straight line between two neighboring points of a curve. Where the motion jumps from one state to another
-    there is none in between, nor is there beside a point that did not settle. Jumps are those that the result lists; where
-    the states are not carried from point to point, or have no orbits, a sudden step counts as one (:func:`dforce.summary`).
+    Each state lies on a straight line between two neighboring points of a curve, but never across a jump or beside a point that
+    did not settle. The result lists its jumps. If the states are not carried from point to point, or have no orbits, a sudden
+    step counts as a jump (:func:`dforce.summary`).
 
     Parameters
     ----------
@@ -40,20 +40,20 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
     set_point
         The share :math:`A / A_0`, above 0 and at most 1: 0.8 or ``"80 %"``.
     names
-        Quantities that are wanted; left out: all that go along the curves.
+        Names of the quantities; default: all along the curves.
 
     Returns
     -------
     xarray.Dataset
-        The quantities over `crossing`, with the coordinate that the curve goes along and, where the result has the virial,
-        `regime`, as :func:`regime` says it; `direction` and `stable` where the curve has them. Of a sweep its parameters come
-        first; cases with fewer states than others are filled up with NaN (and empty words).
+        The quantities over `crossing`, with the coordinate of the curve, and `direction` and `stable` if the curve has them. If
+        the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first; cases with fewer
+        states end in NaN (and empty words).
 
     Raises
     ------
     ParameterError
-        When the result holds no point yet, is no curve with an amplitude ratio, or lacks a quantity, and when the set point
-        is no such share.
+        When the result has no points, is not a curve with an amplitude ratio, or lacks a quantity, and when the set point is
+        not such a share.
     """
     import xarray as xr
 
@@ -63,9 +63,9 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
     first = result.isel(dict.fromkeys(over, 0))
     row = row_of(first, along) if along else ""
     if row and RATIO not in result and "amplitude" in result:
-        raise ParameterError(f"this result does not keep '{RATIO}'; name it among the quantities of the sweep")
+        raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
-        raise ParameterError("this result is no curve of amplitudes, so no set point lies on it")
+        raise ParameterError("this result is not a curve of amplitudes, so it has no set points")
     set_point = parse_share(set_point, "set_point")
     known = drawable(first, along)
     always = [along, *(name for name in ("zc", "virial") if name in known)]
@@ -168,7 +168,7 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
         return f"No state at {share}: no motion on this curve settled. Widen experiment.zc."
     if low < set_point < high:
         return (
-            f"No state at {share}: the amplitude jumps across this set point. Choose another one, or draw all states "
+            f"No state at {share}: the amplitude jumps across this set point. Choose another set point, or draw all states "
             'with experiment.kind = "branches".'
         )
     end = "stop nearer to the sample" if low >= set_point else "start farther from the sample"

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 @checked
 def summary(dataset: xr.Dataset) -> Findings:
-    """Return what a reader looks for first in a result; the list shows itself as a table.
+    """Return the main findings of a result; a notebook draws the list as a table.
 
     Raises
     ------
     ParameterError
-        For a dataset that is no result, and for one that was stopped before its first point.
+        For a dataset that is not a result, and for a result stopped before its first point.
     """
     return Findings(known_kind(dataset).summed_up(dataset))

@@ -183,7 +183,7 @@ class Force(Parameters):
         """Return the number in a field, or raise :class:`ParameterError` that says where to give it."""
         value = getattr(self, field)
         if value is None:
-            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is not given")
+            raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is missing")
         return float(value)
 
     def check_bound(self) -> None:
@@ -263,7 +263,7 @@ def _check_contract(cls: type[Force]) -> None:
         raise ForceError(f"the law of '{cls.name}' must start with {', '.join(leading)}; it has {', '.join(names)}")
     for name in names[len(leading) :]:
         if name not in cls.model_fields and not isinstance(inspect.getattr_static(cls, name, None), property):
-            raise ForceError(f"the law of '{cls.name}' takes '{name}', which is neither a field nor a property of it")
+            raise ForceError(f"the law of '{cls.name}' takes '{name}', neither a field nor a property of the class")
     arguments = names[len(leading) :]
     for other, start in (
         ("potential", ("d",)),

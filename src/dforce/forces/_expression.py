@@ -148,7 +148,7 @@ def _built(tree: ast.expr) -> Expression:
 
 def _parsed(text: str) -> ast.expr:
     if len(text) > LONGEST:
-        raise ParameterError(f"has {len(text)} characters; more than {LONGEST} are not read")
+        raise ParameterError(f"has {len(text)} characters; the limit is {LONGEST}")
     if not text.strip():
         raise ParameterError("is empty; write a force in N, such as -P1*exp(-d/P2)")
     for sign, advice in (("#", "an expression has no comments"), ("^", "write ** for a power")):
@@ -391,4 +391,4 @@ def _refusal(node: ast.expr) -> ParameterError:
     if isinstance(node, ast.BinOp | ast.UnaryOp):
         return ParameterError(f"has '{_shown(node)}'; the operators are + - * / ** and comparisons")
     what = REFUSED.get(type(node), "a form of Python")
-    return ParameterError(f"has {what} ('{_shown(node)}'), which an expression may not hold")
+    return ParameterError(f"has {what} ('{_shown(node)}'), not allowed in an expression")

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dforce.forces._contract import Force
 
 VISCOUS = "Viscous and viscoelastic contact"
-LIQUID = "In a liquid, or with a film of it"
+LIQUID = "In a liquid, or with a liquid film"
 GROUPS = {
     "elastic contact": "Elastic contact, with and without adhesion",
     "contact viscosity": VISCOUS,

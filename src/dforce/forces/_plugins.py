@@ -56,7 +56,7 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     """
     name = shorten(str(path), 100)
     if not str(path).endswith(".py") or "\0" in str(path):
-        raise ParameterError(f"the plug-in '{name}' is not named like a Python file (.py)")
+        raise ParameterError(f"the plug-in '{name}' is not a Python file (.py)")
     file = named(path, "plugins").resolve()
     content = read_plugin(file)
     if imported := _imported(file):
@@ -108,7 +108,7 @@ def _run(file: Path, content: bytes, name: str) -> tuple[type[Force], ...]:
         exec(compile(content, str(file), "exec"), module.__dict__)
         models = tuple(model for model in REGISTRY.values() if model.__module__ == module.__name__)
         if not models:
-            raise ForceError("it defines no force model: a class made from dforce.Force, with a name")
+            raise ForceError("it defines no force model, a subclass of dforce.Force with a name")
     except BaseException as error:
         REGISTRY.clear()
         REGISTRY.update(before)

@@ -43,7 +43,7 @@ class Viscoelastic(Force):
         unit="m",
         above="0 nm",
         symbol=r"\delta_\mathrm{max}",
-        doc="indentation that the elements reach, from there the tip is a cylinder; left out: tip radius",
+        doc="largest indentation of the elements, beyond it the tip is a cylinder; default: tip radius",
     )
     elements: int = param(48, unit="1", low=4.0, high=1000.0, doc="number of elements along the contact's radius")
 

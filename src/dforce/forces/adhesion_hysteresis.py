@@ -10,7 +10,7 @@ from dforce.forces._contract import Force
 
 
 class AdhesionHysteresis(Force):
-    r"""Attraction with one surface energy while the tip comes and a larger one while it goes.
+    r"""Attraction with one surface energy on approach and a larger one while it goes.
 
     .. math:: F = \begin{cases} -4 \pi R \gamma & d \le a_0 \\
         -4 \pi R \gamma\, a_0^2 / d^2 & d > a_0 \end{cases}
@@ -33,18 +33,20 @@ class AdhesionHysteresis(Force):
     approach_energy: Number = param(
         "20 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_a", doc="surface energy while the tip comes"
     )
-    retract_energy: Number = param(
-        "30 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_r", doc="surface energy while the tip goes"
-    )
+    retract_energy: Number = param("30 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_r", doc="surface energy on retract")
     hamaker: MaybeNumber = param(
-        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant outside contact; left out, each way has its own"
+        None,
+        unit="J",
+        low="0 J",
+        symbol="H",
+        doc="Hamaker constant outside contact; default: from the surface energy of each direction",
     )
 
     def check_bound(self) -> None:
         if self.retract_energy < self.approach_energy:
             raise ParameterError(
                 f"adhesion_hysteresis.retract_energy = {self.retract_energy:g} J/m^2 is below "
-                f"approach_energy = {self.approach_energy:g} J/m^2, so the sample would give energy"
+                f"approach_energy = {self.approach_energy:g} J/m^2, so the sample would add energy"
             )
 
     @property

@@ -43,7 +43,7 @@ class BottomEffect(Force):
     contains = ("elastic contact",)
     source = (
         "N. Gavara, R. S. Chadwick, Nat. Nanotechnol. 7, 733 (2012); P. D. Garcia, R. Garcia, Biophys. J. "
-        "114, 2923 (2018); coefficients derived again here and checked against the integral equation"
+        "114, 2923 (2018); coefficients derived again for dForce and checked against the integral equation"
     )
 
     radius: float | None = shared("tip.radius")
@@ -54,7 +54,7 @@ class BottomEffect(Force):
     a0: float = shared("contact.a0")
     geometry: Literal["cone", "sphere", "punch"] = pydantic.Field("cone", description="shape of the tip")
     form: Literal["numerical", "series"] = pydantic.Field(
-        "numerical", description="form of the law: the series carried on by the numerical solution, or the series alone"
+        "numerical", description="form of the law: the series continued by the numerical solution, or the series alone"
     )
 
     @property

@@ -48,10 +48,10 @@ class Capillary(Force):
         "0 deg", low="0 deg", below="90 deg", symbol=r"\theta", doc="contact angle of the liquid on both bodies"
     )
     formation: Number = param(
-        "0.5 nm", low="0 nm", symbol=r"d_\mathrm{on}", doc="distance at which the neck forms while the tip comes"
+        "0.5 nm", low="0 nm", symbol=r"d_\mathrm{on}", doc="distance at which the neck forms on approach"
     )
     meniscus: Literal["constant_volume", "kelvin"] = pydantic.Field(
-        "constant_volume", description="what the neck keeps while it is stretched"
+        "constant_volume", description="quantity that a stretched neck keeps constant"
     )
     volume: Number = param("10 nm^3", above="0 nm^3", symbol="V", doc="volume of the neck (constant_volume)")
     humidity: Number = param("0.5", above="0", below="1", symbol="h", doc="relative humidity (kelvin)")

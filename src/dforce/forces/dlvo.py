@@ -68,7 +68,7 @@ class DLVO(Force):
     tip_potential: MaybeNumber = param(None, unit="V", symbol=r"\psi_t", doc="surface potential of the tip")
     sample_potential: MaybeNumber = param(None, unit="V", symbol=r"\psi_s", doc="surface potential of the sample")
     debye_length: MaybeNumber = param(
-        None, unit="m", above="0 nm", symbol=r"\lambda", doc="Debye length; left out, it follows from the salt"
+        None, unit="m", above="0 nm", symbol=r"\lambda", doc="Debye length; default: from the salt"
     )
     salt: MaybeNumber = param(
         None, unit="mol/m^3", above="0 mol/m^3", symbol="c", doc="concentration of the 1:1 salt; or the Debye length"
@@ -86,7 +86,7 @@ class DLVO(Force):
         ):
             given = [name for name in (one, other) if getattr(self, name) is not None]
             if len(given) != 1:
-                raise ParameterError(f"dlvo needs one of {one} and {other}, and {'both' if given else 'none'} given")
+                raise ParameterError(f"dlvo needs one of {one} and {other}, but has {'both' if given else 'none'}")
         return self
 
     @property

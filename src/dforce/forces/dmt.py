@@ -40,20 +40,20 @@ class DMT(Force):
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
     hamaker: MaybeNumber = param(
-        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant; left out, it follows from the surface energy"
+        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant; default: from the surface energy"
     )
     surface_energy: MaybeNumber = param(
         None,
         unit="J/m^2",
         low="0 J/m^2",
         symbol=r"\gamma",
-        doc="surface energy, half the work of adhesion; left out, it follows from the Hamaker constant",
+        doc="surface energy, half the work of adhesion; default: from the Hamaker constant",
     )
 
     @pydantic.model_validator(mode="after")
     def _one_is_given(self) -> Self:
         if self.hamaker is None and self.surface_energy is None:
-            raise ParameterError("dmt needs hamaker or surface_energy, and neither is given")
+            raise ParameterError("dmt needs hamaker or surface_energy; write one of them")
         return self
 
     @property

@@ -48,9 +48,7 @@ class Electrostatic(Force):
     ac_bias: Number = param("0 V", symbol=r"V_\mathrm{ac}", doc="amplitude of the alternating voltage")
     ac_frequency: Number = param("1 kHz", low="0 Hz", symbol="f", doc="frequency of the alternating voltage")
     cone_height: Number = param("10 um", above="0 um", symbol="H_c", doc="height of the cone")
-    geometry: Literal["sphere", "sphere_and_cone"] = pydantic.Field(
-        "sphere", description="parts of the tip that attract"
-    )
+    geometry: Literal["sphere", "sphere_and_cone"] = pydantic.Field("sphere", description="attracting parts of the tip")
 
     @property
     def timed(self) -> bool:  # type: ignore[override]

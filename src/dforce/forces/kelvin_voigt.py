@@ -42,7 +42,10 @@ class KelvinVoigt(Force):
     E_eff: float | None = shared("contact.E_eff")
     a0: float = shared("contact.a0")
     viscosity: Number = param(
-        "100 Pa s", symbol=r"\eta", low="0 Pa s", doc="viscosity coefficient of the contact, twice the plane-strain one"
+        "100 Pa s",
+        symbol=r"\eta",
+        low="0 Pa s",
+        doc="viscosity coefficient of the contact, twice the plane-strain viscosity",
     )
     geometry: Literal["sphere", "cone", "pyramid", "punch"] = pydantic.Field("sphere", description="shape of the tip")
     no_tension: bool = pydantic.Field(

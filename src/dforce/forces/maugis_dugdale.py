@@ -54,7 +54,7 @@ class MaugisDugdale(Force):
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )
     hamaker: MaybeNumber = param(
-        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant outside contact; left out, it matches"
+        None, unit="J", low="0 J", symbol="H", doc="Hamaker constant outside contact; default: from the surface energy"
     )
 
     @property

@@ -36,7 +36,7 @@ class PowerLaw(Viscoelastic):
     modulus_at_reference: Number = param(
         "1 MPa", above="0 Pa", symbol="E", doc="Young's relaxation modulus at the reference time"
     )
-    reference_time: Number = param("1 ms", above="0 s", symbol="t_0", doc="time at which that modulus holds")
+    reference_time: Number = param("1 ms", above="0 s", symbol="t_0", doc="reference time")
     exponent: Number = param("0.2", above="0", below="1", symbol=r"\beta", doc="exponent of the relaxation")
     shortest_time: Number = param("0.1 us", above="0 s", doc="shortest relaxation time")
     longest_time: Number = param("10 ms", above="0 s", doc="longest relaxation time")

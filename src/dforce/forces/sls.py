@@ -36,11 +36,11 @@ class SLS(Viscoelastic):
         "(1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"
     )
 
-    instant_modulus: Number = param("1 GPa", above="0 Pa", symbol="E_0", doc="Young's modulus at once")
+    instant_modulus: Number = param("1 GPa", above="0 Pa", symbol="E_0", doc="instantaneous Young's modulus")
     relaxed_modulus: Number = param(
         "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
     )
-    relaxation_time: Number = param("10 us", above="0 s", symbol=r"\tau", doc="time of relaxation at constant strain")
+    relaxation_time: Number = param("10 us", above="0 s", symbol=r"\tau", doc="relaxation time at constant strain")
 
     @pydantic.model_validator(mode="after")
     def _relaxes(self) -> Self:

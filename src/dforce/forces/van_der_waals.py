@@ -49,7 +49,7 @@ class VanDerWaals(Force):
         "sphere", description="shape of the tip"
     )
     inside: Literal["constant", "off"] = pydantic.Field(
-        "constant", description="attraction in contact: as at a0, or none"
+        "constant", description="attraction in contact: its value at a0, or none"
     )
 
     @property

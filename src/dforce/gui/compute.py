@@ -134,7 +134,7 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
     """
     began: float | None = None
 
-    def watch(done: int, total: int, note: str) -> None:
+    def report_progress(done: int, total: int, note: str) -> None:
         nonlocal began
         spent = time.monotonic() - heard.seconds
         began = spent if began is None else began
@@ -142,7 +142,7 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
             raise KeyboardInterrupt
 
     with listening(say) as heard, early_answers():
-        result = df.run(case, progress=watch)
+        result = df.run(case, progress=report_progress)
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
 
@@ -186,7 +186,7 @@ class Job:
     def words(self) -> str:
         """Say in words how far it is."""
         if self.state == "queued":
-            return "waiting for its turn"
+            return "waiting"
         if self.state == "failed":
             return self.error
         if self.state == "stopped" and self.error:

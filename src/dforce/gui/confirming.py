@@ -15,7 +15,7 @@ from dforce.gui.document import Document
 DIGITS = 6
 TABS = "Microscope and Tip and sample"
 UNCONFIRMED = (
-    "Confirm lever and tip: with others the fit is as good, and its values are wrong. Correct them in the tabs "
+    "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Correct them in the tabs "
     f"{TABS}, then confirm."
 )
 

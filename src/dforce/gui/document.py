@@ -21,7 +21,7 @@ MOST_PLOTS = 10
 MOST_RESULTS = 50
 MOST_QUANTITIES = 100  # of a picture
 LONGEST_NAME = 120
-PLUGINS = "plugins are Python files, which are not run here; install them as a package"
+PLUGINS = "plugins are Python files, not run here; install them as a package"
 COLORS = 6  # that the theme has for series
 NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
 LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not typed: no step of undo changes them
@@ -241,7 +241,7 @@ class Document:
                 measured=_measured(plain.get("measured")),
             )
         except (KeyError, TypeError, ValueError):
-            raise df.CaseError("what was kept of the last visit cannot be read") from None
+            raise df.CaseError("the last project cannot be read") from None
 
 
 def _slider(given: Any) -> Slider:

@@ -23,7 +23,7 @@ from dforce.gui.session import LOOKED_EVERY
 from dforce.gui.view import View
 from dforce.gui.words import in_words
 
-EARLIER = "This is of an earlier case than the one in the forms; compute it again."
+EARLIER = "This result belongs to an earlier case; compute it again."
 DIGITS = 6
 
 

@@ -17,7 +17,7 @@ from dforce.core.units import parse, show
 from dforce.gui.typed import with_point
 
 NEEDED = "this needs a value"
-LEFT_OUT = re.compile(r"left out: ([^;]+)")
+DEFAULT = re.compile(r"default: ([^;]+)")
 TOO_LARGE = re.compile(
     r"[+-]?\d{19,}|[+-]?\d+(\.\d*)?[eE]\+?\d+"
 )  # numbers that stay texts, as :func:`dforce.gui.values.read` says
@@ -100,7 +100,7 @@ def _field(model: type[Parameters], key: str) -> Field:
     doc = info.description or spaced(key)
     shapes = tuple(_shapes(info.annotation, quantity))
     default = None if info.is_required() else info.get_default(call_default_factory=True)
-    left_out = LEFT_OUT.search(doc)
+    left_out = DEFAULT.search(doc)
     return Field(
         key=key,
         label=info.title or _label(key, doc),

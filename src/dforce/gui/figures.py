@@ -78,7 +78,7 @@ def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:
     """
     able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(drawable(layer.result, wanted.x))]
     if not able:
-        return Drawn(empty("There is nothing to draw here: these results lack the quantities chosen."))
+        return Drawn(empty("Nothing to draw: these results lack the chosen quantities."))
     return _FigureBuilder(able, wanted).drawn()
 
 

@@ -38,13 +38,13 @@ ENDING = ".dforce"  # of a project
 ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
-RESULTS = {".nc": "netCDF, with everything, to be opened again", ".csv": "CSV, a table for a spreadsheet"}
+RESULTS = {".nc": "netCDF, with everything, to open again", ".csv": "CSV, a table for a spreadsheet"}
 TOO_LARGE = (
-    "The result over parameters is too large for the project's file, so it is not in it; it stays where it came from."
+    "The result over parameters is too large for the project file. It is not saved in it; its own file is unchanged."
 )
-NOTHING = "There is no result yet; press Run."
+NOTHING = "No result yet; press Run."
 UNSAVED = "the file could not be made"
-UNSENT = "The file did not arrive: the window's server has no room for it, or cannot be reached."
+UNSENT = "The file did not arrive: the server of the window has no room, or cannot be reached."
 REFUSED = (
     f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
     f"{uploads.MOST_BYTES // 1_000_000} MB can be opened."
@@ -73,8 +73,8 @@ class FileMenu:
                     ("Save project", "the case, all results kept, the measured curve", self.save_project),
                     ("Save case", "for this window, the command line and Python", self.save_case),
                     ("Save result ...", "the numbers, as netCDF or CSV", self.result_dialog),
-                    ("Save figure ...", "what is drawn, as PNG, SVG or PDF at the width of a page", self.figure_dialog),
-                    ("Save Python script", "computes the same in Python", self.save_script),
+                    ("Save figure ...", "the picture, as PNG, SVG or PDF at the width of a page", self.figure_dialog),
+                    ("Save Python script", "the same computation in Python", self.save_script),
                 )
             )
         first = next(item for item in made.descendants() if isinstance(item, ui.menu_item))

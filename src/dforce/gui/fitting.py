@@ -32,8 +32,8 @@ NUISANCE = {
     "amplitude_scale": "Scale of the amplitude",
 }
 BESIDE = (*NAMING, "experiment", "solver")  # sections that a fit does not depend on
-NOT_SEEN = "Not seen by these data."
-PRODUCT = "Only a product is known"
+NOT_SEEN = "Not constrained by these data."
+PRODUCT = "Only a product is constrained"
 
 
 @dataclass
@@ -112,7 +112,7 @@ def note(fit: xr.Dataset, name: str) -> str:
     if math.isinf(float(one["error"])):
         products = [line for line in str(fit.attrs.get("products", "")).splitlines() if name in line]
         return f"{PRODUCT}{': ' if products else '.'}{'; '.join(products)}"
-    return "It lies at its bound." if bool(one["at_bound"]) else ""
+    return "The value lies at its bound." if bool(one["at_bound"]) else ""
 
 
 def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:

@@ -26,7 +26,7 @@ from dforce.gui.view import Said, View
 from dforce.problem import values_used
 
 LEFT_OUT = "left out"
-UNUSED = "Not used by the forces chosen"
+UNUSED = "Not used by the chosen forces"
 SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 

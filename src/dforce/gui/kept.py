@@ -83,7 +83,7 @@ class KeptResults:
         if identifier:
             return await asyncio.to_thread(self.view.session.results.take, identifier)
         if self.view.result is None:
-            raise df.ResultError("there is no result any more")
+            raise df.ResultError("no result is left")
         return self.view.result
 
     def show(self, result: xr.Dataset | None) -> None:
@@ -108,7 +108,7 @@ class KeptResults:
             "rows": [dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol)} for row in rows],
             "names": [layer.name for layer in layers],
             "colors": [layer.color for layer in layers],
-            "text": SAME if len(layers) > 1 else "Draw at least two results to see what differs.",
+            "text": SAME if len(layers) > 1 else "Draw at least two results to see their differences.",
         }
         if any(self.differences.props.get(key) != value for key, value in changed.items()):
             self.differences.props.update(changed)

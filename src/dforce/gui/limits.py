@@ -42,9 +42,7 @@ class Limits:
             given = getattr(case, section)
             for path, number in _whole_numbers(given, section) if given is not None else ():
                 if number > self.count and path not in free:
-                    raise df.ParameterError(
-                        f"{path} = {number} is above {self.count:.0f}, the most that this server computes"
-                    )
+                    raise df.ParameterError(f"{path} = {number} is above {self.count:.0f}, the limit of this server")
         return case
 
 

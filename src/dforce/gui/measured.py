@@ -34,13 +34,13 @@ PHASES = {
 AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)"}
 HEIGHTS = {"toward": "nearer to the sample", "away": "farther from the sample"}
 UNITS = {"height": "nm", "phase": "deg"}
-MISSING = re.compile(r"no column that is known to hold the (.+?); say which")
+MISSING = re.compile(r"no column for the (.+?); name it")
 SEVERAL = re.compile(r"several columns for the (\w+):")
-UNITLESS = re.compile(r"does not tell the unit of the (\w+)")
+UNITLESS = re.compile(r"has no unit for the (\w+)")
 CURVES = re.compile(r"choose one with curve = 1 to (\d+)")
-NOISELESS = re.compile(r"give errors = \{'(\w+)'")
+NOISELESS = re.compile(r"write errors = \{'(\w+)'")
 # how a function is called: here there is a form
-ADVICE = re.compile(r"[;:,] (?:give|say which|choose) .*", re.DOTALL)
+ADVICE = re.compile(r"[;:,] (?:write|pass|name it|choose) .*", re.DOTALL)
 
 Place = tuple[str, ...]  # of an answer in the table [data]
 
@@ -77,7 +77,7 @@ def curve_from(
         When it holds no curve.
     """
     if len(data) > MOST_BYTES:
-        raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, which is more than a curve")
+        raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, too many for a curve")
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
         path = Path(place) / "curve"
@@ -166,7 +166,7 @@ def _questions(
     if "phase_convention =" in sentence:
         yield sign, choice("Phases in the file", PHASES)
     elif any(place[0] == "columns" for place in found) and not settings.get("phase_convention"):
-        yield sign, choice("Phases in the file", {"": "as the file says"} | PHASES)
+        yield sign, choice("Phases in the file", {"": "as in the file"} | PHASES)
 
 
 def _of_reading(sentence: str, data: bytes, name: str) -> Iterator[tuple[Place, Field]]:

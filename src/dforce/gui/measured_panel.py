@@ -50,7 +50,9 @@ class MeasuredCurve:
         self.before_opening: Callable[[], None] = lambda: None
         with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
             self.text = ui.label(NONE)
-        self.button.props["title"] = "Draw a measured curve under that of the model; or drop its file onto the window"
+        self.button.props["title"] = (
+            "Draw a measured curve under the curve of the model; or drop its file onto the window"
+        )
         # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
         self.button.on(
             "click",
@@ -239,7 +241,7 @@ def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
     if noise:
         found.append(f"Noise of a point: {' and '.join(noise)}")
     if measured.turn:
-        found.append(f"Phases turned by {-measured.turn:.2f}°, as fitted")
+        found.append(f"Phases shifted by {-measured.turn:.2f}°, from the fit")
     return found
 
 
@@ -247,5 +249,5 @@ def _summary(fit: xr.Dataset) -> str:
     """Return how good a fit is."""
     text = f"χ² = {fit.attrs['chi2']:.4g} for {fit.attrs['degrees_of_freedom']} degrees of freedom"
     lost = int(fit.attrs["lost_points"])
-    stopped = "; it was stopped, and this is the best so far" if fit.attrs.get("interrupted") else ""
+    stopped = "; stopped: the best values so far" if fit.attrs.get("interrupted") else ""
     return f"{text}{f', {lost} points lost' if lost else ''}{stopped}."

@@ -106,12 +106,12 @@ class MotionPanel:
         shown: dict[str, Any] = {"places": _places(point), "note": "", "error": "", "motion": None, "state": "done"}
         begun = time.monotonic()
 
-        def watch(done: int, total: int, note: str) -> None:
+        def report_progress(done: int, total: int, note: str) -> None:
             if self._latest.overtaken or time.monotonic() - begun > PATIENCE:
                 raise KeyboardInterrupt
 
         try:
-            motion = await in_thread(LIVE, lambda: _given_up(point, watch))
+            motion = await in_thread(LIVE, lambda: _given_up(point, report_progress))
             if motion is None:
                 shown["error"] = TOO_LONG
             else:
@@ -138,9 +138,9 @@ def _same_places(spot: Spot, result: xr.Dataset) -> dict[str, int] | None:
     return places
 
 
-def _given_up(point: xr.Dataset, watch: Any) -> xr.Dataset | None:
+def _given_up(point: xr.Dataset, report_progress: Any) -> xr.Dataset | None:
     try:
-        return df.motion_at(point, watch)
+        return df.motion_at(point, report_progress)
     except KeyboardInterrupt:  # must not leave the thread, whose end it would be
         return None
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 1000
 DIGITS = 6
 EMPTY = "–"
-MORE = f"The first {MOST_ROWS} rows; a result that is saved (menu File) has all."
+MORE = f"The first {MOST_ROWS} rows; save the result (menu File) for all rows."
 
 
 class NumbersTable(ui.element, component="numbers.js"):

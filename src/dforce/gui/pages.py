@@ -171,7 +171,7 @@ class Page:
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
                 self.view.force = Chart("force against distance")
-            ui.label("Point at a field to read what it means.").classes("df-help").props(
+            ui.label("Point at a field to read its meaning.").classes("df-help").props(
                 'id="df-help" aria-hidden="true"'
             )
 
@@ -212,7 +212,7 @@ def _about(view: View) -> None:
     def show(anew: bool) -> None:
         text = str(view.document.value(("about", "shows")) or "")
         if text and view.document.edited:
-            text = f"Before it was edited: {text}"
+            text = f"Before the edit: {text}"
         if line.text != text:
             line.set_text(text)
             line.props["title"] = text

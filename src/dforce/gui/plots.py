@@ -11,7 +11,7 @@ from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
 from dforce.core.notation import html_symbol, plain_math
-from dforce.gui import figures, overlay, reconstructed
+from dforce.gui import figures, overlay
 from dforce.gui.chart import Chart
 from dforce.gui.document import MOST_PLOTS
 from dforce.gui.explore_panel import Explorer
@@ -24,12 +24,12 @@ from dforce.gui.setpoint import SetPoint
 from dforce.gui.shown import PagePart
 from dforce.gui.view import STANDING, View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
-from dforce.results.kinds import is_kind
+from dforce.results.kinds import is_kind, kind_of, loaded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-NOTHING = "There is no result yet."
+NOTHING = "No result yet."
 
 
 log = logging.getLogger("dforce.gui")
@@ -111,12 +111,10 @@ class Plots:
         first = self.layers[-1].result if self.layers else None
         if first is None:
             self.drawn = figures.Drawn(figures.empty(""))
-        elif is_kind(first, "basins"):
-            self.drawn = figures.basins(first)
-        elif is_kind(first, "reconstruction"):
-            self.drawn = reconstructed.figure_of(first)
+        elif (kind := kind_of(first)) is not None and kind.figure:
+            self.drawn = loaded(kind.figure)(first)
         elif not pictures_of(first):  # stopped
-            self.drawn = figures.Drawn(figures.empty("The run was stopped before there was anything to draw."))
+            self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
@@ -247,7 +245,7 @@ class Plots:
     def _start_clicked(self, row: int, column: int) -> None:
         """Show the motion of the state that is reached from a start on the map of basins."""
         layers = self.kept.layers(self.view.result)
-        if not layers or "reached" not in layers[-1].result:
+        if not layers or not is_kind(layers[-1].result, "basins"):
             return
         reached = layers[-1].result["reached"].values
         if 0 <= row < reached.shape[0] and 0 <= column < reached.shape[1] and reached[row, column] > 0:

@@ -70,7 +70,7 @@ def packed(document: Document, results: ResultStore, measured: ResultStore, over
             archive.write(measured.path(identifier), f"{identifier}.nc")
     if stream.tell() > MOST_BYTES:
         raise df.ResultError(
-            f"the project has {stream.tell() // 1_000_000} MB; more than {MOST_BYTES // 1_000_000} MB are not opened "
+            f"the project has {stream.tell() // 1_000_000} MB; at most {MOST_BYTES // 1_000_000} MB can be opened "
             "again, so remove some results first"
         )
     return stream.getvalue()
@@ -88,7 +88,7 @@ def unpacked(data: bytes, folder: Path) -> Project:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             plain = json.loads(_entry(archive, DOCUMENT, LONGEST_DOCUMENT))
             if not isinstance(plain, dict) or plain.get("format") != FORMAT:
-                raise df.ResultError("this project was written by another version of dForce")
+                raise df.ResultError("this project is from another version of dForce")
             document = _document(plain["document"])
             files = {}
             left = 4 * MOST_BYTES

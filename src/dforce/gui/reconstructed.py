@@ -74,7 +74,7 @@ def figure_of(result: xr.Dataset) -> Drawn:
     ]
     words = [
         {
-            "text": "not told by the curve",
+            "text": "force unknown",
             "x": 0.5 * (gap["x0"] + gap["x1"]),
             "y": 1,
             "yref": "paper",

@@ -21,7 +21,7 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 KEY = "key"  # of the secret in the address
 MOST_BYTES = 50_000_000  # of a request
-TOO_LARGE = f"This is larger than {MOST_BYTES // 1_000_000} MB, which is not taken."
+TOO_LARGE = f"This is larger than {MOST_BYTES // 1_000_000} MB, the limit of this server."
 POLICY = "; ".join(
     (
         "default-src 'self'",
@@ -135,12 +135,12 @@ class Guard:
         if body.size > MOST_BYTES:
             await _refuse(scope, send, 413, TOO_LARGE)
         else:
-            await _refuse(scope, send, 400, "This request ended before it was whole.")
+            await _refuse(scope, send, 400, "This request is incomplete.")
 
     def _wrong(self, headers: _Headers) -> str:
         host, origin = headers.only("host"), headers.only("origin")
         if host is None or origin is None:
-            return "This request has a header twice, which no browser sends."
+            return "This request has a header twice, unlike any browser."
         if self.hosts and host.lower() not in self.hosts:
             return "This server answers only under the address that dForce printed when it was started."
         # compared as text: an origin that is no address must not be taken apart

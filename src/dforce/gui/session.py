@@ -242,7 +242,7 @@ class Session:
             self._take(before, anew=True)
             if isinstance(error, df.DForceError):
                 raise
-            raise df.CaseError("this project holds a case that cannot be shown") from error
+            raise df.CaseError("this project contains a case that cannot be shown") from error
         self.look(self.document)
         await self.measured.tidy(self.document)
 
@@ -363,8 +363,8 @@ class Session:
             return
         error = written.exception()
         if error is not None and not isinstance(error, df.ResultError):
-            log.error("what was typed could not be kept", exc_info=error)
-        unkept = "" if error is None else f"What you type is not kept: {error}. Save the case (menu File)."
+            log.error("your input could not be kept", exc_info=error)
+        unkept = "" if error is None else f"Your input is not kept: {error}. Save the case (menu File)."
         if error is not None:
             self.save_soon(TRIED_AGAIN)
         if unkept != self.unkept:
@@ -390,7 +390,7 @@ class Session:
             try:
                 self._write()
             except df.ResultError as error:
-                log.error("what was typed last could not be kept: %s", error)
+                log.error("the last input could not be kept: %s", error)
 
     def _kept(self) -> Document:
         try:

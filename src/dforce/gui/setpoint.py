@@ -26,7 +26,7 @@ MOST_COLUMNS = 10
 MOST_ROWS = 30
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NO_STATE = "No state on these curves has this amplitude."
-TOO_NEAR = "The amplitude stays below this everywhere; let the curve begin farther from the surface (tab Experiment)."
+TOO_NEAR = "The amplitude is below this value everywhere; begin the curve farther from the surface (tab Experiment)."
 
 
 class SetPointTable(ui.element, component="setpoint.js"):

@@ -33,7 +33,7 @@ def toggle(view: View, path: Path, field: Field) -> None:
             ui.notify("Type a value first; the slider then starts from it.")
             return
         if len(others) >= MOST_SLIDERS:
-            ui.notify(f"{MOST_SLIDERS} sliders are the most that fit.")
+            ui.notify(f"At most {MOST_SLIDERS} sliders are possible.")
             return
         low, high = within(field, unit, min(0.5 * value, 2.0 * value), max(0.5 * value, 2.0 * value))
         others = (*others, Slider(path, low, high))

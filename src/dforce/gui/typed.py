@@ -24,7 +24,9 @@ def with_point(text: str) -> str:
         return text.strip()
     sign, whole, decimals, exponent, rest = match.groups()
     if len(decimals) == 3 and whole.strip("0") and len(whole) <= 3:
-        raise df.ParameterError(f"is {shorten(text, 40)}, where the comma may mean a point or thousands; leave it out")
+        raise df.ParameterError(
+            f"is {shorten(text, 40)}, where the comma may mean a decimal point or thousands; write it without comma"
+        )
     return f"{sign}{whole or '0'}.{decimals}{exponent}{rest}".strip()
 
 

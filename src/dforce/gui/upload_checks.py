@@ -17,7 +17,7 @@ from dforce.results.measured import by_model
 if TYPE_CHECKING:
     import xarray as xr
 
-UNUSABLE = "this result cannot be used here: it differs from what dForce writes"
+UNUSABLE = "this result cannot be used here: it differs from results of dForce"
 
 
 def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -> None:
@@ -39,10 +39,10 @@ def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] 
     """
     kind = kind_of(result)
     if kind is None or kind.panel != "curves":
-        words = "that dForce does not know" if kind is None else f"({kind.words})"
+        words = "unknown to dForce" if kind is None else f"({kind.words})"
         raise df.ResultError(
-            f"the window shows results of experiments, and this is another kind {words}; "
-            "df.plot.overview in Python draws it, and so does --plot of the command that made it"
+            f"the window shows results of experiments, but this is another kind {words}; "
+            "df.plot.overview in Python draws it, and so does dforce plot"
         )
     try:
         df.write(result, folder / "again.nc")
@@ -102,7 +102,7 @@ def validate_measured(result: xr.Dataset) -> None:
         When it is neither, or something of that fails.
     """
     if not is_kind(result, "measured", "fit"):
-        raise df.ResultError("this is no measured curve and no fit of one")
+        raise df.ResultError("this is neither a measured curve nor its fit")
     try:
         if is_kind(result, "measured"):
             by_model(calibrated(result, {}, None))

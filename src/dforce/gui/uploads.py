@@ -57,7 +57,7 @@ def document_from(data: bytes) -> Document:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise df.CaseError("this is no case, result or project of dForce") from None
+        raise df.CaseError("this is not a case, result or project of dForce") from None
     return Document.of(case_of(text))
 
 
@@ -154,7 +154,7 @@ def _looked_through(data: bytes, folder: Path) -> Iterator[Path]:
     except OSError as error:
         if isinstance(error, df.DForceError) and not isinstance(error.__cause__, OSError):
             raise
-        raise df.ResultError(f"there is no place here to look at this file: {why(error)}") from error
+        raise df.ResultError(f"this file cannot be checked here: {why(error)}") from error
 
 
 def _read(path: Path) -> xr.Dataset:

@@ -34,11 +34,11 @@ TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be 
 BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
 SAY_AFTER = 1.0  # s after which a word says why nothing follows
 COMPUTING = "Computing ..."
-TOO_LONG = "This takes longer than a live curve may; press Run."
-STOPPED = "Stopped: this is what was computed."
+TOO_LONG = "This curve takes too long for live drawing; press Run."
+STOPPED = "Stopped: the finished points are shown."
 UNKNOWN = "an error inside dForce, please report it"
 STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
-WAITING = "Another run is under way; this one begins when it has ended or is stopped."
+WAITING = "Another run is in progress; this run begins after it."
 
 
 @dataclasses.dataclass(frozen=True)
@@ -266,7 +266,7 @@ class View:
             try:
                 await work(thing)
             except Exception:
-                log.exception("the page could not follow")
+                log.exception("the page could not be updated")
                 self._status(UNKNOWN)
 
         return safe
@@ -301,7 +301,7 @@ class View:
             self.slow = (key, time.monotonic())
         if wanted.run:
             self._status("")
-            background_tasks.create(self.run(), name="run what was opened")
+            background_tasks.create(self.run(), name="run the opened case")
             return None
         self._status(TOO_LONG)
         if not wanted.again:  # the machine may have been busy

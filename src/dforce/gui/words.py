@@ -11,7 +11,7 @@ from dforce.gui.document import Document, Path, path_of
 from dforce.gui.fields import Field, fields, name_of, spaced
 
 # what a force says that lacks a value of the instrument
-NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is not given; write .* under \[\w+\]")
+NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is missing; write .* under \[\w+\]")
 ABOUT = re.compile(r"(\w+(?:\.\w+)+)(?: \([^)]*\))? (?:= )?(.*)", re.DOTALL)
 
 KEY = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")

@@ -15,7 +15,7 @@ from dforce.core.parameters import Numbers, Parameters, param
 
 
 class Drift(Parameters):
-    """What was seen of a lever on its way to the sample, before contact: Q, the free amplitude, or both."""
+    """Measured changes of a lever near the sample, before contact: Q, the free amplitude, or both."""
 
     title_of: ClassVar[str] = "cantilever.drift"
     example: ClassVar[Mapping[str, Any]] = {"zc": ["0 um", "5 um"], "Q": [180, 200]}
@@ -23,11 +23,16 @@ class Drift(Parameters):
     file: str | None = file_name(
         None,
         max_length=500,
-        description="a CSV file with the columns height, Q and A0 (one of these may be left out), in the place of the numbers",
+        description="a CSV file with the columns height, Q and A0 (Q or A0 may be missing), instead of numbers",
     )
-    zc: Numbers = param(unit="m", symbol="z_c", doc="average distances, rising; beyond the last numbers stay")
+    zc: Numbers = param(unit="m", symbol="z_c", doc="average distances, rising; beyond the last, values are constant")
     Q: Numbers = param(
-        (), unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor at each; left out: the lever's own at all"
+        (),
+        unit="1",
+        symbol="Q",
+        above=0.5,
+        high=1e9,
+        doc="quality factor at each distance; default: the Q of the lever",
     )
     A0: Numbers = param(
         (),
@@ -35,7 +40,7 @@ class Drift(Parameters):
         symbol="A_0",
         above="0 nm",
         high="1 mm",
-        doc="free amplitude at each; left out: what the drive that gives drive.A0 at the lever's own Q gives there",
+        doc="free amplitude at each distance; default: from Q at a constant driving force",
     )
 
     @pydantic.model_validator(mode="before")
@@ -45,7 +50,7 @@ class Drift(Parameters):
             return data
         for name in ("zc", "Q", "A0"):
             if data.get(name):
-                raise ParameterError(f"cantilever.drift has both file and {name}; give only one of them")
+                raise ParameterError(f"cantilever.drift has both file and {name}; write only one of them")
         key = "cantilever.drift.file"
         found = read_columns(named(data["file"], key), key, {"height": "m", "Q": "1", "A0": "m"})
         if "height" not in found:
@@ -58,13 +63,13 @@ class Drift(Parameters):
     @pydantic.model_validator(mode="after")
     def _a_table(self) -> Self:
         if len(self.zc) < 2 or any(b <= a for a, b in zip(self.zc, self.zc[1:], strict=False)):
-            raise ParameterError("cantilever.drift.zc takes two distances or more, each above the one before")
+            raise ParameterError("cantilever.drift.zc needs two distances or more, in rising order")
         if not self.Q and not self.A0:
-            raise ParameterError("cantilever.drift has neither Q nor A0; give one of them, or both")
+            raise ParameterError("cantilever.drift has neither Q nor A0; write one of them, or both")
         for name in ("Q", "A0"):
             count = len(getattr(self, name))
             if count and count != len(self.zc):
                 raise ParameterError(
-                    f"cantilever.drift.{name} has {count} values for {len(self.zc)} distances; give one for each"
+                    f"cantilever.drift.{name} has {count} values for {len(self.zc)} distances; write one for each"
                 )
         return self

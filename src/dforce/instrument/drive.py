@@ -69,13 +69,13 @@ def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
 
 
 class Tone(Parameters):
-    """One tone of the drive, by the free amplitude that it gives its mode, or by the amplitude of the base."""
+    """One tone of the drive, by the free amplitude of its mode, or by the amplitude of the base."""
 
     A0: MaybeNumber = param(
-        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of its mode, at its frequency"
+        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude of its mode, at its frequency"
     )
     base_amplitude: MaybeNumber = param(
-        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the shaken base; in the place of A0"
+        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the driven base, instead of A0"
     )
     frequency: MaybeTuned = param(
         None,
@@ -83,13 +83,10 @@ class Tone(Parameters):
         symbol="f",
         above="0 Hz",
         high="10 GHz",
-        doc="drive frequency; peak: where the free response of its mode is largest; left out: the f0 of its mode",
+        doc="drive frequency; peak: at the largest free response of its mode; default: the f0 of its mode",
     )
     mode: int | None = pydantic.Field(
-        default=None,
-        ge=1,
-        le=MOST_MODES,
-        description="mode that the tone is meant for, from 1; left out: the tone's place in the list",
+        default=None, ge=1, le=MOST_MODES, description="mode of the tone, from 1; default: the position in the list"
     )
     phase: Number = param(
         "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the tone at time zero"
@@ -99,20 +96,20 @@ class Tone(Parameters):
         symbol=r"\lambda",
         low="-360 deg",
         high="360 deg",
-        doc="lag of the force, or of the base, behind the drive signal; such as of photothermal drive",
+        doc="lag of the force, or of the base, behind the drive signal, as in photothermal drive",
     )
 
     @pydantic.model_validator(mode="after")
     def _an_amplitude(self) -> Self:
         if self.A0 is None and self.base_amplitude is None:
-            raise ParameterError("has neither A0 (free amplitude) nor base_amplitude; give one of them")
+            raise ParameterError("has neither A0 (free amplitude) nor base_amplitude; write one of them")
         if self.A0 is not None and self.base_amplitude is not None:
-            raise ParameterError("has both A0 and base_amplitude; give one of them")
+            raise ParameterError("has both A0 and base_amplitude; write one of them")
         return self
 
 
 class Drive(Parameters):
-    """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or a shaken base."""
+    """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or base excitation."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag"),
@@ -120,10 +117,15 @@ class Drive(Parameters):
     }
 
     A0: MaybeNumber = param(
-        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude; of several tones each has its own"
+        None,
+        unit="m",
+        symbol="A_0",
+        above="0 nm",
+        high="1 mm",
+        doc="free amplitude; with several tones each has its own",
     )
     base_amplitude: MaybeNumber = param(
-        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the shaken base; in the place of A0"
+        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the driven base, instead of A0"
     )
     frequency: MaybeTuned = param(
         None,
@@ -131,11 +133,9 @@ class Drive(Parameters):
         symbol="f",
         above="0 Hz",
         high="10 GHz",
-        doc="drive frequency; peak: where the free response of its mode is largest; left out: the f0 of its mode",
+        doc="drive frequency; peak: at the largest free response of its mode; default: the f0 of its mode",
     )
-    mode: int | None = pydantic.Field(
-        default=None, ge=1, le=MOST_MODES, description="mode that is driven, from 1; left out: 1"
-    )
+    mode: int | None = pydantic.Field(default=None, ge=1, le=MOST_MODES, description="driven mode, from 1; default: 1")
     phase: Number = param(
         "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the drive at time zero"
     )
@@ -144,18 +144,18 @@ class Drive(Parameters):
         symbol=r"\lambda",
         low="-360 deg",
         high="360 deg",
-        doc="lag of the force, or of the base, behind the drive signal; such as of photothermal drive",
+        doc="lag of the force, or of the base, behind the drive signal, as in photothermal drive",
     )
     tones: Part[tuple[Tone, ...]] = part((), max_length=MOST_MODES, description="tones, instead of a single one")
     excitation: Literal["force", "base"] = pydantic.Field(
         default="force",
         title="Driven by",
-        description="force: magnetic or photothermal, a force on the tip; base: a piezo shakes the base of the lever",
+        description="force: magnetic or photothermal, a force on the tip; base: a piezo moves the base of the lever",
     )
     acts_on: Literal["all_modes", "own_mode"] = pydantic.Field(
         default="all_modes",
         title="A tone acts on",
-        description="all_modes: a tone is a force on the tip, so on every mode; own_mode: only on its own",
+        description="all_modes: a tone is a force on the tip, so on every mode; own_mode: only on its mode",
     )
     fluid_follows: Number = param(
         0.0,
@@ -163,35 +163,35 @@ class Drive(Parameters):
         symbol="s",
         low=0.0,
         high=1.0,
-        doc="share of the fluid that moves with a shaken base; 0: at rest, 1: the whole cell is shaken",
+        doc="share of the fluid that moves with the base; 0: fluid at rest, 1: the whole cell moves",
     )
-    piezo: Part[Piezo | None] = part(None, description="resonance of the piezo that shakes the base")
+    piezo: Part[Piezo | None] = part(None, description="resonance of the piezo that drives the base")
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
         single = [name for name in self.ways["one tone"] if getattr(self, name)]
         if self.tones and single:
-            raise ParameterError(f"drive has both {single[0]} and tones; give only one of them")
+            raise ParameterError(f"drive has both {single[0]} and tones; write only one of them")
         if not self.tones and self.base_amplitude is None:
             self.needed("A0")
         if self.A0 is not None and self.base_amplitude is not None:
-            raise ParameterError("drive has both A0 and base_amplitude; give one of them")
+            raise ParameterError("drive has both A0 and base_amplitude; write one of them")
         self._of_a_base()
         return self
 
     def _of_a_base(self) -> None:
         if self.excitation == "base":
             if self.acts_on == "own_mode":
-                raise ParameterError("drive.acts_on goes with a force; a shaken base acts on every mode")
+                raise ParameterError("drive.acts_on needs a force; a driven base acts on every mode")
             return
         for name in ("fluid_follows", "piezo"):
             if getattr(self, name):
-                raise ParameterError(f'drive.{name} goes with a shaken base; write excitation = "base"')
+                raise ParameterError(f'drive.{name} needs base excitation; write excitation = "base"')
         if self.base_amplitude is not None or any(tone.base_amplitude is not None for tone in self.tones):
-            raise ParameterError('drive.base_amplitude goes with a shaken base; write excitation = "base"')
+            raise ParameterError('drive.base_amplitude needs base excitation; write excitation = "base"')
 
     def base(self) -> BaseMotion | None:
-        """Return how the base is shaken; None under a force."""
+        """Return the motion of the base; None under a force."""
         if self.excitation == "force":
             return None
         return BaseMotion(self.fluid_follows, *((self.piezo.f0, self.piezo.Q) if self.piezo else ()))
@@ -202,7 +202,7 @@ class Drive(Parameters):
         Raises
         ------
         ParameterError
-            When a tone is meant for a mode that the cantilever does not have, or the base cannot drive its mode.
+            When the cantilever lacks the mode of a tone, or the base cannot drive it.
         """
         base = self.base()
         if self.tones:
@@ -241,7 +241,7 @@ def _tone(
     response = abs(seen * push / mode.stiffness(frequency) + readout.sees_base)
     if push == 0.0 or response * FARTHEST < 1.0:
         raise ParameterError(
-            f"{path}: the base cannot drive mode {number} at {frequency:.6g} Hz; it would have to move by more than "
+            f"{path}: the base cannot drive mode {number} at {frequency:.6g} Hz; it would need to move by more than "
             f"{FARTHEST:g} times A0"
         )
     if given.base_amplitude is not None:

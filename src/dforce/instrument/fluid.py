@@ -108,12 +108,12 @@ def near_wall(reynolds: float, gap: Any) -> Any:
     """
     if not LEAST_RE <= reynolds <= MOST_RE:
         raise ParameterError(
-            f"Re = {reynolds:.4g} is outside of {LEAST_RE} to {MOST_RE:g}, where the flow at a wall is known"
+            f"Re = {reynolds:.4g} is outside of {LEAST_RE} to {MOST_RE:g}, the known range of the flow at a wall"
         )
     least = float(np.min(gap))
     if not least >= LEAST_GAP:
         raise ParameterError(
-            f"the gap is {least:.3g} widths of the lever, below {LEAST_GAP}, where the flow at a wall is not known"
+            f"the gap is {least:.3g} widths of the lever, below {LEAST_GAP}, the limit of the known flow at a wall"
         )
     real, imaginary, free_real, free_imaginary = _near_wall()
     x = math.log(reynolds)
@@ -192,4 +192,4 @@ def mode_near_wall(
         if abs(frequency - before) <= 1e-13 * frequency:
             fluid = load * gamma.real
             return beam.FluidMode(frequency, (1.0 / load + gamma.real) / gamma.imag, fluid / (1.0 + fluid))
-    raise ParameterError("cantilever.beam has no resonance so near to the wall in this medium")
+    raise ParameterError("cantilever.beam has no resonance this near to the wall in this medium")

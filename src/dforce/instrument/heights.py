@@ -84,7 +84,7 @@ def heights_of(
     if drift is None:
         return None
     if len(modes) > 1 or len(tones) > 1:
-        raise ParameterError("cantilever.drift is that of one mode, driven by one tone")
+        raise ParameterError("cantilever.drift needs one mode and one tone")
     parts = min(PARTS, max(1, MOST // (len(drift.zc) - 1)))
     zc = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in zip(drift.zc, drift.zc[1:], strict=False)]))
     Q = np.interp(zc, drift.zc, drift.Q) if drift.Q else np.full(len(zc), modes[0].Q)

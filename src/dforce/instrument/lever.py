@@ -82,7 +82,7 @@ class Mode(Parameters):
         symbol=r"\chi",
         low=-10.0,
         high=10.0,
-        doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
+        doc="coupling of the base to the mode; 1 for a point mass; default: the coupling of a uniform beam",
     )
     added_mass: MaybeNumber = param(
         None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
@@ -111,7 +111,7 @@ TILT = param(
     symbol=r"\alpha",
     low="0 deg",
     high="60 deg",
-    doc="tilt of the lever against the sample, often 11 degrees; across the sample it is stiffer by 1/cos^2",
+    doc="tilt of the lever against the sample, often 11 degrees; normal to the sample it is stiffer by 1/cos^2",
 )
 
 
@@ -139,26 +139,26 @@ class Beam(Parameters):
     length: Number = param(unit="m", symbol="L", above="0 um", high="0.1 m", doc="length of the beam")
     width: Number = param(unit="m", symbol="b", above="0 um", high="0.1 m", doc="width of the beam")
     thickness: Number = param(unit="m", symbol="h", above="0 um", high="0.1 m", doc="thickness of the beam")
-    modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes that take part")
+    modes: int = pydantic.Field(default=1, ge=1, le=MOST_MODES, description="number of flexural modes")
     tip_height: MaybeNumber = param(
         None,
         unit="m",
         symbol="h_t",
         above="0 um",
         high="1 mm",
-        doc="height of the tip: how far the lever's end is above the sample, whose fluid then damps it more; left out: far",
+        doc="height of the tip, from the sample to the end of the lever; the fluid in between adds damping; default: far",
     )
     tilt: MaybeNumber = TILT
     wall: Literal["at_sample", "at_distance"] = pydantic.Field(
         default="at_sample",
         title="Height above the sample",
-        description="at_sample: the fluid loads the lever as with its tip at the sample; at_distance: as at each distance",
+        description="at_sample: load of the fluid with the tip at the sample; at_distance: load at each distance",
     )
     fluid: Literal["constant", "history"] = pydantic.Field(
         default="constant",
         title="Load of the fluid",
-        description="constant: a mass and a damping, those at each mode's resonance; history: as it depends on the frequency, "
-        "by a memory of the motion",
+        description="constant: mass and damping at the resonance of each mode; history: as functions of the frequency, "
+        "with a memory of the motion",
     )
     Q: Numbers = param(
         (),
@@ -166,7 +166,7 @@ class Beam(Parameters):
         symbol="Q",
         above=0.5,
         high=1e9,
-        doc="quality factor of each mode (a number, or a list for several modes); left out: from the medium",
+        doc="quality factor of each mode (a number, or a list for several modes); default: from the medium",
     )
 
     @pydantic.field_validator("Q", mode="before")
@@ -178,29 +178,27 @@ class Beam(Parameters):
     def _a_Q_for_each(self) -> Self:
         if self.Q and len(self.Q) != self.modes:
             raise ParameterError(
-                f"cantilever.beam.Q has {len(self.Q)} values for {self.modes} modes; give one for each"
+                f"cantilever.beam.Q has {len(self.Q)} values for {self.modes} modes; write one for each"
             )
         if self.wall == "at_distance":
             if self.tip_height is None:
                 raise ParameterError('cantilever.beam.wall = "at_distance" needs cantilever.beam.tip_height')
             if self.Q or self.fluid == "history":
                 other = "Q" if self.Q else 'fluid = "history"'
-                raise ParameterError(
-                    f'cantilever.beam.wall = "at_distance" does not go with {other}; leave one of them out'
-                )
+                raise ParameterError(f'cantilever.beam.wall = "at_distance" excludes {other}; remove one of them')
         if self.Q and self.fluid == "history":
             raise ParameterError(
-                'cantilever.beam has both Q and fluid = "history", from which Q follows; give only one of them'
+                'cantilever.beam has both Q and fluid = "history", which determines Q; write only one of them'
             )
         return self
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
-        """Return the modes in a medium; in a fluid f0 is by Sader's theory, and so is Q unless it is given.
+        """Return the modes in a medium; in a fluid f0 follows from Sader's theory, and so does a missing Q.
 
         Raises
         ------
         ParameterError
-            When Q is not given and the medium does not tell it.
+            When Q is missing and does not follow from the medium.
         """
         if self.fluid == "history" and not (medium.density and medium.viscosity):
             raise ParameterError(
@@ -227,15 +225,15 @@ class Beam(Parameters):
             wet = self._wet(n, free.frequency, medium.density, medium.viscosity)
             f0, Q, added_mass = wet.frequency, self.Q[n - 1] if self.Q else wet.Q, wet.added_mass
         elif not self.Q:
-            why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is given"
-            raise ParameterError(f'cantilever.beam.Q is missing, and {why}; give Q, or write medium = "air"')
+            why = "vacuum does not damp the beam" if medium.name == "vacuum" else "no fluid is set"
+            raise ParameterError(f'cantilever.beam.Q is missing, and {why}; write Q, or medium = "air"')
         return ModeNumbers(f0, free.stiffness * normal_factor(self.tilt), Q, beam.base_coupling(n), added_mass)
 
     def _in_vacuum(self, n: int) -> beam.BeamMode:
         return beam.vacuum_mode(n, self.youngs_modulus, self.density, self.length, self.width, self.thickness)
 
     def nearest(self) -> float:
-        """Return the least height (m) at which the flow below the lever is known."""
+        """Return the least height (m) with a known flow below the lever."""
         return fluid.LEAST_GAP * self.width * (1.0 + 1e-12)
 
     @property
@@ -292,10 +290,10 @@ class Cantilever(Parameters):
         None,
         max_length=50,
         examples=list(cantilevers()),
-        description="a cantilever known by name: its nominal f0, k and tip radius, where they are not given",
+        description="name of a cantilever, with nominal f0, k and tip radius as defaults",
     )
     library: str | None = file_name(
-        None, max_length=500, through_named=True, description="a CSV file of your own that the name is looked up in"
+        None, max_length=500, through_named=True, description="your own CSV file of cantilevers"
     )
     f0: MaybeNumber = param(
         None,
@@ -303,7 +301,7 @@ class Cantilever(Parameters):
         symbol="f_0",
         above="0 Hz",
         high="10 GHz",
-        doc="resonance frequency; of several modes each has its own",
+        doc="resonance frequency; with several modes each has its own",
     )
     k: MaybeNumber = param(
         None,
@@ -311,10 +309,10 @@ class Cantilever(Parameters):
         symbol="k",
         above="0 N/m",
         high="1e8 N/m",
-        doc="spring constant; of several modes each has its own",
+        doc="spring constant; with several modes each has its own",
     )
     Q: MaybeNumber = param(
-        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; of several modes each has its own"
+        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; with several modes each has its own"
     )
     base_coupling: MaybeNumber = param(
         None,
@@ -322,7 +320,7 @@ class Cantilever(Parameters):
         symbol=r"\chi",
         low=-10.0,
         high=10.0,
-        doc="how strongly a shaken base drives the mode; 1 for a point mass; left out: that of a uniform beam",
+        doc="coupling of the base to the mode; 1 for a point mass; default: the coupling of a uniform beam",
     )
     added_mass: MaybeNumber = param(
         None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
@@ -333,14 +331,15 @@ class Cantilever(Parameters):
         symbol="R",
         above="0 nm",
         high="1 mm",
-        doc="radius of the tip of a cantilever known by name; tip.radius comes first",
+        doc="tip radius of a cantilever by name; tip.radius replaces it",
     )
     tilt: MaybeNumber = TILT
-    drift: Part[Drift | None] = part(None, description="how Q or the free amplitude changes on the way to the sample")
+    drift: Part[Drift | None] = part(None, description="change of Q or the free amplitude toward the sample")
     higher_modes: Part[tuple[HigherMode, ...]] = part(
         (),
         max_length=MOST_MODES - 1,
-        description="modes above the first: how many, or a table of what was measured of each; the rest as of an ideal beam",
+        description="modes above the first: their number, or a table of measured values for each; default values: an ideal "
+        "beam",
     )
     modes: Part[tuple[Mode, ...]] = part((), max_length=MOST_MODES, description="modes, the softest first")
     beam: Part[Beam | None] = part(None, description="a rectangular cantilever, instead of its modes")
@@ -363,12 +362,12 @@ class Cantilever(Parameters):
     def _known_values(self) -> Self:
         if self.name is None:
             if self.library is not None:
-                raise ParameterError("cantilever.library needs a name to look up: give cantilever.name")
+                raise ParameterError("cantilever.library needs a name; write cantilever.name")
             return self
         if self.modes or self.beam is not None:
             other = "modes" if self.modes else "beam"
-            hint = "; what was measured of higher modes goes into cantilever.higher_modes" if self.modes else ""
-            raise ParameterError(f"cantilever has both name and {other}; give only one of them{hint}")
+            hint = "; write measured values of higher modes under cantilever.higher_modes" if self.modes else ""
+            raise ParameterError(f"cantilever has both name and {other}; write only one of them{hint}")
         if self.library is not None and self.f0 is not None and self.k is not None:
             return self  # it holds what it needs, wherever its file is
         known = cantilevers() if self.library is None else own_cantilevers(named(self.library, "cantilever.library"))
@@ -392,13 +391,13 @@ class Cantilever(Parameters):
         given = [name for name in self.ways["one mode"] if getattr(self, name) not in (None, ())]
         ways = [*(["f0, k, Q"] if given else []), *(["modes"] if self.modes else []), *(["beam"] if self.beam else [])]
         if self.beam is not None and self.tilt is not None:
-            raise ParameterError("cantilever.tilt is that of given modes; a beam has its own, cantilever.beam.tilt")
+            raise ParameterError("cantilever.tilt is for modes; for a beam write cantilever.beam.tilt")
         if self.beam is not None and self.drift is not None:
-            raise ParameterError('cantilever.drift is that of given modes; a beam has wall = "at_distance"')
+            raise ParameterError('cantilever.drift is for modes; for a beam write wall = "at_distance"')
         if len(ways) > 1:
-            raise ParameterError(f"cantilever has both {ways[0]} and {ways[1]}; give only one of them")
+            raise ParameterError(f"cantilever has both {ways[0]} and {ways[1]}; write only one of them")
         if not ways:
-            raise ParameterError("cantilever is empty; give f0, k and Q, or a list of modes, or a beam")
+            raise ParameterError("cantilever is empty; write f0, k and Q, or a list of modes, or a beam")
         if given:
             for name in ("f0", "k", *(("Q",) if not self._has_sizes() else ())):
                 self.needed(name)
@@ -409,12 +408,12 @@ class Cantilever(Parameters):
         return self.name is not None and self.library is None and cantilevers()[self.name].length is not None
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
-        """Return the modes as they are in the medium; given modes are taken as measured there.
+        """Return the modes in the medium; values of `modes` count as measured in the medium.
 
         Raises
         ------
         ParameterError
-            When the Q of a cantilever known by name is not given, and the medium is no gas that tells it.
+            When a cantilever by name has no Q, and the medium is not a gas with a known Q.
         """
         if self.beam is not None:
             return self.beam.resolve(medium)
@@ -457,11 +456,11 @@ class Cantilever(Parameters):
         probe = cantilevers()[str(self.name)]
         if not medium.density or not medium.viscosity:
             raise ParameterError(
-                f'cantilever.Q is missing, and makers give none for {self.name}; give Q, or write medium = "air"'
+                f'cantilever.Q is missing, and {self.name} has no nominal Q; write Q, or medium = "air"'
             )
         if medium.density > DENSEST:
             raise ParameterError(
-                f"f0 of {self.name} is nominal in air, and a liquid lowers it and Q: give cantilever.f0 and Q as measured there"
+                f"f0 of {self.name} is nominal in air, and a liquid lowers f0 and Q: write f0 and Q measured in the liquid"
             )
         length, width = float(probe.length or 0.0), float(probe.width or 0.0)
         at_one = beam.sader_stiffness(self.needed("f0"), 1.0, length, width, medium.density, medium.viscosity)

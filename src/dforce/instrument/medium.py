@@ -16,7 +16,7 @@ COLDEST = 150.0  # K; a number below it, for a fluid known by name, was meant in
 
 
 class Medium(Parameters):
-    """What the cantilever moves in: a name (`medium = "water"`), numbers, or a name and some numbers."""
+    """The medium of the cantilever: a name (`medium = "water"`), numbers, or a name and some numbers."""
 
     name: str | None = words(
         None,
@@ -34,7 +34,7 @@ class Medium(Parameters):
         symbol="T",
         above="0 K",
         high="1e4 K",
-        doc="temperature; the values of a medium known by name stay those at 298.15 K",
+        doc="temperature; a medium by name keeps its values at 298.15 K",
     )
 
     @pydantic.model_validator(mode="before")

@@ -49,7 +49,7 @@ class Noise(Parameters):
     """Noise of the lever and of the detector: for `df.noise`, and for runs with `integrator = "langevin"`."""
 
     thermal: bool = pydantic.Field(
-        default=True, title="Thermal motion", description="whether the medium's temperature shakes the lever"
+        default=True, title="Thermal motion", description="whether the lever has thermal motion"
     )
     detector: MaybeNumber = param(
         None,
@@ -57,14 +57,14 @@ class Noise(Parameters):
         symbol="n_d",
         low="0 m/Hz^0.5",
         high="1e-9 m/Hz^0.5",
-        doc="noise of the detector beside the thermal one, as it reads deflections; white",
+        doc="white noise of the detector, as a deflection; added to thermal noise",
     )
     bandwidth: MaybeNumber = param(
         None, unit="Hz", symbol="B", above="0 Hz", high="10 GHz", doc="equivalent noise bandwidth of the lock-in"
     )
     poles: int = pydantic.Field(default=1, ge=1, le=8, description="poles of the lock-in's low-pass filter, all equal")
     seed: int = pydantic.Field(
-        default=1, ge=0, le=2**62, description="seed of the random numbers: the same one gives the same noise"
+        default=1, ge=0, le=2**62, description="seed of the random numbers: equal seeds give equal noise"
     )
 
     def resolve(self, temperature: float) -> NoiseNumbers:

@@ -32,17 +32,17 @@ class ReadoutNumbers:
 
 
 class Readout(Parameters):
-    """What the detector reads: amplitude and phase of a result, A0 and the set point are in its terms."""
+    """The detector: amplitude and phase of a result, A0 and the set point refer to its signal."""
 
     kind: Literal["deflection", "optical_lever", "interferometer"] = pydantic.Field(
         default="deflection",
         title="Detector",
-        description="deflection: as the modes move; optical_lever: by the slope at the lever's end; interferometer: the tip's "
-        "place, its base included",
+        description="deflection: sum of the modes; optical_lever: slope at the end of the lever; interferometer: position of "
+        "the tip, with the base",
     )
     calibrated: Literal["static", "each_mode"] = pydantic.Field(
         default="static",
-        title="Lever of light calibrated",
+        title="Optical lever calibrated",
         description="static: by a force curve on a hard sample; each_mode: each mode by itself",
     )
     mode_sensitivity: Numbers = param(
@@ -51,20 +51,20 @@ class Readout(Parameters):
         symbol="s_n",
         low=-1e3,
         high=1e3,
-        doc="sensitivity of the lever of light to each mode over that to a steady force; left out: of a uniform beam",
+        doc="sensitivity of the optical lever to each mode over its static sensitivity; default: a uniform beam",
     )
     invols: MaybeNumber = param(
         None,
         unit="m/V",
         above="0 nm/V",
         high="1 mm/V",
-        doc="inverse sensitivity of the lever of light, from a force curve on a hard sample: A0 may then be typed in volts",
+        doc="inverse sensitivity of the optical lever, from a force curve on a hard sample: A0 may then be in volts",
     )
     phase_reference: Literal["drive", "free"] | None = pydantic.Field(
         default=None,
         title="Phase counts from",
-        description="drive: lag behind the drive; free: 90 degrees in free motion; left out: the drive, or the free motion "
-        'where the frequency is "peak"',
+        description="drive: lag behind the drive; free: 90 degrees in free motion; default: the drive, or the free motion "
+        'at the frequency "peak"',
     )
 
     @pydantic.model_validator(mode="after")
@@ -75,34 +75,34 @@ class Readout(Parameters):
                 ("calibrated", self.calibrated == "each_mode"),
             ):
                 if given:
-                    raise ParameterError(f'readout.{name} goes with kind = "optical_lever"')
+                    raise ParameterError(f'readout.{name} needs kind = "optical_lever"')
         if 0.0 in self.mode_sensitivity:
-            raise ParameterError("readout.mode_sensitivity has a 0; a mode that is not seen has no calibration")
+            raise ParameterError("readout.mode_sensitivity has a 0, but an invisible mode cannot be calibrated")
         return self
 
     def sensitivities(self, modes: int) -> tuple[float, ...]:
-        """Return by how much each mode's deflection counts, before each is calibrated by itself.
+        """Return the weight of each mode's deflection, before calibration of single modes.
 
         Raises
         ------
         ParameterError
-            When there is not one sensitivity for each mode.
+            When the number of sensitivities differs from the number of modes.
         """
         if self.kind != "optical_lever":
             return (1.0,) * modes
         given = self.mode_sensitivity or tuple(beam.lever_factor(n) for n in range(1, modes + 1))
         if len(given) != modes:
             raise ParameterError(
-                f"readout.mode_sensitivity has {len(given)} values for {modes} modes; give one for each"
+                f"readout.mode_sensitivity has {len(given)} values for {modes} modes; write one for each"
             )
         return given
 
     def weights(self, modes: int, mode: int) -> tuple[float, ...]:
-        """Return by how much each of the modes counts at a tone that is meant for one of them (from 0)."""
+        """Return the weight of each mode at a tone of one mode (counted from 0)."""
         given = self.sensitivities(modes)
         return tuple(one / given[mode] for one in given) if self.calibrated == "each_mode" else given
 
     @property
     def sees_base(self) -> float:
-        """By how much the base's motion counts."""
+        """Weight of the base's motion."""
         return 1.0 if self.kind == "interferometer" else 0.0

@@ -68,7 +68,7 @@ def most_likely(frequency: Array, power: Array, start: Resonance, beside: float 
     Raises
     ------
     ArithmeticError
-        When no resonance describes the spectrum.
+        When one resonance does not fit the spectrum.
     """
     found, scale = _logs(start), np.array([1.0, 1.0, 1.0, start.background])
     for _ in range(ROUNDS):

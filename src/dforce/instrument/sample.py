@@ -58,7 +58,7 @@ class Sample(Parameters):
 
 
 class Contact(Parameters):
-    """Where contact begins, the same for all forces."""
+    """The start of contact, equal for all forces."""
 
     a0: Number = param(
         A0_DEFAULT, symbol="a_0", above="0 nm", high="10 nm", doc="intermolecular distance; contact is at d < a0"

@@ -10,7 +10,7 @@ class Tip(Parameters):
 
     radius: MaybeNumber = param(None, unit="m", symbol="R", above="0 nm", high="1 mm", doc="radius of the tip's apex")
     youngs_modulus: MaybeNumber = param(
-        None, unit="Pa", symbol="E_t", above="0 GPa", high="10 TPa", doc="Young's modulus of the tip; left out: rigid"
+        None, unit="Pa", symbol="E_t", above="0 GPa", high="10 TPa", doc="Young's modulus of the tip; default: rigid"
     )
     poisson_ratio: Number = param(
         0.28, unit="1", symbol=r"\nu_t", low=0.0, high=0.5, doc="Poisson's ratio of the tip (silicon: 0.28)"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from dforce.inverse._states import Judged
 
 WALKED = "the stable states on the branches of each case"
-MET = "the states that approach and retract meet; with fewer cases the branches are followed, too"
+MET = "the states on approach and retract; with fewer cases also the states on the branches"
 DIGITS = 3
 
 
@@ -26,18 +26,18 @@ def sentences(
 ) -> list[str]:
     """Return the sentences of a plan; `chosen` says which point is recommended."""
     allowed = judged.hit == ""
-    said = [f"The limits are held against {WALKED if walked else MET}."]
+    said = [f"The limits apply to {WALKED if walked else MET}."]
     if chosen.any():
         return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
     ranges = ", ".join([*map(_range, axes), f"set points {_ends(shares, lambda value: f'{value:.3g}')}"])
     if allowed.any():
         return [
             *said,
-            f"No setting is recommended: none that is allowed has room around it. Searched were {ranges}; widen a range at "
-            f"whose end limits hold ({', '.join(_binding(axes, shares, judged, allowed)) or 'none'}), or give more values "
+            f"No setting is recommended: no allowed setting has room around it. The search covered {ranges}. Widen a range at "
+            f"whose end limits hold ({', '.join(_binding(axes, shares, judged, allowed)) or 'none'}), or add values "
             "between.",
         ]
-    return [*said, f"No setting is allowed. Searched were {ranges}.", *_ratios(axes, wishes, judged)]
+    return [*said, f"No setting is allowed. The search covered {ranges}.", *_ratios(axes, wishes, judged)]
 
 
 def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
@@ -47,7 +47,7 @@ def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
     for other in np.flatnonzero(here & (judged.hit != "")):
         name = str(judged.hit[other]).removeprefix("margin: ")
         value = "" if name not in OBSERVABLES else f", {_shown(name, _values(judged, name)[other])}"
-        yield f"At the recommended settings another stable state exists that fails: {name}{value}."
+        yield f"At the recommended settings another stable state fails a limit: {name}{value}."
 
 
 def _range(axis: Axis) -> str:
@@ -88,11 +88,11 @@ def _ratios(axes: Sequence[Axis], wishes: Wishes, judged: Judged) -> Iterator[st
             continue
         ratio = f", {values[place] / bounds[place]:.3g} times its limit" if bounds[place] > 0.0 else ""
         yield (
-            f"{limit.name} {limit.text} is kept nowhere{of_them}: at best it is {_shown(limit.name, values[place])}{ratio}, "
+            f"{limit.name} {limit.text} holds nowhere{of_them}: the best value is {_shown(limit.name, values[place])}{ratio}, "
             f"at {_setting(axes, judged, usable[place])}. Search beyond, or relax the limit."
         )
     if kept == len(wishes.limits):
-        yield "Each limit is kept somewhere, but not all with their margins at one setting: relax one, or widen the ranges."
+        yield "Each limit holds somewhere, but no setting meets all with their margins: relax a limit, or widen the ranges."
 
 
 def _setting(axes: Sequence[Axis], judged: Judged, place: int) -> str:

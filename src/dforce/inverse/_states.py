@@ -18,12 +18,12 @@ from dforce.problem import Problem
 from dforce.procedures.motion import base_of, rows_of, scales_of, states_of
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
 
 SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
 SLOPE_STEP = 5e-3  # of the logarithm of a parameter: the phase bends little over it
-Watch = Callable[[], None]
+CancelCheck = Callable[[], None]
 
 
 @dataclass
@@ -61,8 +61,8 @@ class PlannedPoints:
 class Solver:
     """Solves operating points of a case whose parameters at some paths vary."""
 
-    def __init__(self, case: Case, paths: Sequence[str], curves: Curves, watch: Watch) -> None:
-        self.case, self.paths, self.curves, self.watch = case, list(paths), curves, watch
+    def __init__(self, case: Case, paths: Sequence[str], curves: Curves, check_cancelled: CancelCheck) -> None:
+        self.case, self.paths, self.curves, self.check_cancelled = case, list(paths), curves, check_cancelled
         self._problems: dict[tuple[float, ...], Problem] = {}
 
     def case_at(self, values: Sequence[float], extra: Sequence[tuple[str, float]] = ()) -> Case:
@@ -87,7 +87,7 @@ class Solver:
             Wanted(problems, points.set_points, points.zc, self._states(problems, points.motions)),
             self.case.solver,
             1,
-            self.watch,
+            self.check_cancelled,
         )
         points.zc = found.zc.copy()
         for i, problem in enumerate(problems):
@@ -122,7 +122,7 @@ class Solver:
             def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
                 return some[case], zc
 
-            block = Block(Lot.of(some), at, self.case.solver, 1, samples, self.watch)
+            block = Block(ProblemBatch.of(some), at, self.case.solver, 1, samples, self.check_cancelled)
             start = self._states(some, np.array([pairs[n][2] for n in numbers]))
             here = self._states(some, points.motions[own])
             begun = np.array([pairs[n][1] for n in numbers])

@@ -46,47 +46,47 @@ def calibrate(
 ) -> xr.Dataset:
     r"""Return a measured curve with its noise, its free amplitude, and phases that are 90° (or the free lag) far away.
 
-    The steps, each of which leaves a sentence in the attribute `history`: the delay of the lock-in is taken from the heights;
-    the free part is found, the farthest stretch along which nothing changes, with the noise in it; a drift of the free part
-    is subtracted; phases count from the free part; and, without any model, :math:`\sin\phi \ge A/A_0` is held against every
-    point, and virial and dissipated energy are computed where k and Q are known.
+    Each step adds a sentence to the attribute `history`. The heights are corrected for the delay of the lock-in. The free part
+    is the farthest stretch without a change; it contains the noise. A drift of the free part is subtracted, and its phase is
+    the reference. Every point is checked without a model: :math:`\sin\phi \ge A/A_0`. Virial and dissipated energy follow from
+    k and Q, if known.
 
     Parameters
     ----------
     data
-        What :func:`dforce.read_measured` returned.
+        The result of :func:`dforce.read_measured`.
     case
-        The instrument: its free lag (not 90° off resonance, or over a shaken base), k, f0 and Q.
+        The instrument: its free lag (not 90° off resonance or with base excitation), k, f0 and Q.
     phase_convention
-        As of :func:`dforce.read_measured`, where that was not told.
+        As in :func:`dforce.read_measured`, if it was missing there.
     thermal
-        k, f0 and Q with errors: what :func:`dforce.thermal_tune` returned, or a table such as
-        ``{"f0": "70.00(1) kHz", "k": "2.7(2) N/m", "Q": "180(4)"}``. They come before those of the case.
+        k, f0 and Q with errors: the result of :func:`dforce.thermal_tune`, or a table such as ``{"f0": "70.00(1) kHz", "k":
+        "2.7(2) N/m", "Q": "180(4)"}``. They replace the values of the case.
     free_part
-        Lowest and highest height of the free part (m, or texts with units), instead of looking for it.
+        Lowest and highest height of the free part (m, or texts with units), instead of a search.
     free_amplitude
-        Free amplitude (m), where the curve has no free part, or instead of the one found.
+        Free amplitude (m), for a curve without a free part, or instead of the measured value.
     free_phase
-        Phase of the free motion (degrees, or text with a unit), likewise; in the convention that `data` has.
+        Phase of the free motion (degrees, or text with a unit), likewise; in the convention of `data`.
     errors
-        Errors of a point instead of the noise found: ``{"amplitude": "60 pm", "phase": "0.3 deg"}``.
+        Errors of a point instead of the measured noise: ``{"amplitude": "60 pm", "phase": "0.3 deg"}``.
     baseline
-        ``"line"``: a drift of the free part is subtracted as a straight line; ``"none"``: it is refused.
+        ``"line"``: subtract a drift of the free part as a straight line; ``"none"``: refuse it.
     delay, speed
-        Delay of the lock-in (s), and the speed of the heights (m/s) where the curve has no `time`.
+        Delay of the lock-in (s), and the speed of the heights (m/s) if the curve has no `time`.
 
     Returns
     -------
     xarray.Dataset
-        The curve, with `free` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors where k
-        and Q are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m),
-        `phase_error`, `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `k`, `f0`, `Q` with `k_error`,
-        `f0_error`, `Q_error` as far as they are known, the same of tone 2, and `history`.
+        The curve, with `free` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors if k and Q
+        are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m), `phase_error`,
+        `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `k`, `f0`, `Q` with `k_error`, `f0_error`,
+        `Q_error` if known, the same for tone 2, and `history`.
 
     Raises
     ------
     ParameterError
-        Where something must be given that the curve does not tell, or a drift is refused.
+        If a necessary setting is missing, or a drift is refused.
     """
     _check(data, baseline, delay, speed)
     given = Given(
@@ -119,11 +119,11 @@ def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> Non
 
     check_measured(data)
     if "neighbor_correlation" in data.attrs:
-        raise ParameterError("data is calibrated already; calibrate what df.read_measured returned")
+        raise ParameterError("data is already calibrated; pass the result of df.read_measured")
     if baseline not in BASELINES:
         raise ParameterError(f"baseline = '{shorten(baseline)}' is none of {', '.join(BASELINES)}")
     if speed is not None and delay is None:
-        raise ParameterError("speed is needed for the delay of the lock-in alone; give delay, too")
+        raise ParameterError("speed is used only with delay; also pass delay")
 
 
 def _quantity(name: str, given: float | str | None, unit: str) -> float | None:
@@ -171,7 +171,7 @@ def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[st
     if case is not None:
         mode, tone = case.problem.modes[0], case.problem.tones[0]
         work.data.attrs |= {"k": mode.k, "f0": mode.f0, "Q": mode.Q, "drive_frequency": tone.frequency}
-        work.history.append("k, f0, Q and the drive frequency: of the case")
+        work.history.append("k, f0, Q and the drive frequency: from the case")
     if thermal is None:
         return
     table = thermal if isinstance(thermal, Mapping) else thermal.as_table()
@@ -195,11 +195,11 @@ def _take_sign(work: Work, convention: str | None) -> None:
     known = str(work.data.attrs.get("phase_convention", UNKNOWN))
     if known != UNKNOWN:
         if convention is not None:
-            raise ParameterError("phase_convention was known when the curve was read; its phases are lags already")
+            raise ParameterError("phase_convention was set when the curve was read; its phases are already lags")
         return
     if convention is None:
         raise ParameterError(
-            "the sign of the phases is not known, and no check of the curve alone can tell it: give phase_convention = "
+            "the sign of the phases is unknown, and the curve alone cannot show it: write phase_convention = "
             "'lag' if they rise when the tip is attracted, 'lead' if they fall"
         )
     if convention not in CONVENTIONS:
@@ -211,4 +211,4 @@ def _take_sign(work: Work, convention: str | None) -> None:
     if work.given.free_phase is not None:
         work.given = work.given._replace(free_phase=sign * work.given.free_phase + offset)
     work.data.attrs["phase_convention"] = "lag"
-    work.history.append(f"phase: the file holds '{convention}', with the lag behind the drive")
+    work.history.append(f"phase: '{convention}' in the file, with the lag behind the drive")

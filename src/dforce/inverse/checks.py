@@ -37,7 +37,7 @@ def check_passive(work: Work, case: Case | None) -> None:
     if "phase" not in work.data or "free_amplitude" not in attrs:
         return
     if "amplitude_2" in work.data:
-        work.history.append("check without a model: left out, because two tones may exchange energy")
+        work.history.append("check without a model: skipped, because two tones may exchange energy")
         return
     ratio = float(attrs["drive_frequency"]) / float(attrs["f0"]) if {"drive_frequency", "f0"} <= set(attrs) else 1.0
     lever = Lever(1.0, float(attrs.get("Q", 1.0)), float(attrs["free_amplitude"]), ratio if "Q" in attrs else 1.0)
@@ -51,14 +51,17 @@ def check_passive(work: Work, case: Case | None) -> None:
     work.data["passive_margin"] = ("point", margin)
     below, worst = np.flatnonzero(margin < -WIDE), int(np.argmin(margin))
     if len(below) <= np.ceil(BY_CHANCE * len(margin)) and margin[worst] > -FAR:
-        which = "every point" if not len(below) else f"all but {len(below)} of {len(margin)} points, as noise makes it"
+        which = (
+            "every point" if not len(below) else f"all but {len(below)} of {len(margin)} points, consistent with noise"
+        )
         work.history.append(f"check without a model: sin(phase) >= A/A0 at {which}, within {WIDE:g} errors")
         return
     where = units.show(float(work.values("height")[worst]), "m", 5)
-    others = "" if case is not None and case.problem.shaken is not None else ", a shaken base"
+    others = "" if case is not None and case.problem.shaken is not None else ", base excitation"
     work.history.append(
-        f"doubt: sin(phase) is below A/A0 at {len(below)} of {len(margin)} points, most at {where}, by "
-        f"{-margin[worst]:.1f} errors: a wrong offset or sign of the phase, a drive off resonance, a wrong free amplitude"
+        f"doubt: sin(phase) is below A/A0 at {len(below)} of {len(margin)} points, largest at {where}, by "
+        f"{-margin[worst]:.1f} errors. Possible reasons: a wrong offset or sign of the phase, a drive off resonance, a wrong "
+        f"free amplitude"
         f"{others}, or an active sample"
     )
 
@@ -80,7 +83,7 @@ def check_slope(work: Work) -> None:
         error = float(np.sqrt((rest**2).sum() / (len(near) - 2)) / spread)
         text = f"slope: the amplitude changes by {shown(slope, error, '1')} of the height along the repulsive {word}"
         if slope > 1.0 + WIDE * error:
-            text = f"doubt: {text}; no sample does that, so the sensitivity or the height is off by {slope - 1.0:.1%} or more"
+            text = f"doubt: {text}; this is impossible, so the sensitivity or the height is off by {slope - 1.0:.1%} or more"
         work.history.append(text)
 
 
@@ -97,8 +100,9 @@ def estimate_offset(work: Work) -> None:
     offset, spread = float(np.median(apart)), float(np.ptp(apart))
     work.data.attrs |= {"height_offset": offset, "height_offset_spread": spread}
     work.history.append(
-        f"height offset: about {units.show(offset, 'm', 2)} is to be added to the heights, where the tip would just touch a "
-        f"stiff sample; it varies by {units.show(spread, 'm', 2)} along the curve, and a fit finds it"
+        f"height offset: about {units.show(offset, 'm', 2)} must be added to the heights, for a stiff sample that the tip "
+        f"just touches. "
+        f"It varies by {units.show(spread, 'm', 2)} along the curve; a fit finds it"
     )
 
 
@@ -111,9 +115,9 @@ def tell_energies(work: Work) -> None:
     most = int(np.argmax(np.where(seen, lost, -np.inf))) if seen.any() else int(np.argmax(clear))
     where = units.show(float(work.values("height")[most]), "m", 5)
     size = (
-        f"{lost[most] / ELECTRONVOLT:.3g} eV per period at {where}, with an error of {noise[most] / ELECTRONVOLT:.2g} eV by "
-        f"noise and {common[most] / ELECTRONVOLT:.2g} eV that all points share"
+        f"{lost[most] / ELECTRONVOLT:.3g} eV per period at {where}, with an error of {noise[most] / ELECTRONVOLT:.2g} eV from "
+        f"noise and {common[most] / ELECTRONVOLT:.2g} eV common to all points"
     )
     work.history.append(
-        f"energy: the sample takes up to {size}" if seen.any() else f"energy: no loss is seen; largest {size}"
+        f"energy: the sample dissipates up to {size}" if seen.any() else f"energy: no significant loss; largest {size}"
     )

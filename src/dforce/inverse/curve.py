@@ -30,7 +30,7 @@ NOTES = {"k": "N/m", "f0": "Hz", "Q": "1", "A0": "m", "drive_frequency": "Hz", "
 """Settings that a file may note beside the columns, with their SI units."""
 SOME = 10  # points at an end of a curve, at most a tenth of it, that show whether the amplitude falls toward it
 CLEAR = 5.0  # errors
-GIVE_THE_SIGN = "give height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
+GIVE_THE_SIGN = "write height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
 
 
 class Told(TypedDict, total=False):
@@ -111,7 +111,7 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     walk = walk_of(table, values["height"], _segments(found, table, name), asked.direction, name)
     values = {key: column[walk.rows] for key, column in values.items()}
     if len(walk.rows) < placing.FEWEST:
-        raise ResultError(f"{name} has {len(walk.rows)} points, and a curve needs {placing.FEWEST} or more")
+        raise ResultError(f"{name} has {len(walk.rows)} points, but a curve needs {placing.FEWEST} or more")
     history += walk.history
     if asked.height_grows is None:
         _check_orientation(values, known, name, history)
@@ -153,7 +153,7 @@ def _values(
         except UnitError:
             if quantity != "deflection" or quantity in asked.columns:  # volts or newtons: not needed for anything
                 raise
-            history.append(f"left out: the deflection, which is in {column.unit}")
+            history.append(f"left out: the deflection, in {column.unit}")
             continue
         placing.refuse_gaps(quantity, values[quantity], table, name)
         if quantity in placing.AMPLITUDES:
@@ -168,11 +168,11 @@ def _values(
         raise ResultError(f"{name} has a branch that is neither 1 (attractive) nor -1 (repulsive)")
     kind = placing.HEIGHT_WORDS[found["taken"].name]
     others = [key for key in placing.HEIGHTS if key in found and found[key] is not found["height"]]
-    if kind != "as the file calls it":
-        aside = f"; the {placing.HEIGHT_WORDS[others[0]]} is left aside" if others else ""
+    if kind != "as named in the file":
+        aside = f"; the {placing.HEIGHT_WORDS[others[0]]} is not used" if others else ""
         history.append(
             f"height: of the {kind}{aside}"
-            + (", which creep and hysteresis of the piezo are not in" if kind == "piezo" else "")
+            + (", without the creep and hysteresis of the piezo" if kind == "piezo" else "")
         )
     return values
 
@@ -186,7 +186,7 @@ def _turn_heights(
         grows = "away"
     if grows == "toward":
         values["height"] = -values["height"]
-        why = "as given" if given else f"as files of {reader.maker} have it"
+        why = "as given" if given else f"as in files of {reader.maker}"
         history.append(f"height: larger numbers are nearer to the sample, {why}; the sign is turned")
     return grows is not None
 
@@ -234,13 +234,13 @@ def _check_orientation(values: Mapping[str, Array], known: bool, name: str, hist
     words = quantity.replace("_", " ")
     if rise < -CLEAR:
         shown = "smaller amplitudes" if quantity == "amplitude" else "larger frequency shifts"
-        raise ParameterError(f"{name} has {shown} at larger heights, as if the sample were there: {GIVE_THE_SIGN}")
+        raise ParameterError(f"{name} has {shown} at larger heights, a sign of the sample there: {GIVE_THE_SIGN}")
     if known:
         return
     if not rise > CLEAR:  # where all is zero, too
         raise ParameterError(
-            f"{name} does not show at which end of the heights the sample is: the {words} is alike at both ends, and the sign "
-            f"of its heights is not known: {GIVE_THE_SIGN}"
+            f"{name} does not show the side of the sample: the {words} is equal at both ends, and the sign "
+            f"of its heights is unknown: {GIVE_THE_SIGN}"
         )
     shown = "the amplitude falls toward smaller ones" if quantity == "amplitude" else "its size grows at smaller ones"
     history.append(f"height: larger numbers are farther from the sample, as {shown}")
@@ -251,7 +251,7 @@ def _turn_phases(
 ) -> str:
     """Make lags of the phases, in place, where their convention is known; return the convention that they have then."""
     if convention is not None and convention not in CONVENTIONS:
-        raise ParameterError(f"{name} notes the phase convention '{shorten(convention)}', which is not known")
+        raise ParameterError(f"{name} notes the phase convention '{shorten(convention)}', an unknown convention")
     for key in ("phase", "phase_2"):
         if key not in values:
             continue
@@ -263,15 +263,15 @@ def _turn_phases(
             turned[directions == word] = np.unwrap(phase[directions == word], period=360.0)
         _join(turned, directions)
         if not np.array_equal(turned, phase):
-            history.append(f"{key}: whole turns between neighbors are taken out")
+            history.append(f"{key}: jumps of 360° between neighbors are removed")
         if convention is not None:
             sign, offset = CONVENTIONS[convention]
             turned = sign * turned + offset
         values[key] = turned
     if convention is None:
-        history.append("phase: as the file holds it, because its sign is not known")
+        history.append("phase: as in the file, because its sign is unknown")
         return UNKNOWN
-    history.append(f"phase: the file holds '{convention}', with the lag behind the drive")
+    history.append(f"phase: '{convention}' in the file, with the lag behind the drive")
     return "lag"
 
 
@@ -295,7 +295,7 @@ def _notes(table: MeasuredTable, history: list[str]) -> dict[str, float | str]:
             continue  # a note of another program under the same key
         if value > 0.0:
             found[name] = value
-            history.append(f"{name}: {units.show(value, unit, 6)}, as the file notes")
+            history.append(f"{name}: {units.show(value, unit, 6)}, from the file")
     instrument = _noted(table, "instrument") or table.reader.maker
     return found | ({"instrument": instrument} if instrument else {})
 

@@ -61,13 +61,13 @@ def passive_margin(lever: Lever, amplitude: Array, lag: Array) -> Array:
 def energy(data: xr.Dataset) -> xr.Dataset:
     """Return virial and dissipated energy at each point of a calibrated curve, with their errors.
 
-    `virial_error` and `dissipated_energy_error` are of the noise of each point; `..._common_error` are of the free amplitude,
-    the phase offset, k and Q, which all points share, as far as errors of them are known.
+    `virial_error` and `dissipated_energy_error` are random errors, from the noise of each point. `..._common_error` are
+    systematic errors, common to all points: from the known errors of free amplitude, phase offset, k and Q.
 
     Parameters
     ----------
     data
-        What :func:`dforce.calibrate` returned; `k` and `Q` must have been known to it.
+        The result of :func:`dforce.calibrate`, with `k` and `Q`.
 
     Raises
     ------
@@ -79,9 +79,7 @@ def energy(data: xr.Dataset) -> xr.Dataset:
     missing = [name for name in NEEDED if name not in data.attrs]
     if missing or "amplitude" not in data or "phase" not in data:
         what = f"has no {' and no '.join(missing)}" if missing else "has no amplitude and phase"
-        raise ParameterError(
-            f"data {what}: give df.calibrate a case, or a thermal tune, and calibrate the curve before its energies"
-        )
+        raise ParameterError(f"data {what}: first calibrate the curve with df.calibrate and a case or a thermal tune")
     lever = lever_of(data)
     amplitude, lag = np.asarray(data["amplitude"].values, float), np.radians(data["phase"].values)
     found = xr.Dataset(coords={"direction": data["direction"]}, attrs={"k": lever.k, "Q": lever.Q})

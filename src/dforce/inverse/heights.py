@@ -59,10 +59,10 @@ def walk_of(
     _refuse_disorder(height, name)
     if direction is not None:
         runs = [(every, direction)]
-        history = [f"direction: {direction}, as given"]
+        history = [f"direction: {direction}, as set"]
     elif segments is not None and set(segments) - {PAUSE}:
         runs = [(every[segments == word], str(word)) for word in (APPROACH, RETRACT) if (segments == word).any()]
-        history = [f"direction: {' and '.join(word for _, word in runs)}, as the file says"]
+        history = [f"direction: {' and '.join(word for _, word in runs)}, from the file"]
         paused = int((segments == PAUSE).sum())
         history += [f"left out: {paused} points of a pause"] if paused else []
     else:
@@ -73,7 +73,7 @@ def walk_of(
         way = _way(table, height, places, word, name)
         if way * WAYS[word] < 0.0:
             places = places[::-1]
-            history.append(f"order: the points of the {word} were listed backward, and are turned")
+            history.append(f"order: the points of the {word} were in reverse order, and are reversed")
         rows.append(places)
         words += [word] * len(places)
     return OrderedRows(np.concatenate(rows), np.array(words), history)
@@ -116,13 +116,13 @@ def _runs(table: MeasuredTable, height: Array, name: str) -> list[tuple[Indices,
     if len(turns) > 1:
         raise ResultError(
             f"{name} has heights that go back and forth: they turn at {table.place(turns[0])} and at "
-            f"{table.place(turns[1])}; sort the points, or say in a column 'direction' which are of the approach and "
-            "which of the retract"
+            f"{table.place(turns[1])}; sort the points, or add a column 'direction' for approach "
+            "and retract"
         )
     if height[turns[0]] > height[0]:
         raise ResultError(
-            f"{name} has heights that rise until {table.place(turns[0])} and then fall, so that it would start at the "
-            "sample: give height_grows = 'toward' if larger numbers are nearer to it, or a column 'direction'"
+            f"{name} has heights that rise until {table.place(turns[0])} and then fall, as if it started at the "
+            "sample. Write height_grows = 'toward' if larger numbers are nearer to it, or add a column 'direction'"
         )
     return [(every[: turns[0] + 1], APPROACH), (every[turns[0] + 1 :], RETRACT)]
 

@@ -40,48 +40,48 @@ def read_measured(
 ) -> xr.Dataset:
     """Return a measured curve of amplitude and phase against height.
 
-    Text, HDF5, results of dForce, and files of the makers that ``dforce read --help`` lists. What is not clear is asked for
-    in a sentence, never guessed; the attribute `history` lists each step.
+    Text, HDF5, results of dForce, and files of the makers in ``dforce read --help``. If something is missing, dForce asks in a
+    sentence and never guesses. The attribute `history` lists each step.
 
     Parameters
     ----------
     path
         The file.
     columns
-        Name of the column that holds a quantity, where it does not tell by itself: ``{"amplitude": "Lock-in R"}``.
+        Name of the column of a quantity, if its heading is not known: ``{"amplitude": "Lock-in R"}``.
     units
-        Unit of a quantity whose column names none: ``{"amplitude": "nm", "phase": "deg"}``.
+        Unit of a column without a unit: ``{"amplitude": "nm", "phase": "deg"}``.
     sensitivity
-        By which amplitudes in volts are multiplied (m/V, or text such as ``"52 nm/V"``).
+        Sensitivity that converts volts (m/V, or text such as ``"52 nm/V"``).
     amplitude_is
-        ``"peak"`` (zero to peak) or ``"rms"``: what the amplitudes in the file are.
+        ``"peak"`` (zero to peak) or ``"rms"``: the amplitudes in the file.
     phase_convention
-        What the phases in the file are, with the lag behind the drive (90° when free at resonance, above in net attraction):
-        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Left out where the file does not tell it, the phases stay
-        as they are until :func:`dforce.calibrate` is told.
+        The phases in the file, relative to the lag behind the drive (90° when free at resonance, above in net attraction):
+        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Without it, and without a convention in the file, the phases are
+        unchanged until :func:`dforce.calibrate` gets one.
     height
-        ``"sensor"`` or ``"piezo"``, where the file holds both; left out: the sensor.
+        ``"sensor"`` or ``"piezo"``, if the file has both; default: the sensor.
     height_grows
-        ``"away"`` from the sample or ``"toward"`` it; left out: as the maker's files are known to have it, else by the end
-        at which the amplitude falls. A curve that does not show it is refused.
+        ``"away"`` from the sample or ``"toward"`` it; default: as in the files of the maker, else from the end with a falling
+        amplitude. An ambiguous curve is refused.
     direction
-        ``"approach"`` or ``"retract"``, for a file that holds one of them and does not say which.
+        ``"approach"`` or ``"retract"``, for a file with one direction and no name for it.
     curve
-        Number of the curve, from 1, in a file that holds several; :func:`read_curves` gives all.
+        Number of the curve, from 1, in a file with several; :func:`read_curves` returns all.
 
     Returns
     -------
     xarray.Dataset
-        Along `point`, in the order of the walk: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
-        peak), `phase` (degrees), and where the file has them `amplitude_2`, `phase_2`, `deflection` (m), `frequency`,
+        Along `point`, in the order of the measurement: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
+        peak), `phase` (degrees), and if the file has them `amplitude_2`, `phase_2`, `deflection` (m), `frequency`,
         `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive); the coordinate `direction`.
 
     Raises
     ------
     ResultError
-        For a file that cannot be read, was cut short, or holds no curve: with the row and the reason.
+        For a file that cannot be read, is incomplete, or contains no curve: with the row and the reason.
     ParameterError
-        Where something must be given that the file does not tell.
+        If a necessary setting is missing in the file.
     """
     asked = Asked.of(
         {
@@ -98,7 +98,7 @@ def read_measured(
     found = _curves(path, asked, curve)
     if len(found) > 1:
         raise ParameterError(
-            f"'{shorten(str(path))}' holds {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
+            f"'{shorten(str(path))}' contains {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
             "them with df.read_curves"
         )
     return found[0]
@@ -106,16 +106,16 @@ def read_measured(
 
 @checked
 def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Dataset]:
-    """Return all curves of a file, as :func:`read_measured` gives one of them; `x` and `y` (m) are attributes of each.
+    """Return all curves of a file, each as from :func:`read_measured`, with the attributes `x` and `y` (m).
 
-    Curves are told apart by a column `curve`, or by columns `x` and `y`; in HDF5 each group is one, in .nid each row.
+    A column `curve`, or the columns `x` and `y`, distinguish the curves; in HDF5 each group is a curve, in .nid each row.
 
     Parameters
     ----------
     path
         The file.
     **how
-        `columns`, `units`, `sensitivity`, `amplitude_is`, `phase_convention`, `height`, `height_grows` and `direction`, as of
+        `columns`, `units`, `sensitivity`, `amplitude_is`, `phase_convention`, `height`, `height_grows` and `direction`, as in
         :func:`read_measured`.
 
     Raises
@@ -184,7 +184,7 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
 
 def _chosen(tables: list[T], number: int, name: str) -> T:
     if not 1 <= number <= len(tables):
-        raise ParameterError(f"{name} has no curve {number}; it holds {len(tables)}")
+        raise ParameterError(f"{name} has no curve {number}; it contains {len(tables)}")
     return tables[number - 1]
 
 
@@ -199,6 +199,6 @@ def check_measured(data: xr.Dataset) -> None:
     missing = [name for name in ("height", "amplitude", "phase") if name not in data]
     if missing or data["height"].dims != ("point",):
         what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
-        raise ParameterError(f"data {what}, so it is no measured curve; df.read_measured gives one")
+        raise ParameterError(f"data {what}, so it is not a measured curve; get a curve from df.read_measured")
     if not all(np.isfinite(data[name].values).all() for name in ("height", "amplitude", "phase")):
-        raise ResultError("data holds values that are no finite numbers")
+        raise ResultError("data contains values that are not finite numbers")

@@ -14,7 +14,7 @@ from dforce.inverse.table import Column, MeasuredTable, Reader
 from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, quantity_of, scale_to
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
-HEIGHT_WORDS = {"height_sensor": "sensor", "height": "as the file calls it", "height_piezo": "piezo"}
+HEIGHT_WORDS = {"height_sensor": "sensor", "height": "as named in the file", "height_piezo": "piezo"}
 NEEDED = ("height", "amplitude", "phase")
 AMPLITUDES = ("amplitude", "amplitude_2")
 NUMBERS = ("1", "")  # units of quantities that need none
@@ -48,7 +48,7 @@ def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, 
         if len(claimed) > 1:
             names = ", ".join(f"'{column.name}'" for column in claimed)
             raise ParameterError(
-                f"{name} has several columns for the {quantity}: {names}; say which with columns = {{'{quantity}': ...}}"
+                f"{name} has several columns for the {quantity}: {names}; choose one with columns = {{'{quantity}': ...}}"
             )
         found[quantity] = claimed[0]
     return _with_height(found, columns, height, name)
@@ -72,7 +72,7 @@ def _with_height(
         key = f"height_{wanted}"
         if key not in found:
             there = ", ".join(f"'{found[one].name}' ({HEIGHT_WORDS[one]})" for one in present) or "none"
-            raise ParameterError(f"{name} has no height of the {wanted} that is known as such; heights in it: {there}")
+            raise ParameterError(f"{name} has no height of the {wanted}; its heights: {there}")
         present = [key]
     if present:
         chosen = "height" if "height" in columns else present[0]
@@ -96,8 +96,8 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
         names = {bare(column.name) for column in table.columns}
         if "frequency" in found and names & set(DENSITY):
             raise ResultError(
-                f"{name} is a spectrum of thermal motion, not a curve against height; df.thermal_tune, or dforce read CURVE "
-                "--thermal, finds f0, k and Q in it"
+                f"{name} is a spectrum of thermal motion, not a curve against height. df.thermal_tune, or dforce read CURVE "
+                "--thermal, finds f0, k and Q"
             )
         numbers = sum(column.values.dtype.kind == "f" for column in table.columns)
         if numbers < len(needed):
@@ -107,8 +107,8 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
             )
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in table.columns[:20])
         raise ParameterError(
-            f"{name} has no column that is known to hold the {' or the '.join(missing)}; "
-            f"say which with columns = {{'{missing[0]}': ...}}; its columns: {there}"
+            f"{name} has no column for the {' or the '.join(missing)}; "
+            f"name it with columns = {{'{missing[0]}': ...}}; its columns: {there}"
         )
 
 
@@ -122,7 +122,7 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
     """
     stored = MEANINGS[quantity].unit
     if column.values.dtype.kind != "f":
-        raise ParameterError(f"{name} has words in the column '{column.name}', which should hold the {quantity}")
+        raise ParameterError(f"{name} has words in the column '{column.name}', which should contain the {quantity}")
     values = np.asarray(column.values, dtype=float)
     said = known_unit(unit) if unit is not None else column.unit
     if unit is not None and not said:
@@ -131,13 +131,13 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
         return values
     if not said:
         raise ParameterError(
-            f"{name} does not tell the unit of the {quantity} (column '{column.name}'); give it: "
+            f"{name} has no unit for the {quantity} (column '{column.name}'); write: "
             f"units = {{'{quantity}': '{known_units.usual_unit(stored)}'}}"
         )
     if quantity in AMPLITUDES and _is_voltage(said):
         if sensitivity is None:
             raise ParameterError(
-                f"{name} has the {quantity} in {said} (column '{column.name}'); give the sensitivity of the detector, "
+                f"{name} has the {quantity} in {said} (column '{column.name}'); write the sensitivity of the detector, "
                 "such as sensitivity = '52 nm/V'"
             )
         return values * scale_to(said, "V") * _sensitivity(sensitivity)
@@ -192,16 +192,16 @@ def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str
     """
     told = amplitude_kind(column.name)
     if asked is not None and told is not None and asked != told:
-        raise ParameterError(f"{name} calls its amplitude '{column.name}', but amplitude_is = '{asked}' was given")
+        raise ParameterError(f"{name} calls its amplitude '{column.name}', but amplitude_is = '{asked}'")
     kind = asked or told
     if kind is None and reader.amplitude_by_version:
         raise ParameterError(
-            f"{name} comes from software of {reader.maker}, whose amplitudes are rms or zero to peak by version: "
-            "give amplitude_is = 'rms' or amplitude_is = 'peak'"
+            f"{name} comes from software of {reader.maker}, with amplitudes in rms or zero to peak, depending on the version: "
+            "write amplitude_is = 'rms' or amplitude_is = 'peak'"
         )
     if kind == "rms":
         return float(np.sqrt(2.0)), "amplitude: rms in the file, multiplied by the square root of 2"
-    return 1.0, f"amplitude: zero to peak, {'as given' if kind else 'as nothing in the file says otherwise'}"
+    return 1.0, f"amplitude: zero to peak, {'as set' if kind else 'the default'}"
 
 
 def split_curves(table: MeasuredTable, columns: Mapping[str, str], name: str) -> list[MeasuredTable]:
@@ -213,7 +213,7 @@ def split_curves(table: MeasuredTable, columns: Mapping[str, str], name: str) ->
         return [table]
     stacked = np.stack([np.asarray(numbers[key].values, dtype=float) for key in keys], axis=1)
     if not np.isfinite(stacked).all():
-        raise ResultError(f"{name} has rows without a {' or '.join(keys)}, so that their curve is not known")
+        raise ResultError(f"{name} has rows without a {' or '.join(keys)}, so their curve is unknown")
     _, first, which = np.unique(stacked, axis=0, return_index=True, return_inverse=True)
     if keys != ["curve"] and len(first) * FEWEST > len(stacked):
         return [table]  # places that drift from point to point are no map

@@ -35,12 +35,12 @@ class PlanFile:
 
 @checked
 def load_plan(path: str | os.PathLike[str]) -> PlanFile:
-    """Return what a plan file says: a case file with a table ``[plan]``.
+    """Return the plan in a file: a case file with a table ``[plan]``.
 
     Raises
     ------
     CaseError
-        When the file cannot be read, is no case, or has no table ``[plan]`` with `vary`.
+        When the file cannot be read, is not a case, or has no table ``[plan]`` with `vary`.
     """
     file, name = Path(path), f"'{shorten(str(path), 200)}'"
     content = read_input(path, "plan", LONGEST, CaseError)
@@ -63,10 +63,12 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
 def _check(asked: object) -> None:
     if not isinstance(asked, Mapping):
         raise ParameterError(
-            'there is no table [plan]; it says what to vary, such as vary = { "drive.A0" = ["1 nm", "9 nm"] }'
+            'the table [plan] is missing; write the parameters to vary, such as vary = { "drive.A0" = ["1 nm", "9 nm"] }'
         )
     for key in asked:
         if key not in KEYS:
             raise ParameterError(f"plan has no '{shorten(key)}'{nearest(key[:100], KEYS)}")
     if not isinstance(asked.get("vary"), Mapping) or not asked["vary"]:
-        raise ParameterError('plan.vary must say what varies, such as { "drive.A0" = ["1 nm", "9 nm"] }')
+        raise ParameterError(
+            'plan.vary is missing; write the parameters to vary, such as { "drive.A0" = ["1 nm", "9 nm"] }'
+        )

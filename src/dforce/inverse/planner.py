@@ -41,12 +41,11 @@ def plan(
     goal: Mapping[str, Any] | None = None,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset:
-    r"""Return the settings at which limits hold, the best of them, and the one farthest from all boundaries.
+    r"""Return the settings at which limits hold, the best setting, and the setting farthest from all boundaries.
 
     Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
-    each case; of more than 40 cases for the states that approach and retract meet (``attrs["findings"]`` says so). A boundary
-    between settings that are allowed and others is located by bisection. Nothing is said about settings outside of the
-    ranges.
+    each case. With more than 40 cases only the states on approach and retract are used (see ``attrs["findings"]``). Bisection
+    locates the boundaries of the allowed settings. The plan covers only the ranges.
 
     Parameters
     ----------
@@ -56,34 +55,33 @@ def plan(
         One or two paths with their values, such as ``{"drive.A0": {"start": "1 nm", "stop": "10 nm", "points": 19}}``; a pair
         ``["1 nm", "10 nm"]`` is a range of 19 values.
     set_points
-        Shares :math:`s = A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that.
+        Shares :math:`s = A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``, the default.
     limits
-        What must hold: quantities such as ``{"peak_force": "< 100 pN", "max_indentation": "< 20 % of sample.thickness"}``,
+        All limits: quantities such as ``{"peak_force": "< 100 pN", "max_indentation": "< 20 % of sample.thickness"}``,
         ``"regime": "attractive"`` or ``"repulsive"``, ``"states": "one"`` (no other stable state at the same distance), and
-        ``"margin": {"set_point": 0.03, "drive.A0": "5 %"}``: the limits hold that far around as well, corners included.
+        ``"margin": {"set_point": 0.03, "drive.A0": "5 %"}``: the limits also hold within this margin, with its corners.
     goal
         ``{"minimize": "peak_force"}``, ``{"maximize": "slope_of_phase:sample.youngs_modulus"}`` (degrees by the logarithm
-        of the parameter, at constant amplitude), or several, of which none is best alone: those on the Pareto front.
+        of the parameter, at constant amplitude), or several goals, with a Pareto front.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``. After Ctrl-C the states that are solved are
-        returned, with the limits held against them alone: no margins, boundaries and recommended point, and
-        ``attrs["interrupted"]`` is 1.
+        True for a bar, or a function called as ``progress(done, total, note)``. After Ctrl-C the solved states are returned
+        with their limits, without margins, boundaries and a recommended point, and ``attrs["interrupted"]`` is 1.
 
     Returns
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
         `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
-        the margins; 5 % and 0.03 where none is given), `recommended` (the allowed point with the most room, if any), `best` and
-        `pareto` where there is a goal, `least_violation` where nothing is allowed. Along `edge` the located boundaries. Along
-        `time` the motion at the recommended point.
+        the margins; default 5 % and 0.03), `recommended` (the allowed point with the most room, if any), `best` and `pareto`
+        with a goal, `least_violation` if nothing is allowed. Along `edge` the located boundaries. Along `time` the motion at
+        the recommended point.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, more than two, limits that cannot be read or are unknown, and too many points.
+        For an unknown path, more than two paths, unknown limits, and too many points.
     KeyboardInterrupt
-        When it is stopped before the states are solved.
+        When the plan is stopped before the states are solved.
     """
     axes = make_axes(case, {path: _pair(path, values) for path, values in vary.items()})
     shares = shares_of(set_points)
@@ -91,16 +89,16 @@ def plan(
     _check(case, axes, shares)
     bare = case.model_copy(update={"sweep": None, "experiment": None})
     grid = np.array(list(itertools.product(*(axis.values for axis in axes))), dtype=float)
-    with watched(progress, case.title) as tell:
-        tell(0, STAGES, "curves")
+    with watched(progress, case.title) as report_progress:
+        report_progress(0, STAGES, "curves")
         rows = {axis.path: column for axis, column in zip(axes, grid.T, strict=True)}
-        curves = curves_of(bare, rows, float(shares.min()), lambda *_: tell(0, STAGES, "curves"))
+        curves = curves_of(bare, rows, float(shares.min()), lambda *_: report_progress(0, STAGES, "curves"))
         if curves.interrupted:
             raise KeyboardInterrupt
-        work = _Work(bare, axes, shares, wishes, grid, curves, tell)
+        work = _Work(bare, axes, shares, wishes, grid, curves, report_progress)
         data = work.run()
         if not data.attrs.get("interrupted"):
-            tell(STAGES, STAGES, "")
+            report_progress(STAGES, STAGES, "")
     return data
 
 
@@ -116,33 +114,40 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
         raise ParameterError(f"plan.vary has {len(axes)} paths; one or two are allowed")
     for axis in axes:
         if axis.quantity is None:
-            raise ParameterError(f"plan.vary: {axis.path} takes no plain number, so no boundary can be found along it")
+            raise ParameterError(f"plan.vary: {axis.path} is not a plain number, so no boundary can be found along it")
     refuse_others(case)
     count = math.prod(len(axis.values) for axis in axes) * len(shares)
     if count > MOST_POINTS:
-        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed, so give fewer values")
+        raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed; use fewer values")
 
 
 class _Work:
     """A plan while it is made."""
 
     def __init__(
-        self, case: Case, axes: list[Axis], shares: Array, wishes: Wishes, grid: Array, curves: Curves, tell: Progress
+        self,
+        case: Case,
+        axes: list[Axis],
+        shares: Array,
+        wishes: Wishes,
+        grid: Array,
+        curves: Curves,
+        report_progress: Progress,
     ) -> None:
         self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
-        self.grid, self.curves, self.tell, self.stage = grid, curves, tell, "branches"
+        self.grid, self.curves, self.report_progress, self.stage = grid, curves, report_progress, "branches"
         self.number = 1
-        self.solver = Solver(case, [axis.path for axis in axes], curves, self.watch)
+        self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
 
-    def watch(self) -> None:
+    def check_cancelled(self) -> None:
         """Tell how far the plan is."""
-        self.tell(self.number, STAGES, self.stage)
+        self.report_progress(self.number, STAGES, self.stage)
 
     def next(self, stage: str) -> None:
         """Begin another stage."""
         self.stage, self.number = stage, self.number + 1
-        self.watch()
+        self.check_cancelled()
 
     def run(self) -> xr.Dataset:
         """Return the plan."""
@@ -172,7 +177,7 @@ class _Work:
         """Follow the branches of all cases, where these are few."""
         if len(self.grid) <= MOST_WALKED:
             for number, values in enumerate(self.grid):
-                walk(self.curves, number, self.solver.case_at(values), self.watch)
+                walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
 
     def _states(self) -> PlannedPoints:
         """Return where all stable states at the set points are, each once."""
@@ -180,7 +185,9 @@ class _Work:
         self.next("states")
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
-            raise ParameterError("no curve meets any of the set points; give others, or other values of what varies")
+            raise ParameterError(
+                "no curve reaches any of the set points; choose other set points, or other values under vary"
+            )
         near = np.array([seed.case for seed in seeds])
         points = PlannedPoints(
             self.grid[near],

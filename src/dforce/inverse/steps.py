@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 UNITS = {"amplitude": "m", "phase": "deg", "amplitude_2": "m", "phase_2": "deg", "frequency_shift": "Hz"}
 TONES = (("amplitude", "phase", "", 0), ("amplitude_2", "phase_2", "_2", 1))
 RATIOS = (
-    (math.sqrt(2.0), "rms where it should be zero to peak"),
-    (0.5, "peak to peak where it should be zero to peak"),
-    (1.0 / math.sqrt(2.0), "zero to peak, and was multiplied as if it were rms"),
+    (math.sqrt(2.0), "rms instead of zero to peak"),
+    (0.5, "peak to peak instead of zero to peak"),
+    (1.0 / math.sqrt(2.0), "zero to peak, multiplied like rms"),
 )
 NEAR = 0.03  # of a ratio
-FAR_FORCES = "it cannot be told from forces that reach so far"  # a drift of a short free part
+FAR_FORCES = "it cannot be distinguished from long-range forces"  # a drift of a short free part
 DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: what changes by more along a stretch is no drift
 LONG = 0.25  # of a direction: along a shorter stretch a straight line may as well be the tail of a force
 AT_RESONANCE = 90.0  # degrees
@@ -92,7 +92,7 @@ def take_delay(work: Work, delay: float | None, speed: float | None) -> None:
             continue
         time, own = work.values("time")[rows], height[rows].copy()
         if not (np.diff(time) > 0.0).all():
-            raise ParameterError("delay: the times of the curve do not rise from point to point; give speed instead")
+            raise ParameterError("delay: the times of the curve do not rise from point to point; pass speed instead")
         start = (own[1] - own[0]) / (time[1] - time[0])
         height[rows] = np.interp(time - delay, time, own) + np.minimum(time - delay - time[0], 0.0) * start
     work.data["height"] = ("point", height)
@@ -121,7 +121,7 @@ def find_free_part(work: Work) -> None:
         work.free[word], work.tilted[word] = chosen, tilted
         work.found[word] = {name: stretch(height[chosen], work.values(name)[chosen]) for name in work.channels}
         ends = sorted((float(height[chosen[0]]), float(height[chosen[-1]])))
-        how = ", as given" if work.given.free_part is not None else ", along a drift" if tilted else ""
+        how = ", as set" if work.given.free_part is not None else ", along a drift" if tilted else ""
         work.history.append(
             f"free part: {count} points of the {word}, from {units.show(ends[0], 'm', 5)} to "
             f"{units.show(ends[1], 'm', 5)}{how}"
@@ -145,7 +145,7 @@ def _refuse_no_free_part(work: Work) -> None:
         return
     if work.given.free_part is not None:
         low, high = (units.show(end, "m", 5) for end in work.given.free_part)
-        raise ParameterError(f"free_part: there are fewer than 3 points from {low} to {high}")
+        raise ParameterError(f"free_part: fewer than 3 points lie from {low} to {high}")
     needed = [name for name in work.channels if name not in work.given.errors]
     missing = [
         *(["free_amplitude"] if work.given.free_amplitude is None else []),
@@ -155,9 +155,9 @@ def _refuse_no_free_part(work: Work) -> None:
     if missing:
         raise ParameterError(
             f"the curve has no free part: no {fewest(work.data.sizes['point'])} points at its far end are all alike; "
-            f"give {', '.join(missing)}, or the heights of a free part"
+            f"pass {', '.join(missing)}, or the heights of a free part"
         )
-    work.history.append("free part: none; free amplitude, free phase and errors as given")
+    work.history.append("free part: none; free amplitude, free phase and errors as set")
 
 
 def level(work: Work) -> None:
@@ -173,13 +173,13 @@ def level(work: Work) -> None:
             reach = float(height[work.free[word]].mean() - height[rows].min())
             unit = UNITS[name]
             text = (
-                f"the {name} of the {word} drifts along the free part, which makes "
+                f"the {name} of the {word} drifts along the free part, by "
                 f"{shown(part.slope * reach, part.slope_error * reach, unit)} from there to the nearest point"
             )
             if work.given.baseline == "none" and work.tilted[word]:
-                raise ParameterError(f"{text}; baseline = 'line' subtracts the drift where it is one")
+                raise ParameterError(f"{text}; baseline = 'line' subtracts a drift")
             if not work.tilted[word] or len(work.free[word]) < LONG * len(rows):
-                why = FAR_FORCES if work.tilted[word] else "the free part was given"
+                why = FAR_FORCES if work.tilted[word] else "the free part was set"
                 work.history.append(f"doubt: {text}; nothing is subtracted, because {why}")
                 continue
             values = work.values(name)
@@ -203,7 +203,7 @@ def together(work: Work, name: str) -> tuple[float, float, float]:
             error = math.hypot(error, 0.5 * apart)
             work.history.append(
                 f"drift: the free {name} of approach and retract differ by {shown(apart, None, UNITS[name])}, "
-                "half of which is added to its error"
+                "and half of this is added to its error"
             )
     return mean, error, noise
 
@@ -225,8 +225,8 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
             noise = together_noise(work, name)
             if noise == 0.0:
                 raise ParameterError(
-                    f"the {name} is the same at every point of the free part, so that its noise is not known; "
-                    f"give errors = {{'{name}': ...}}"
+                    f"the {name} is equal at every point of the free part, so its noise is unknown; "
+                    f"write errors = {{'{name}': ...}}"
                 )
         attrs[f"{name}_error"] = noise
         source = "as given" if name in work.given.errors else "from the free part"
@@ -260,11 +260,11 @@ def _compare(work: Work, found: float, wanted: float, whose: str) -> None:
     for factor, mistake in RATIOS:
         if abs(ratio / factor - 1.0) < NEAR:
             work.history.append(
-                f"doubt: the free amplitude {whose} is {ratio:.3f} times the measured one, as if the file's were {mistake}"
+                f"doubt: the free amplitude {whose} is {ratio:.3f} times the measured value; the file may contain {mistake}"
             )
             return
     if abs(ratio - 1.0) > NEAR:
-        work.history.append(f"doubt: the free amplitude {whose} is {ratio:.3f} times the measured one")
+        work.history.append(f"doubt: the free amplitude {whose} is {ratio:.3f} times the measured value")
 
 
 def take_phases(work: Work, case: Case | None) -> None:
@@ -290,10 +290,10 @@ def take_phases(work: Work, case: Case | None) -> None:
             work.data.attrs[f"{name}_offset_error"] = error
         text = shown(free - lag, error if error > 0.0 else None, "deg")
         work.history.append(
-            f"{name}: the free part is set to {lag:.2f}° ({why}), by an offset of {text}, what may "
-            "change along the free part counted in the error"
+            f"{name}: the free part is set to {lag:.2f}° ({why}), by an offset of {text}; the error includes "
+            "changes along the free part"
             if work.given.free_phase is None
-            else f"{name}: the free phase given is set to {lag:.2f}° ({why}), by an offset of {text}"
+            else f"{name}: your free phase is set to {lag:.2f}° ({why}), by an offset of {text}"
         )
 
 
@@ -312,4 +312,4 @@ def _free_lag(work: Work, case: Case | None, tone: int) -> tuple[float, str]:
     if tone == 0 and {"f0", "Q", "drive_frequency"} <= set(known):
         r = float(known["drive_frequency"]) / float(known["f0"])
         return math.degrees(math.atan2(r / float(known["Q"]), 1.0 - r * r)), "by f0, Q and the drive frequency"
-    return AT_RESONANCE, "as if driven at resonance"
+    return AT_RESONANCE, "for a drive at resonance"

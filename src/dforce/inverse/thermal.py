@@ -50,28 +50,28 @@ MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 @dataclass(frozen=True)
 class ThermalTune:
-    """What a spectrum of the thermal motion tells, with standard errors.
+    """f0, k and Q from a thermal spectrum, with standard errors.
 
     Attributes
     ----------
     f0, k, Q
         Resonance frequency (Hz), spring constant of mode 1 (N/m), quality factor.
     f0_error, k_error, Q_error
-        Their standard errors: of the fit, and for k of temperature and sensitivity as far as they were given.
+        Their standard errors: from the fit, and for k also from the errors of temperature and sensitivity.
     k_static
-        Spring constant for a steady force (N/m), of a uniform beam.
+        Static spring constant (N/m), for a uniform beam.
     mean_square
-        Thermal mean square of the deflection, as the detector reads it (m²).
+        Thermal mean square of the deflection at the detector (m²).
     background
         White background (m²/Hz).
     averages
-        Spectra that were averaged, by the scatter about the fit.
+        Number of averaged spectra, from the scatter around the fit.
     band
         Lowest and highest frequency of the fit (Hz).
     history
         A sentence for each step.
     spectrum
-        Frequencies (Hz) and power densities (m²/Hz) as they were measured.
+        Frequencies (Hz) and power densities (m²/Hz) of the measurement.
     """
 
     f0: float
@@ -102,7 +102,7 @@ class ThermalTune:
         return Resonance(self.f0, self.Q, self.mean_square, self.background).density(frequency)
 
     def dataset(self) -> xr.Dataset:
-        """Return measured and fitted power density (m²/Hz) along `frequency`, as ``df.plot.thermal_spectrum`` draws them."""
+        """Return measured and fitted power density (m²/Hz) along `frequency`, for ``df.plot.thermal_spectrum``."""
         import xarray as xr
 
         frequency, density = self.spectrum
@@ -132,30 +132,30 @@ def thermal_tune(
     Parameters
     ----------
     spectrum
-        A file as :func:`dforce.read_measured` reads them, with a column of frequencies and one of densities (m²/Hz or m/√Hz,
-        or in volts), or the result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
+        A file for :func:`dforce.read_measured`, with columns of frequency and density (m²/Hz or m/√Hz, or in volts), or the
+        result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
     density
         Densities at these frequencies, an array of the same length, in `unit`.
     columns
-        Names of the columns: ``{"frequency": ..., "density": ...}``, where they do not tell by themselves.
+        Names of the columns: ``{"frequency": ..., "density": ...}``, if their headings are not known.
     unit
-        Unit of the density, where its column names none, and of an array: ``"pm/sqrt(Hz)"``.
+        Unit of a density without a unit in its column, and of an array: ``"pm/sqrt(Hz)"``.
     sensitivity
-        By which volts are multiplied (m/V, or text such as ``"52(1) nm/V"``, whose error goes into that of k).
+        Sensitivity that converts volts (m/V, or text such as ``"52(1) nm/V"``, with its error for the error of k).
     calibrated
-        How the sensitivity was found: ``"static"``, by a force curve on a hard sample (an optical lever then reads mode 1
-        differently), or ``"mode"``, for this mode itself.
+        Calibration of the sensitivity: ``"static"``, by a force curve on a hard sample (an optical lever then has another
+        sensitivity to mode 1), or ``"mode"``, for this mode.
     temperature
-        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); left out: 298.15 K.
+        Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); default: 298.15 K.
     band
-        Lowest and highest frequency of the fit; left out: 5 widths of the peak on both sides.
+        Lowest and highest frequency of the fit; default: 5 widths of the peak on both sides.
 
     Raises
     ------
     ResultError
         For a file that cannot be read, or a spectrum without a peak.
     ParameterError
-        Where something must be given that the file does not tell, and for arrays of other shapes or without a unit.
+        If a necessary setting is missing in the file, and for arrays of other shapes or without a unit.
     """
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
@@ -179,12 +179,12 @@ def thermal_tune(
     k_error = k * math.sqrt(sum(part**2 for part in relative))
     k_static = k * 12.0 / beam.wavenumber(1) ** 4
     way = (
-        f"sensitivity of a steady force: the end's slope in mode 1 makes {factor:.4f} of it"
+        f"static sensitivity: the end slope of mode 1 is smaller by {factor:.4f}"
         if calibrated == "static"
         else "sensitivity of the mode itself"
     )
     history.append(
-        f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} for a steady force, by equipartition at "
+        f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} static, by equipartition at "
         f"{warm.value:.5g} K ({way})"
     )
     return ThermalTune(
@@ -207,22 +207,20 @@ def thermal_tune(
 def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:
     """Return a table of frequencies and densities that were given as arrays."""
     if density is None or isinstance(frequency, str | os.PathLike):
-        raise ParameterError("give a file, or two arrays: frequencies (Hz) and densities, with their unit")
+        raise ParameterError("pass a file, or two arrays: frequencies (Hz) and densities, with their unit")
     values = []
     for name, given in (("frequency", frequency), ("density", density)):
         try:
             array = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
-            raise ParameterError(f"{name} is no array of numbers") from None
+            raise ParameterError(f"{name} is not an array of numbers") from None
         if array.ndim != 1:
-            raise ParameterError(f"{name} has {array.ndim} dimensions; an array of one is meant")
+            raise ParameterError(f"{name} has {array.ndim} dimensions; it must have one")
         values.append(array)
     if len(values[0]) != len(values[1]):
         raise ParameterError(f"there are {len(values[0])} frequencies and {len(values[1])} densities")
     if unit is not None and known_unit(unit) is None:
-        raise ParameterError(
-            f"unit = '{shorten(unit)}' is no unit that dForce knows, such as 'm^2/Hz' or 'pm/sqrt(Hz)'"
-        )
+        raise ParameterError(f"unit = '{shorten(unit)}' is not a known unit, such as 'm^2/Hz' or 'pm/sqrt(Hz)'")
     return MeasuredTable((Column("frequency", "Hz", values[0]), Column("density", None, values[1])), reader=ARRAYS)
 
 
@@ -238,12 +236,14 @@ def _spectrum(
     said = known_unit(unit) if unit is not None else density.unit
     if not said:
         raise ParameterError(
-            f"{name} does not tell the unit of the density (column '{density.name}'); give it: unit = 'm^2/Hz', "
+            f"{name} has no unit for the density (column '{density.name}'); write unit = 'm^2/Hz', "
             "'pm/sqrt(Hz)' or 'V/sqrt(Hz)'"
         )
     power, volts, scale = _scale(said, density.name, name)
     if volts and sensitivity is None:
-        raise ParameterError(f"{name} has the density in {said}; give the sensitivity, such as sensitivity = '52 nm/V'")
+        raise ParameterError(
+            f"{name} has the density in {said}; write the sensitivity, such as sensitivity = '52 nm/V'"
+        )
     scale *= float(sensitivity or 1.0) ** (2.0 / power) if volts else 1.0
     f = np.asarray(frequency.values, dtype=float) * scale_to(frequency.unit or "Hz", "Hz")
     s = (np.asarray(density.values, dtype=float) * scale) ** power
@@ -260,9 +260,9 @@ def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what
         found = [column for column in numbers if bare(column.name) in known]
     if len(found) != 1:
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in numbers[:20])
-        asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found) or 'no'} columns known to hold it"
+        asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found)} columns" if found else "no column"
         raise ParameterError(
-            f"{name} has {asked} for the {what}; say which with columns = {{'{what}': ...}}; its columns: {there}"
+            f"{name} has {asked} for the {what}; name it with columns = {{'{what}': ...}}; its columns: {there}"
         )
     return found[0]
 
@@ -276,7 +276,7 @@ def _scale(unit: str, column: str, name: str) -> tuple[float, bool, float]:
             except UnitError:
                 continue
     raise ParameterError(
-        f"{name}: the unit {unit} of the column '{column}' is no density, such as m^2/Hz or pm/sqrt(Hz)"
+        f"{name}: the unit {unit} of the column '{column}' is not a density, such as m^2/Hz or pm/sqrt(Hz)"
     )
 
 
@@ -286,7 +286,7 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
         inside = (frequency >= band[0]) & (frequency <= band[1])
         frequency, power = frequency[inside], power[inside]
     if len(frequency) < FEWEST:
-        raise ResultError(f"{name} has {len(frequency)} points of a spectrum, and a fit needs {FEWEST} or more")
+        raise ResultError(f"{name} has {len(frequency)} points of a spectrum, but a fit needs {FEWEST} or more")
     every, start = (frequency, power), _start(frequency, power, name)
     fit = _most_likely(frequency, power, start, name)
     for widths in (3.0 * WIDTHS, WIDTHS) if band is None else ():
@@ -296,7 +296,7 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
     factor, doubts = _misfit(power / peak.density(frequency) - 1.0)
     errors = [factor * error for error in fit.errors]
     if not frequency[0] < peak.f0 < frequency[-1] or errors[1] > 0.5:
-        raise ResultError(f"{name} has no peak that tells f0 and Q; give the band of frequencies around it")
+        raise ResultError(f"{name} has no clear peak for f0 and Q; pass the band of frequencies around it")
     ends = (float(frequency[0]), float(frequency[-1]))
     history = (
         f"fit: {len(frequency)} points from {units.show(ends[0], 'Hz', 5)} to {units.show(ends[1], 'Hz', 5)}, as of "
@@ -327,7 +327,7 @@ def _most_likely(frequency: Array, power: Array, start: Resonance, name: str) ->
         return most_likely(frequency, power, start)
     except ArithmeticError:
         raise ResultError(
-            f"{name} has a peak that no resonance describes; give the band of frequencies around it"
+            f"{name} has a peak that one resonance does not fit; pass the band of frequencies around it"
         ) from None
 
 
@@ -337,7 +337,7 @@ def _about(every: tuple[Array, Array], peak: Resonance, widths: float, name: str
     half = max(widths * peak.f0 / peak.Q, FEW * float(np.median(np.diff(frequency))))
     inside = np.abs(frequency - peak.f0) <= min(half, (1.0 - WIDEST[0]) * peak.f0)
     if int(inside.sum()) < FEWEST:
-        raise ResultError(f"{name} has {int(inside.sum())} points about its peak, and a fit needs {FEWEST} or more")
+        raise ResultError(f"{name} has {int(inside.sum())} points around its peak, but a fit needs {FEWEST} or more")
     return frequency[inside], power[inside]
 
 
@@ -353,13 +353,11 @@ def _misfit(rest: Array) -> tuple[float, tuple[str, ...]]:
         return 1.0, ()
     together = min(together, 0.95)
     factor = math.sqrt((1.0 + together) / (1.0 - together))
-    larger = f"all errors are {factor:.1f} times larger for it"
+    larger = f"all errors are enlarged by {factor:.1f}"
     if along < limit:
-        return factor, (
-            f"neighbors are alike (correlated by {together:.2f}), as a window of the spectra makes them; {larger}",
-        )
+        return factor, (f"neighbors are correlated by {together:.2f}, as after windowing of the spectra; {larger}",)
     return factor, (
-        f"doubt: neighbors are off the fit together (correlated by {together:.2f}), so this is not the peak of one steady "
+        f"doubt: neighboring residuals are correlated by {together:.2f}, so this is not the peak of one steady "
         f"resonance; {larger}",
     )
 
@@ -379,7 +377,7 @@ def _start(frequency: Array, power: Array, name: str) -> Resonance:
     peak = low + int(np.argmax(smooth[low:]))
     level = float(np.median(power))
     if smooth[peak] < ABOVE * level:
-        raise ResultError(f"{name} has no peak that stands out of its background")
+        raise ResultError(f"{name} has no peak above its background")
     f0, step = float(frequency[peak]), float(np.median(np.diff(frequency)))
     near = (frequency > WIDEST[0] * f0) & (frequency < WIDEST[1] * f0)
     area = float(np.clip(smooth[near] - level, 0.0, None).sum()) * step

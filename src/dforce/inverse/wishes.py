@@ -127,7 +127,7 @@ def _limit(case: Case, name: str, given: Any) -> Limit:
     where, unit = f"plan.limits.{name}", OBSERVABLES[name].unit
     match = LIMIT.fullmatch(given) if isinstance(given, str) and len(given) <= 200 else None
     if match is None:
-        raise ParameterError(f'{where} = {shorten(given)} is no limit; write "< {_example(unit)}", say')
+        raise ParameterError(f'{where} = {shorten(given)} is not a limit; write for example "< {_example(unit)}"')
     sign, rest = (1.0 if match[1].startswith("<") else -1.0), match[2]
     share = SHARE.fullmatch(rest)
     if share is not None:
@@ -135,7 +135,7 @@ def _limit(case: Case, name: str, given: Any) -> Limit:
     split = units.split_unit(rest)
     if unit != "1" and split is not None and not split[1]:
         raise ParameterError(
-            f'{where} = {shorten(given)} has no unit; write "{match[1]} {split[0]} {_usual(unit)}", say'
+            f'{where} = {shorten(given)} has no unit; write for example "{match[1]} {split[0]} {_usual(unit)}"'
         )
     return Limit(name, given, sign, _parsed(where, rest, unit))
 
@@ -143,9 +143,9 @@ def _limit(case: Case, name: str, given: Any) -> Limit:
 def _share(case: Case, limit: Limit, where: str) -> Limit:
     own, unit = case.quantity(limit.path).unit, OBSERVABLES[limit.name].unit
     if own != unit:
-        raise ParameterError(f"{where} is a share of {limit.path}, which is in {own} and not in {unit}")
+        raise ParameterError(f"{where} is a share of {limit.path}, but this is in {own}, not in {unit}")
     if value_at(case, limit.path) is None:
-        raise ParameterError(f"{where} is a share of {limit.path}, which this case does not give")
+        raise ParameterError(f"{where} is a share of {limit.path}, but the case has no such value")
     return limit
 
 
@@ -176,7 +176,7 @@ def _margins(case: Case, paths: Sequence[str], given: object) -> tuple[dict[str,
         where = f"plan.limits.margin.{name}"
         path = name if name in out else places.get(place_of(case, name))
         if path is None:
-            raise ParameterError(f"{where} is a margin of what does not vary{nearest(name, out)}")
+            raise ParameterError(f"{where} is a margin for a parameter that does not vary{nearest(name, out)}")
         relative = isinstance(value, str) and value.strip().endswith("%")
         unit = "1" if relative or path == "set_point" else case.quantity(path).unit
         size = _parsed(where, value, unit)
@@ -205,7 +205,7 @@ def _goals(case: Case, given: object) -> tuple[Goal, ...]:
         for name in names:
             out.append(_goal(case, f"plan.goal.{word}", str(name), 1.0 if word == "minimize" else -1.0))
     if sum(bool(goal.path) for goal in out) > 1:
-        raise ParameterError(f"plan.goal has more than one {SLOPE}; give one")
+        raise ParameterError(f"plan.goal has more than one {SLOPE}; write one")
     return tuple(out)
 
 
@@ -213,14 +213,14 @@ def _goal(case: Case, where: str, text: str, sign: float) -> Goal:
     name, colon, path = text.partition(":")
     known = [*limited(), SLOPE]
     if name not in known:
-        raise ParameterError(f"{where} = '{shorten(text)}' is no quantity of a plan{nearest(name[:100], known)}")
+        raise ParameterError(f"{where} = '{shorten(text)}' is not a quantity of a plan{nearest(name[:100], known)}")
     if name == SLOPE and not colon:
         raise ParameterError(f'{where} = {SLOPE} needs a parameter; write "{SLOPE}:sample.youngs_modulus", say')
     if name != SLOPE and colon:
-        raise ParameterError(f"{where} = '{shorten(text)}' has a path, and only {SLOPE} has one")
+        raise ParameterError(f"{where} = '{shorten(text)}' has a path, but only {SLOPE} takes a path")
     if colon:
         value = value_at(case, path)
         case.quantity(path)
         if not isinstance(value, float) or not value > 0.0:
-            raise ParameterError(f"{where} is a slope by {path}, which is no number above 0 in this case")
+            raise ParameterError(f"{where} is a slope by {path}, but this is not a number above 0 in the case")
     return Goal(name, sign, path)

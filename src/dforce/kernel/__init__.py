@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core import log
-from dforce.core.arrays import Array as Array
-from dforce.core.arrays import Complexes
+from dforce.core.arrays import Array, Complexes
 from dforce.core.stopping import unbroken
 from dforce.forces import Force
 from dforce.kernel import any_force, cache, texts
@@ -128,7 +127,7 @@ def units_of(problem: Problem, length: Any, speed: Any) -> Array:
     return np.concatenate([np.tile(both, len(problem.modes)), np.repeat(both[..., 1:], late, axis=-1)], axis=-1)
 
 
-def fluid_behind(numbers: Array, problem: Problem, omega: Array, speeds: Any) -> Array:
+def steady_fluid_memory(numbers: Array, problem: Problem, omega: Array, speeds: Any) -> Array:
     """Return the states of the fluid's memory behind steady motion, (..., numbers); see `fluid_amplitudes`."""
     return np.asarray(fluid_amplitudes(numbers, problem, omega, speeds).sum(axis=-2).real)
 

@@ -1,4 +1,4 @@
-"""Compiles functions of a kernel in a process of its own, which nobody waits for.
+"""Background compilation of functions of a kernel, in a subprocess.
 
 It knows the kernel by the file of its text alone, belongs to no terminal, and gives way to all others; of several one works at
 a time. It may be ended at any time: code is written to disk whole or not at all. It outlives who started it only where that
@@ -136,6 +136,6 @@ def compile_all(file: Path, functions: Mapping[str, str]) -> None:
     text = file.read_text(encoding="utf-8")
     if cache.place(text) != file:
         return  # another version of Python or numba, whose code nobody waits for
-    kernel = Kernel(cache.load(text), "what was asked for")
+    kernel = Kernel(cache.load(text), "the functions of a kernel")
     for name, types in functions.items():
         kernel.address(name, types)

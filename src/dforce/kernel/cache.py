@@ -90,13 +90,13 @@ def _asked_folder() -> Path:
 
 
 def kernel_cache() -> KernelCache:
-    """Return where compiled force models are kept on disk, and how large that is."""
+    """Return the folder of compiled force models, and its size."""
     folders = _kernels(_asked_folder())
     return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)))
 
 
 def clear_kernel_cache() -> KernelCache:
-    """Remove all compiled force models from the disk, and return what was removed; they are compiled anew when needed."""
+    """Remove all compiled force models from the disk, and return their number and size; they are compiled again when needed."""
     before = kernel_cache()
     for folder in (*_kernels(before.folder), before.folder / TEXTS):
         shutil.rmtree(folder, ignore_errors=True)
@@ -138,14 +138,12 @@ def check_compiler() -> None:
     except Exception as error:  # its settings are read when it is loaded, and it has its own wishes for NumPy
         words = shorten(" ".join(str(error).partition("The parse failed")[0].split()), 200).rstrip(".")
         given = sorted(name for name in os.environ if name.startswith("NUMBA_"))
-        hint = f"; look at the environment variable{'s' * (len(given) > 1)} {', '.join(given)}" if given else ""
-        raise ParameterError(
-            f"numba, the compiler that dForce computes with, cannot be loaded: {words}{hint}"
-        ) from error
+        hint = f"; check the environment variable{'s' * (len(given) > 1)} {', '.join(given)}" if given else ""
+        raise ParameterError(f"numba, the compiler of dForce, cannot be loaded: {words}{hint}") from error
     settings: Any = numba.config
     if settings.DISABLE_JIT:
         raise ParameterError(
-            "the environment variable NUMBA_DISABLE_JIT turns off numba, the compiler that dForce computes with; unset it"
+            "the environment variable NUMBA_DISABLE_JIT turns off numba, the compiler of dForce; unset it"
         )
 
 
@@ -196,7 +194,7 @@ def _of_this_process() -> tempfile.TemporaryDirectory[str]:
 def _say_not_used(folder: Path, why: str) -> None:
     name = shorten(str(folder), 200)
     remedy = f"type chmod -R go-w '{name}'" if "write" in why else "set DFORCE_CACHE_DIR to a folder of your own"
-    log.announce(f"Compiled code in '{name}' is not used, because {why}, so each start compiles it anew; {remedy}.")
+    log.announce(f"Compiled code in '{name}' is not used, because {why}, so each start compiles it again; {remedy}.")
 
 
 def _forget_oldest(base: Path) -> None:
@@ -256,7 +254,7 @@ def _code(text: str, path: Path) -> CodeType:
 
 @functools.lru_cache(maxsize=16)  # said once
 def _say_not_kept(folder: Path, why: str) -> None:
-    log.announce(f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it anew.")
+    log.announce(f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it again.")
 
 
 def _tell(folder: Path, error: OSError) -> None:

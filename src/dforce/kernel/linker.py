@@ -324,7 +324,7 @@ class _Renamer(ast.NodeTransformer):
 
 
 class _Plainer(ast.NodeTransformer):
-    """Gives whole numbers and truth values that are assigned or passed on the type of any other.
+    """Removes literal types, so that numba does not compile a function again for each constant.
 
     To numba each 0, 1, or False is a type of its own, and a function is compiled anew for each that it is called with.
     """

@@ -66,7 +66,9 @@ class TipFunctions:
         if not all(map(instead.is_ready, missing)):
             behind.begin(instead.file, functions)
             return False
-        what = f"Compiling {self._kernel.what} in the background; until that is done it computes more slowly."
+        what = (
+            f"Compiling {self._kernel.what} in the background; until then, slower general code gives the same result."
+        )
         if not behind.begin(self._kernel.file, functions, what):
             return False
         for name, types in functions.items():

@@ -1,4 +1,4 @@
-"""Compiles each entry function of a module, with all that it calls, as one whole.
+"""Whole-program compilation: link all callees into each entry point, and generate code once.
 
 numba links, optimizes and turns into machine code every function by itself, then links that into those who call it, and does
 the same again: most of its time goes into code that nobody calls by itself. Here a function that only others call stays as

@@ -41,7 +41,7 @@ class Examples(Shown, dict[str, Example]):
 
 @functools.cache
 def examples() -> Examples:
-    """Return the shipped cases by name, in the order of their source; the dict shows itself as a table."""
+    """Return the shipped cases by name, in the order of their source; a notebook draws the dict as a table."""
     found = Examples()
     folder = resources.files(__package__) / "examples"
     for file in sorted(folder.iterdir(), key=lambda file: file.name):

@@ -72,7 +72,7 @@ class Probes(Shown, dict[str, Probe]):
 
 @functools.cache
 def cantilevers() -> Probes:
-    """Return the known cantilevers by name, in SI, with their makers' nominal values; the dict shows itself as a table."""
+    """Return the known cantilevers by name, in SI, with nominal values; a notebook draws the dict as a table."""
     text = (resources.files(__package__) / "cantilevers.csv").read_text(encoding="utf-8")
     return _read(text.splitlines(), "the shipped list")
 
@@ -93,11 +93,11 @@ def _read(lines: Iterable[str], what: str) -> Probes:
     try:
         rows = [row for row in csv.reader(lines, skipinitialspace=True) if row and not row[0].startswith("#")]
     except csv.Error as error:
-        raise ParameterError(f"{what} is no table: {error}") from None
+        raise ParameterError(f"{what} is not a table: {error}") from None
     columns = [column.strip() for column in rows[0]] if rows else []
     for column in ("name", "f0", "k"):
         if column not in columns:
-            raise ParameterError(f"{what} has no column '{column}'; its first line has to name the columns")
+            raise ParameterError(f"{what} has no column '{column}'; its first line must name the columns")
     for column in columns:
         if column not in (*UNITS, *WORDS):
             raise ParameterError(f"{what} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
@@ -107,7 +107,7 @@ def _read(lines: Iterable[str], what: str) -> Probes:
     for number, row in enumerate(rows[1:], start=1):
         here = f"{what}, cantilever {number}"
         if len(row) != len(columns):
-            raise ParameterError(f"{here}: it has {len(row)} cells, and {len(columns)} columns are named")
+            raise ParameterError(f"{here}: it has {len(row)} cells for {len(columns)} columns")
         given = dict.fromkeys((*UNITS, *WORDS), "") | {
             key: cell.strip() for key, cell in zip(columns, row, strict=True)
         }
@@ -118,9 +118,9 @@ def _read(lines: Iterable[str], what: str) -> Probes:
             except ParameterError as error:
                 raise ParameterError(f"{here}: {key} {error}") from None
         if not given["name"] or not {"f0", "k"} <= set(numbers) or not all(value > 0.0 for value in numbers.values()):
-            raise ParameterError(f"{here}: give a name, f0 and k, and no number below 0")
+            raise ParameterError(f"{here}: write a name, f0 and k, and no number below 0")
         if given["name"] in found:
-            raise ParameterError(f"{here}: '{shorten(given['name'])}' is there twice")
+            raise ParameterError(f"{here}: '{shorten(given['name'])}' appears twice")
         words = {key: given[key] for key in WORDS}
         found[given["name"]] = Probe(**words, **numbers)  # type: ignore[arg-type]
     return found

@@ -61,7 +61,7 @@ class Material:
 
 
 HEAD = ("name", "Young's modulus", "range", "Poisson's ratio", "Hamaker constant in air", "in water")
-NOMINAL = "a sample of yours may differ by the whole range; a Hamaker constant is that of the material with itself"
+NOMINAL = "your sample may differ by the whole range; a Hamaker constant is for two bodies of the material"
 
 
 class Materials(Shown, dict[str, Material]):

@@ -23,7 +23,7 @@ from dforce.maps._cases import cases_of
 from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
-LOST = "the cluster is lost; the blocks that are done are kept, and another cluster can go on"
+LOST = "the cluster is lost; finished blocks are kept, and another cluster can continue"
 TRIES = 2  # of a block
 TRIES_OF_DEAD = (
     8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
@@ -44,14 +44,14 @@ class Alone(Crew):
         super().__init__(0, _nothing, 1)
         self._stop = stop
 
-    def watch(self) -> None:
+    def check_cancelled(self) -> None:
         """Raise :class:`Stopped` once the work is to stop."""
         if self._stop.is_set():
             raise Stopped
 
     def run(self, jobs: Iterable[Callable[[], None]], note: str = "") -> bool:
         """Do all jobs; return False when stopped."""
-        with watching(self.watch):
+        with watching(self.check_cancelled):
             for job in jobs:
                 if not self._stop.is_set():
                     job()
@@ -59,7 +59,7 @@ class Alone(Crew):
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptQuantities:
     """What is kept of each case: quantities, of the states at a set point where one is given; None: all quantities."""
 
     names: frozenset[str]
@@ -117,7 +117,7 @@ class Hands(Protocol):
 class Threads:
     """Threads of this process."""
 
-    def __init__(self, case: Case, kept: Kept, workers: int | None) -> None:
+    def __init__(self, case: Case, kept: KeptQuantities, workers: int | None) -> None:
         self.case, self.kept, self.workers = case, kept, workers or cores()
         self._pool, self._stop = ThreadPoolExecutor(self.workers), threading.Event()
         self._crews: dict[Future[Arrays], Alone] = {}
@@ -157,11 +157,11 @@ class Sent:
 
     text: str
     plugins: tuple[tuple[str, bytes], ...]
-    kept: Kept
+    kept: KeptQuantities
     version: str
 
     @classmethod
-    def of(cls, case: Case, kept: Kept) -> Sent:
+    def of(cls, case: Case, kept: KeptQuantities) -> Sent:
         """Return what workers need to know of a case."""
         files = tuple((path, read_plugin(Path(case.folder or "", path))) for path in case.plugins)
         return cls(case.to_toml(complete=True), files, kept, importlib.metadata.version("dforce"))
@@ -172,9 +172,7 @@ def _case_of(sent: Sent) -> Case:
     """Return the case that was sent, in a worker."""
     here = importlib.metadata.version("dforce")
     if here != sent.version:
-        raise ParameterError(
-            f"a worker of the cluster has dForce {here}, and the sweep was started with {sent.version}"
-        )
+        raise ParameterError(f"a worker of the cluster has dForce {here}, but the sweep has {sent.version}")
     folder = Path(tempfile.mkdtemp(prefix="dforce-plugins-")) if sent.plugins else None
     for name, content in sent.plugins:
         file = Path(str(folder), Path(name).name)
@@ -191,7 +189,7 @@ def _compute(sent: Sent, axes: list[Axis]) -> Arrays:
 class Cluster:
     """The workers of a Dask cluster, known by a client or the address of the scheduler."""
 
-    def __init__(self, case: Case, kept: Kept, client: Any) -> None:
+    def __init__(self, case: Case, kept: KeptQuantities, client: Any) -> None:
         try:
             import distributed
         except ImportError:

@@ -16,13 +16,14 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import changed, with_number
+from dforce.core.arrays import Array
 from dforce.core.errors import DForceError, ParameterError
 from dforce.forces import Force
-from dforce.kernel import TWO_PI, Array, signature
+from dforce.kernel import TWO_PI, signature
 from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.maps.axes import Axis, dims_of
 from dforce.problem import Problem
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 
 MODES, TONES, CONTACT = "modes", "tones", "contact"
 LAW, KINKS, JUMPS = FORCE_PARTS = ("law", "kinks", "jumps")
@@ -30,7 +31,7 @@ NOWHERE = -1.0  # m
 CORNERS = 64  # of the grid, at most, that are validated as whole cases
 
 
-class Grid:
+class ProblemGrid:
     """All problems of a grid of numbers, numbered in the order of the dimensions, the last one fastest.
 
     Parameters
@@ -129,7 +130,7 @@ class Grid:
             found.append(own or lever or axis.path in needed)
         return self._dims(found)
 
-    def lot(self, numbers: Any) -> Lot:
+    def batch(self, numbers: Any) -> ProblemBatch:
         """Return some of the problems, by their numbers, as arrays."""
         numbers = np.asarray(numbers)
         place = np.unravel_index(numbers, self.shape) if self.shape else ()
@@ -157,7 +158,7 @@ class Grid:
         scaled = (ratio**2)[:, None, :, None] * drive / (k * length[:, None])[:, None, :, None]
         table[:, :, FIRST_DRIVE:-3] = np.moveaxis(scaled, 3, 2).reshape(len(numbers), -1, 2 * count)
         table[:, :, -3:-1], table[:, :, -1] = tones[:, :, 3:5] / length[:, None, None], tones[:, :, 5]
-        return Lot(
+        return ProblemBatch(
             example,
             np.concatenate([first, per_mode.reshape(len(numbers), -1), fluid, *laws], axis=1),
             table,

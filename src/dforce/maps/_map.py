@@ -23,7 +23,7 @@ from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, Kept, Threads
+from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, KeptQuantities, Threads
 from dforce.maps._one_by_one import fill
 from dforce.maps._pace import paced
 from dforce.maps._result import QUANTITIES, Layout, unfinished
@@ -83,9 +83,9 @@ class Map:
     def run(self, resume: bool, workers: int | None, client: Any, progress: Progress | bool | None) -> xr.Dataset:
         """Compute the blocks that are missing or damaged, and return the store, opened."""
         if client is not None and workers is not None:
-            raise ParameterError("workers are threads of this process, and a cluster has its own; give one of the two")
+            raise ParameterError("workers sets threads of this process, but a cluster has its own; pass one of the two")
         store.check_store(self.store, resume)
-        with Writer(self.store) as writer, watched(progress, self.case.title) as tell:
+        with Writer(self.store) as writer, watched(progress, self.case.title) as report_progress:
             found = resume and writer.find()
             before = frozenset(writer.seal.quantities.split()) if found else None
             names = quantities_of(self.names, before, self.layout)
@@ -96,7 +96,7 @@ class Map:
                 writer.make(self._plan(names))
             kept = self._kept(names)
             hands: Hands = Threads(self.case, kept, workers) if client is None else Cluster(self.case, kept, client)
-            work = _Run(self, writer, hands, paced(tell))
+            work = _Run(self, writer, hands, paced(report_progress))
             try:
                 whole = work.run()
             finally:
@@ -107,8 +107,8 @@ class Map:
             _say(writer, work)
         return store.open_store(self.store)
 
-    def _kept(self, names: frozenset[str]) -> Kept:
-        return Kept(names, None if names == ALL else names, self.set_point)
+    def _kept(self, names: frozenset[str]) -> KeptQuantities:
+        return KeptQuantities(names, None if names == ALL else names, self.set_point)
 
     def _identity(self, names: frozenset[str]) -> str:
         """Return a name for this sweep: the same for another one only where all its numbers are the same."""
@@ -127,7 +127,7 @@ class Map:
         """Check that a store was begun by this version."""
         begun = writer.attributes["dforce_version"]
         if begun != __version__:
-            raise ParameterError(f"this store was begun by dForce {begun}, so {__version__} does not go on with it")
+            raise ParameterError(f"this store is from dForce {begun}; continue it with that version, not {__version__}")
 
     def _mend(self, writer: Writer, names: frozenset[str]) -> None:
         """Write anew what is damaged of the store beside its blocks."""
@@ -170,7 +170,7 @@ class Map:
         blocks, quantities = self.blocks(), " ".join(sorted(names))
         return Plan(variables, coords, blocks, inner, attrs, self._identity(names), quantities)
 
-    def _pilots(self, kept: Kept) -> list[xr.Dataset]:
+    def _pilots(self, kept: KeptQuantities) -> list[xr.Dataset]:
         """Return the first case of each choice."""
         lengths = [range(len(axis.values)) for axis in self.layout.choices]
         first = {dim: slice(0, 1) for dim in self.layout.dims}
@@ -216,8 +216,8 @@ class Map:
 class _Run:
     """The work on the blocks that are missing; never more of them are known than are under way."""
 
-    def __init__(self, of: Map, writer: Writer, hands: Hands, tell: Progress) -> None:
-        self.map, self.writer, self.hands, self.tell = of, writer, hands, tell
+    def __init__(self, of: Map, writer: Writer, hands: Hands, report_progress: Progress) -> None:
+        self.map, self.writer, self.hands, self.report_progress = of, writer, hands, report_progress
         self.blocks = Blocks(of.blocks().sizes, writer.seal.block)
         self.case_points = of.layout.points
         self.done = self.computed = 0
@@ -236,10 +236,10 @@ class _Run:
                     if place is not None:
                         self._submit(place, 1)
                 self.hands.check()
-                self.tell(min(self.done + self.hands.points(), total - bool(self.pending)), total, "")
+                self.report_progress(min(self.done + self.hands.points(), total - bool(self.pending)), total, "")
                 for future in wait(self.pending, LOOK, FIRST_COMPLETED).done:
                     self._take(future)
-            self.tell(total, total, "")
+            self.report_progress(total, total, "")
         except KeyboardInterrupt:
             heard()
             return False
@@ -286,7 +286,7 @@ def _say(writer: Writer, work: _Run) -> None:
     damaged = [part(key) for key in writer.damaged]
     if damaged:
         more = f" and {len(damaged) - NAMED} more" if len(damaged) > NAMED else ""
-        announce(f"{writer.files.name} was damaged and is repaired: {', '.join(damaged[:NAMED])}{more}")
+        announce(f"{writer.files.name} was damaged and is now repaired: {', '.join(damaged[:NAMED])}{more}")
     elif not work.computed:
         announce(f"{writer.files.name} is complete and undamaged; nothing was computed")
 

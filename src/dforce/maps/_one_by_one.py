@@ -85,17 +85,17 @@ class OneByOne:
         """Carry out one case, in a thread of the crew; it counts as it goes."""
         case, told = self._case_at(self.places[i]), 0
 
-        def tell(done: int, total: int, note: str) -> None:
+        def report_progress(done: int, total: int, note: str) -> None:
             nonlocal told
-            crew.watch()
+            crew.check_cancelled()
             points = self.layout.points * done // max(total, 1)
             crew.add(points - told)
             told = points
 
         if isinstance(case.experiment, MotionExperiment):
             load(case.problem)
-        self.found[i] = self._reduced(carry_out(case, tell), kept)
-        tell(1, 1, "")
+        self.found[i] = self._reduced(carry_out(case, report_progress), kept)
+        report_progress(1, 1, "")
 
     def _reduced(self, data: xr.Dataset, kept: frozenset[str]) -> xr.Dataset:
         """Return what is kept of a case. Its status is one number where each point of a ragged dimension has its own."""

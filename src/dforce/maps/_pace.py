@@ -13,7 +13,7 @@ def paced(progress: Progress) -> Progress:
     """Return a progress function that tells the points a second since its first call, too."""
     begun, first = 0.0, -1
 
-    def told(done: int, total: int, note: str) -> None:
+    def report(done: int, total: int, note: str) -> None:
         nonlocal begun, first
         if first < 0:
             begun, first = time.monotonic(), done
@@ -21,4 +21,4 @@ def paced(progress: Progress) -> Progress:
         rate = f"{(done - first) / seconds:.3g} points a second" if seconds > LEAST and done > first else ""
         progress(done, total, ", ".join(text for text in (note, rate) if text))
 
-    return told
+    return report

@@ -17,7 +17,7 @@ from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
 from dforce.core.stopping import watching
 from dforce.experiments.base import DISTANCE, CurveExperiment, initial_motions
-from dforce.maps._grid import Grid
+from dforce.maps._grid import ProblemGrid
 from dforce.maps._result import Found, Layout, split, table, to_result
 from dforce.maps.axes import Axis, amplitude_axis, count, dims_of
 from dforce.procedures.motion import motions
@@ -26,10 +26,10 @@ from dforce.results.status import Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import load_kernels, sample_count
-from dforce.solvers.problem_batch import Lot, has_own_samples
+from dforce.solvers.problem_batch import ProblemBatch, has_own_samples
 from dforce.solvers.protocols import Protocol, make_protocol
 from dforce.solvers.sample_counts import sample_counts
-from dforce.solvers.transient import unwatched
+from dforce.solvers.transient import never_cancelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +91,7 @@ class Part:
         self.case, self.crew, self.kept = case, crew, kept
         self.experiment = cast(CurveExperiment, case.experiment)
         self.plan, self.settings = self.experiment.plan(case.problem), self.experiment.solved_with(case.solver)
-        self.grid: Grid = Grid(case, [axis for axis in axes if axis.path != DISTANCE], checks)
+        self.grid: ProblemGrid = ProblemGrid(case, [axis for axis in axes if axis.path != DISTANCE], checks)
         dims = dims_of(axes)
         size = count(axes)
         place = dict(zip(dims, np.unravel_index(np.arange(size), tuple(dims.values())) if axes else (), strict=True))
@@ -130,9 +130,9 @@ class Part:
                 yield functools.partial(self._block, np.array([number]), True)
             return
         todo = np.flatnonzero(self.todo)
-        lot = self.grid.lot(self.numbers[todo])
+        batch = self.grid.batch(self.numbers[todo])
         # cases march together that have the same samples per period, and the same phases and ratios of their tones
-        same = np.column_stack([self._samples(todo, lot), lot.tones[:, :, 0], lot.tones[:, :, 1]])
+        same = np.column_stack([self._samples(todo, batch), batch.tones[:, :, 0], batch.tones[:, :, 1]])
         _, group = np.unique(same, axis=0, return_inverse=True)
         smooth = all(not force.memory and force.switch is None for force in self.grid.example.forces)
         size = BLOCK if smooth else LEAST_BLOCK
@@ -142,10 +142,10 @@ class Part:
             for start in range(0, len(members), size):
                 yield functools.partial(self._block, members[start : start + size])
 
-    def _samples(self, todo: Any, lot: Lot) -> Any:
+    def _samples(self, todo: Any, batch: ProblemBatch) -> Any:
         """Return the samples per period of each case."""
         if has_own_samples(self.grid.example, self.settings):
-            return lot.samples(self.settings)
+            return batch.samples(self.settings)
         if self.grid.example.heights is not None:  # of a dwell the lever is that at its distance
             return np.array([sample_count(self._problem(int(case)), self.settings) for case in todo])
         numbers, place = np.unique(self.numbers[todo], return_inverse=True)
@@ -160,38 +160,40 @@ class Part:
     def _block(self, which: Any, alone: bool = False) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
         first = self._problem(int(which[0]))
-        told = self.crew.add
+        report_done = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
             for points, _ in sample_counts(sample_count(first, self.settings), self.settings):
-                self._solve(which, alone, points, first, told)
+                self._solve(which, alone, points, first, report_done)
                 which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
                 if not len(which):
                     break
-                told = _nothing  # they are counted
+                report_done = _nothing  # they are counted
 
-    def _solve(self, which: Any, alone: bool, points: int, first: Problem, told: Callable[[int], None]) -> None:
+    def _solve(self, which: Any, alone: bool, points: int, first: Problem, report_done: Callable[[int], None]) -> None:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
         zc = self.zc[which]
         if alone:
-            lot = Lot.of([first])
+            batch = ProblemBatch.of([first])
         elif self.grid.example.heights is not None:
-            lot = Lot.of([self._problem(case) for case in which.tolist()])
+            batch = ProblemBatch.of([self._problem(case) for case in which.tolist()])
         else:
-            lot = dataclasses.replace(self.grid.lot(self.numbers[which]), example=first)
+            batch = dataclasses.replace(self.grid.batch(self.numbers[which]), example=first)
 
         def at(case: int, zc: float) -> tuple[Problem, float]:
             return self._problem(int(which[case])).at_height(zc), zc
 
-        block = Block(lot, at, self.settings, self.experiment.harmonics, points, self.crew.watch)
+        block = Block(batch, at, self.settings, self.experiment.harmonics, points, self.crew.check_cancelled)
         plan = self.plan
-        solver = make_protocol(plan.protocol, block, zc, initial_motions(block, zc[:, 0], plan.start), told, plan.carry)
+        solver = make_protocol(
+            plan.protocol, block, zc, initial_motions(block, zc[:, 0], plan.start), report_done, plan.carry
+        )
         try:
             solver.run()
             assure(block, zc, solver.points)
         finally:
-            with watching(unwatched):  # what is done is kept, as accurate as all
+            with watching(never_cancelled):  # what is done is kept, as accurate as all
                 assure_in_grace(block, zc, solver.points)
-                block.watch = unwatched
+                block.check_cancelled = never_cancelled
                 self._keep(which, solver, block, zc)
 
     def _keep(self, which: Any, solver: Protocol, block: Block, zc: Array) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array, Bools
 from dforce.core.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
 from dforce.experiments.base import DISTANCE, CurveExperiment, CurvePlan
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
@@ -20,7 +21,6 @@ from dforce.results.status import Status
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies
@@ -30,7 +30,7 @@ QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of tho
 
 
 @dataclass(frozen=True)
-class Jump:
+class CaseJump:
     """A jump as a result holds it: distance (m), amplitudes (m), and the direction by name."""
 
     zc: float
@@ -39,9 +39,9 @@ class Jump:
     direction: str
 
 
-def to_result(jump: Any) -> Jump:
+def to_result(jump: Any) -> CaseJump:
     """Return a jump of the solvers as a result holds it."""
-    return Jump(jump.at, jump.before, jump.after, "retract" if jump.rising else "approach")
+    return CaseJump(jump.at, jump.before, jump.after, "retract" if jump.rising else "approach")
 
 
 @dataclass
@@ -60,7 +60,7 @@ class Found:
 
     status: np.ndarray[Any, np.dtype[np.int8]]
     arrays: dict[str, Array]
-    jumps: list[list[Jump]]
+    jumps: list[list[CaseJump]]
 
     @classmethod
     def nothing(cls, shape: tuple[int, ...]) -> Found:
@@ -73,7 +73,7 @@ class Found:
         return [cls.nothing((layout.cases, layout.points)) for _ in range(layout.parts)]
 
     @property
-    def whole(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def whole(self) -> Bools:
         """Whether all points of each case were computed."""
         return np.asarray((self.status != Status.NOT_COMPUTED).all(axis=1))
 
@@ -225,7 +225,7 @@ def _empty(name: str) -> Any:
     return "" if name == "jump_direction" else np.nan
 
 
-def _tables(found: list[list[list[Jump]]]) -> dict[str, Any]:
+def _tables(found: list[list[list[CaseJump]]]) -> dict[str, Any]:
     """Return the jumps of all cases as tables (parts, cases, jumps), filled up to the most that a case has; none: nothing."""
     most = max(len(jumps) for cases in found for jumps in cases)
     tables: dict[str, Any] = {}
@@ -239,9 +239,9 @@ def _tables(found: list[list[list[Jump]]]) -> dict[str, Any]:
     return tables
 
 
-def _jumps(columns: dict[str, Any]) -> list[Jump]:
+def _jumps(columns: dict[str, Any]) -> list[CaseJump]:
     """Return the jumps of one case from its row in the tables; what was not kept of them stays empty."""
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     filled = [row for row in rows if any(value != "" and value == value for value in row)]  # NaN differs from itself
     known = [dict(zip(columns, row, strict=True)) for row in filled]
-    return [Jump(**{name.removeprefix("jump_"): row.get(name, _empty(name)) for name in JUMPS}) for row in known]
+    return [CaseJump(**{name.removeprefix("jump_"): row.get(name, _empty(name)) for name in JUMPS}) for row in known]

@@ -31,10 +31,10 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         raise ParameterError("this result is not a sweep, so df.sweep cannot continue it")
     if resume.attrs.get("set_point") != set_point:
         raise ParameterError(
-            "this sweep does not hold the states at this set point, so it cannot be continued with them"
+            "this sweep does not contain the states at this set point, so it cannot be continued with them"
         )
     if resume.attrs.get("case") != case.to_toml(complete=True):
-        raise ParameterError("this sweep belongs to another case, so it cannot be continued with this one")
+        raise ParameterError("this sweep belongs to another case, so it cannot be continued with the present case")
     paths = [axis.path for axis in layout.axes]
     before = resume.attrs["over"].split()
     if paths != before:
@@ -46,10 +46,12 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         wanted |= {dim: (dim, np.asarray(values)) for dim, values in layout.inner.items()}  # some may have been cut off
     for dim, (path, values) in wanted.items():
         if resume[dim].values.tolist() != values.tolist():
-            raise ParameterError(f"this sweep has other values of {path}, so it cannot be continued with these")
+            raise ParameterError(
+                f"this sweep has other values of {path}, so it cannot be continued with the present values"
+            )
     if any(resume[axis.name].dims != (axis.dim,) for axis in layout.axes):
         raise ParameterError(
-            "one sweep is over all combinations and the other over cases one by one, so it cannot be continued like this"
+            "one sweep is over all combinations, the other over single cases, so it cannot be continued"
         )
 
 
@@ -66,5 +68,7 @@ def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None, la
     for name in sorted(names - known):
         raise ParameterError(f"there is no quantity '{name}'{nearest(name, known)}")
     if before is not None and names != before:
-        raise ParameterError("this sweep keeps other quantities, so it cannot be continued with these; leave them out")
+        raise ParameterError(
+            "this sweep keeps other quantities, so it cannot be continued with the present ones; leave quantities out"
+        )
     return names

@@ -34,10 +34,10 @@ def read_rows(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
     except (ValueError, csv.Error) as error:
         raise CaseError(f"{name} cannot be read: {error}") from None
     if not rows:
-        raise CaseError(f"{name} holds no case; its first row names parameters, and each other row is a case")
+        raise CaseError(f"{name} contains no case; its first row names parameters, and each other row is a case")
     for number, row in enumerate(rows, start=1):
         if len(row) != len(head):
-            raise CaseError(f"case {number} of {name} has {len(row)} values, and {len(head)} parameters are named")
+            raise CaseError(f"case {number} of {name} has {len(row)} values for {len(head)} parameters")
     for column, times in Counter(head).items():
         if times > 1:
             raise CaseError(f"{name} names {shorten(column)} twice")

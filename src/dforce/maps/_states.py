@@ -30,7 +30,7 @@ def check_set_point(case: Case, set_point: float | str | None, names: Iterable[s
     if set_point is None:
         return None
     if not isinstance(case.experiment, Approach):
-        raise ParameterError("a set point lies on the curve of an approach; give the case one as experiment")
+        raise ParameterError("a set point needs the curve of an approach; use an approach as experiment")
     share = parse_share(set_point, "at_set_point")
     for name in names or ():
         if name not in OBSERVABLES:

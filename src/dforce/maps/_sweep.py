@@ -41,66 +41,65 @@ def sweep(
 ) -> xr.Dataset:
     """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
-    A single run is a block of one case, and a sweep solves blocks of many by the same solver: cases whose forces have no
-    memory and no branches march side by side in vector lanes. Threads share the blocks.
+    A single approach or dwell is a block of one case; a sweep solves blocks of many cases with the same solver. Cases whose
+    forces have no memory and no branches are integrated side by side in vector lanes. Other experiments are done case by case.
+    Threads share the work.
 
     Parameters
     ----------
     case
-        The case; its experiment is an approach or a dwell. Of a dwell only the scalars are kept.
+        The case, with any experiment. A dwell and a thermal spectrum keep their numbers, not their records.
     over
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
         SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
-        all combinations are computed. Any parameter of the case may be named, and ``experiment.zc`` of a dwell. Numbers of
-        the instrument, the sample and the forces cost next to nothing a case; every value of any other parameter (a
-        choice, a solver's setting) builds the case anew. Left out, with `rows`: what the case says under ``[sweep]``.
+        all combinations are computed. Any parameter of the case is possible, and ``experiment.zc`` if it is one distance.
+        Numbers of the instrument, the sample and the forces cost next to nothing a case; every value of another parameter (a
+        choice, a setting of the solver) builds the case again. Default, without `rows`: the table ``[sweep]`` of the case.
     workers
-        Threads; left out: one for each core.
+        Number of threads; default: one for each core.
     progress
-        True for a bar, or a function called as ``progress(points done, points in all, note)``; Ctrl-C and SIGTERM
-        keep what is done.
+        True for a bar, or a function called as ``progress(points done, points in all, note)``; Ctrl-C and SIGTERM keep the
+        finished points.
     quantities
-        Names of the quantities to keep; left out: all, or those of `resume`. Jumps are kept in any case.
+        Names of the quantities to keep; default: all, or the quantities of `resume`. Jumps are always kept.
     resume
-        An interrupted result of the same case over the same values, to be continued: cases with all their points are
-        kept as they are, the others are computed; a complete one is returned. With a store, True to go on with its
-        blocks: each is compared with its checksums, and a damaged one is computed again.
+        An interrupted result of the same case over the same values, to continue: complete cases are kept, the others are
+        computed. A complete result is returned. With a store, True continues its blocks: each block is compared with its
+        checksums, and a damaged block is computed again.
     rows
-        Instead of `over`, cases one by one: columns of plain numbers by path, all of the same length; the same as `over` with
+        Instead of `over`, single cases: columns of plain numbers by path, of equal length; the same as `over` with
         ``along="cases"``.
     at_set_point
-        A share :math:`A / A_0`: only the states of each curve there are returned, see :func:`dforce.at_set_point`. The
-        `status` of a case is the largest number among those of its points.
+        A share :math:`A / A_0`: the result contains only the states of each curve there, see :func:`dforce.at_set_point`. The
+        `status` of a case is the largest status among its points.
     store
-        Where the result is written in blocks of cases, each whole or not at all, instead of being kept in memory: a folder
-        ``"map.zarr"``, or a URL that fsspec knows. There may be any number of points.
+        A folder ``"map.zarr"``, or a URL of fsspec, for any number of points. The result is written in blocks of cases, each
+        whole or not at all, instead of kept in memory.
     client
         A client of a Dask cluster (:class:`distributed.Client`), or the address of its scheduler, ``"tcp://..."``, whose
-        workers compute the blocks of a store. This process alone writes them.
+        workers compute the blocks of a store. Only this process writes them.
     along
-        How the values of `over` go together: ``"combinations"`` (left out): all of them, a dimension for each path;
-        ``"cases"``: the lists are equally long and hold plain numbers, each place in them is a case, and there is one
-        dimension, `case`.
+        Combination of the values of `over`. ``"combinations"`` (default): all combinations, with a dimension for each path.
+        ``"cases"``: lists of plain numbers with equal length, each position is a case, with one dimension `case`.
 
     Returns
     -------
     xarray.Dataset
-        The dimensions of the sweep first, in the order given and named by the last word of each path (the whole path where
-        that is ambiguous), or `case` of cases one by one, then `zc` and `direction` of an approach. Distances that are shares
-        of A0 lie along `zc_ratio` where A0 varies, with the coordinate `zc` of each case. A status for each point. The jumps
-        of the curves lie along `jump`, filled up with NaN (and empty directions) where a curve has fewer than others. With a
-        store, that is opened: its numbers are read when they are asked for.
+        First the dimensions of the sweep, in your order and named by the last word of each path (the whole path if ambiguous),
+        or `case` for single cases. Then the dimensions of the experiment, such as `zc` and `direction`. Distances as shares of
+        A0 lie along `zc_ratio` if A0 varies, with the coordinate `zc` of each case. Each point has a status; branches have the
+        largest status of each case. Jumps of curves lie along `jump`, states of basins along `state`, points of branches along
+        `point`; cases with fewer are filled up (NaN, 0, False or empty text). A store is opened: its numbers are read on use.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, a value that is not allowed, a case without such an experiment, or a
-        `resume` that belongs to another sweep.
+        For an unknown path, a value that is not allowed, a case without an experiment, or a `resume` of another sweep.
     CaseError
-        When the file of a case's rows cannot be read.
+        When the file with the rows cannot be read.
     ResultError
-        When a store cannot be written, is there already, or is open in another run, and when the cluster is lost; the blocks
-        that are done stay there.
+        When a store cannot be written, exists already, or is open in another run, and when the cluster is lost; finished blocks
+        are kept.
     """
     if case.experiment is None:
         raise ParameterError('a sweep repeats an experiment; give the case one, such as kind = "approach"')
@@ -117,11 +116,9 @@ def sweep(
 
         return Map(asked, layout, names, set_point, store).run(bool(resume), workers, client, progress)
     if client is not None:
-        raise ParameterError("a cluster computes the blocks of a store; give the store as well")
+        raise ParameterError("a cluster computes the blocks of a store; also pass store")
     if isinstance(resume, bool):
-        raise ParameterError(
-            "resume=True goes on with a store, and none is given; give the store, or the result as resume"
-        )
+        raise ParameterError("resume=True continues a store; also pass store, or pass the result as resume")
     points = count(axes) * layout.points
     if points > MOST_POINTS:
         raise ParameterError(
@@ -129,15 +126,15 @@ def sweep(
             "more in a store"
         )
     if resume is not None and set_point is not None:
-        raise ParameterError("states at a set point alone cannot be continued; write them to a store, which can")
+        raise ParameterError("states at a set point cannot be continued in memory; write them to a store")
     if resume is not None:
         check_same(asked, layout, resume)
         if not resume.attrs.get("interrupted"):
             announce("this sweep is complete; nothing was computed")
             return resume
     kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
-    with watched(progress, case.title) as tell:
-        crew = Crew(points, paced(tell), workers)
+    with watched(progress, case.title) as report_progress:
+        crew = Crew(points, paced(report_progress), workers)
         crew.add(0 if resume is None else cases.take(resume))
         done = cases.compute(crew, kept if set_point is None else kept | NEEDED)
     data = cases.result(asked)

@@ -42,7 +42,7 @@ class Axis:
         Its values: SI numbers, or whatever the case takes.
     quantity
         What is declared about it, where its values are plain numbers of the instrument, the sample or a force, or the
-        distance of a dwell; None for a choice, which is validated with the whole case.
+        one distance of an experiment; None for a choice, which is validated with the whole case.
     """
 
     path: str
@@ -79,7 +79,9 @@ def make_axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
         allowed.
     """
     if not isinstance(over, Mapping) or not over:
-        raise ParameterError('over must say what to vary, such as {"sample.youngs_modulus": ["1 GPa", "2 GPa"]}')
+        raise ParameterError(
+            'over must name the parameters to vary, such as {"sample.youngs_modulus": ["1 GPa", "2 GPa"]}'
+        )
     return _axes(case, over)
 
 
@@ -93,18 +95,18 @@ def make_rows(case: Case, rows: Mapping[str, Any]) -> list[Axis]:
     """
     if not isinstance(rows, Mapping) or not rows:
         raise ParameterError(
-            'cases one by one are columns by path, such as {"sample.youngs_modulus": moduli, "drive.A0": amplitudes}'
+            'single cases are columns by path, such as {"sample.youngs_modulus": moduli, "drive.A0": amplitudes}'
         )
     axes = _axes(case, rows)
     first = axes[0]
     for axis in axes:
         if axis.quantity is None:
             raise ParameterError(
-                f"{axis.path} takes no plain number, so it cannot differ from case to case; vary it in combinations"
+                f"{axis.path} is not a plain number, so it cannot differ from case to case; vary it in combinations"
             )
         if len(axis.values) != len(first.values):
             raise ParameterError(
-                f"{axis.path} has {len(axis.values)} values and {first.path} has {len(first.values)}; a case needs one of each"
+                f"{axis.path} has {len(axis.values)} values and {first.path} has {len(first.values)}; each case needs one value"
             )
     return [dataclasses.replace(axis, dim=ROW) for axis in axes]
 
@@ -125,12 +127,12 @@ def axes_of(
     """
     if over is not None and rows is not None:
         raise ParameterError(
-            "over and rows are both given; over varies all combinations of values, rows are cases one by one"
+            "over and rows exclude each other; over varies all combinations of values, rows lists single cases"
         )
     if along not in (None, *WAYS):
         raise ParameterError(f"along = '{shorten(along)}' is not one of {', '.join(WAYS)}{nearest(str(along), WAYS)}")
     if along is not None and over is None:
-        raise ParameterError("along says how the values of over go together, and over is not given")
+        raise ParameterError("along needs over; it sets how the values of over combine")
     if over is None and rows is None and case.sweep is not None:
         if case.sweep.rows:
             return case, make_rows(case, read_rows(named(case.sweep.rows, "sweep.rows", case.folder)))
@@ -155,7 +157,7 @@ def _axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
         name = word if last.count(word) == 1 and word not in taken else path
         same = places.setdefault(place_of(case, path), path)
         if same != path:
-            raise ParameterError(f"{same} and {path} are one parameter; give its values once")
+            raise ParameterError(f"{same} and {path} are the same parameter; list its values once")
         quantity = _number_at(case, path)
         axes.append(Axis(path, name, name, _values(path, over[path], quantity), quantity))
     return axes
@@ -198,7 +200,7 @@ def _values(path: str, given: Any, quantity: ParameterQuantity | None) -> tuple[
             raise ParameterError(f"{path} has more than {MOST_VALUES} values, which are not allowed")
     items = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else list(given)
     if not items:
-        raise ParameterError(f"{path} has no values; give at least one")
+        raise ParameterError(f"{path} has no values; list at least one")
     if quantity is None:
         return tuple(items)
     try:
@@ -211,7 +213,7 @@ def _values(path: str, given: Any, quantity: ParameterQuantity | None) -> tuple[
 def _spread(path: str, given: Range, quantity: ParameterQuantity | None) -> Any:
     """Return the values of a range (SI)."""
     if quantity is None:
-        raise ParameterError(f"{path} takes no plain number, so it has no range; list its values")
+        raise ParameterError(f"{path} is not a plain number, so it has no range; list its values")
     try:
         start, stop = units.parse(given.start, quantity.unit), units.parse(given.stop, quantity.unit)
     except ParameterError as error:
@@ -220,9 +222,7 @@ def _spread(path: str, given: Range, quantity: ParameterQuantity | None) -> Any:
         return np.linspace(start, stop, given.points)
     if not start * stop > 0.0:
         first, last = units.show(start, quantity.unit), units.show(stop, quantity.unit)
-        raise ParameterError(
-            f"{path} goes from {first} to {last}, which no equal factors lead along; use linear spacing"
-        )
+        raise ParameterError(f"{path} goes from {first} to {last}, so it cannot have equal factors; use linear spacing")
     return np.geomspace(start, stop, given.points)
 
 
@@ -236,7 +236,7 @@ def amplitude_axis(case: Case, axes: Sequence[Axis]) -> Axis | None:
     """
     if case.drive.A0 is None and (not case.drive.tones or case.drive.tones[0].A0 is None):
         raise ParameterError(
-            "experiment.zc is a share of drive.A0, and the drive has none; give drive.A0, or distances"
+            "experiment.zc is a share of drive.A0, but the drive has no A0; write drive.A0, or distances"
         )
     place = place_of(case, "drive.tones.1.A0")
     for axis in axes:
@@ -245,7 +245,7 @@ def amplitude_axis(case: Case, axes: Sequence[Axis]) -> Axis | None:
             return axis
         if own == place[: len(own)]:
             raise ParameterError(
-                f"experiment.zc is a share of drive.A0, which each value of {axis.path} may change; give distances"
+                f"experiment.zc is a share of drive.A0, but {axis.path} may change A0; write distances"
             )
     return None
 

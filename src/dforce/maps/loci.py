@@ -23,8 +23,9 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
+from dforce.core.arrays import Array
 from dforce.core.errors import DForceError
-from dforce.kernel import Array, size_of
+from dforce.kernel import size_of
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
@@ -33,7 +34,7 @@ from dforce.solvers.stability import stability
 from dforce.solvers.states import States
 
 if TYPE_CHECKING:
-    from dforce.solvers.transient import Watch
+    from dforce.solvers.transient import CancelCheck
 
 SIDE = 1e-5  # scaled: neighbors on either side that give derivatives
 TOLERANCE = 1e-8  # scaled: Newton step at which a point is accepted
@@ -60,7 +61,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Knob:
+class FreeParameter:
     """A parameter that varies along lines: its path, and its range (SI), on a scale of equal steps or equal factors."""
 
     path: str
@@ -82,7 +83,7 @@ class Knob:
 
 
 @dataclass(frozen=True)
-class Place:
+class LinePoint:
     """A point of a line: scaled motion, distance and parameters in `u`, the equations' derivatives, and what was measured."""
 
     u: Array
@@ -124,27 +125,32 @@ class Lines:
     ----------
     case
         The case.
-    knobs, conditions
+    free_parameters, conditions
         As many of one as of the other.
     length
         Unit (m) of the distance.
-    watch
+    check_cancelled
         Called now and then; it stops the work by raising KeyboardInterrupt.
     """
 
     def __init__(
-        self, case: Case, knobs: Sequence[Knob], conditions: Sequence[Condition], length: float, watch: Watch
+        self,
+        case: Case,
+        free_parameters: Sequence[FreeParameter],
+        conditions: Sequence[Condition],
+        length: float,
+        check_cancelled: CancelCheck,
     ) -> None:
-        self.case, self.knobs, self.conditions = case, list(knobs), list(conditions)
-        self.length, self.watch = length, watch
+        self.case, self.free_parameters, self.conditions = case, list(free_parameters), list(conditions)
+        self.length, self.check_cancelled = length, check_cancelled
 
         self.size = size_of(case.problem)
         self._block = functools.lru_cache(maxsize=64)(self._new_block)
 
     def _new_block(self, scaled: tuple[float, ...]) -> Block:
         case = self.case
-        for knob, value in zip(self.knobs, scaled, strict=True):
-            case = with_number(case, knob.path, knob.value(value))
+        for free_parameter, value in zip(self.free_parameters, scaled, strict=True):
+            case = with_number(case, free_parameter.path, free_parameter.value(value))
         problem = Problem.build(case.instrument, case.forces)
         return Block.of_one(problem, case.solver, 1)
 
@@ -163,7 +169,7 @@ class Lines:
             numbers, tones = np.repeat(numbers, len(x), axis=0), np.repeat(tones, len(x), axis=0)
             even = weights(block.frequencies, block.common)
             with np.errstate(all="ignore"):
-                found = finish_each(block.lot.example, 1, slots.rows, even, numbers, tones)
+                found = finish_each(block.batch.example, 1, slots.rows, even, numbers, tones)
             for i, number in enumerate(group):
                 measured[number] = {name: values[i] for name, values in found.items()}
         return ends, measured
@@ -173,11 +179,11 @@ class Lines:
         out: Array = np.empty((len(us), len(self.conditions)))
         for j, condition in enumerate(self.conditions):
             for i, found in enumerate(measured):
-                problem = self._block(tuple(us[i, self.size + 1 :].tolist())).lot.example
+                problem = self._block(tuple(us[i, self.size + 1 :].tolist())).batch.example
                 out[i, j] = condition.value(found, problem)
         return out
 
-    def _look(self, u: Array) -> tuple[Array, Place]:
+    def _look(self, u: Array) -> tuple[Array, LinePoint]:
         """Return the residual of the equations at a point, and the point with their derivatives."""
         count = len(u)
         near = SIDE * np.eye(count)
@@ -190,9 +196,9 @@ class Lines:
         equations[self.size :] = (values[1 : count + 1] - values[count + 1 :]).T / (2.0 * SIDE)
         residual = np.append(ends[0] - u[: self.size], values[0])
         scalars = {name: float(np.ravel(value)[0]) for name, value in measured[0].items() if np.size(value)}
-        return residual, Place(u, equations, self.size, scalars)
+        return residual, LinePoint(u, equations, self.size, scalars)
 
-    def correct(self, guess: Array, normal: Array) -> tuple[Place, int] | None:
+    def correct(self, guess: Array, normal: Array) -> tuple[LinePoint, int] | None:
         """Return the point of a line in the plane through a guess across `normal`, and how many steps led there."""
         u, before = guess.copy(), np.inf
         for steps in range(1, MOST_STEPS + 1):
@@ -209,26 +215,28 @@ class Lines:
             u, before = u - step, longest
         return (place, MOST_STEPS) if before < 100.0 * TOLERANCE else None
 
-    def seed(self, x: Array, zc: float, values: Sequence[float]) -> Place | None:
+    def seed(self, x: Array, zc: float, values: Sequence[float]) -> LinePoint | None:
         """Return the point of a line near a motion at a distance (m), at these values (SI) of the parameters or near them."""
-        scaled = [knob.scaled(value) for knob, value in zip(self.knobs, values, strict=True)]
+        scaled = [
+            free_parameter.scaled(value) for free_parameter, value in zip(self.free_parameters, values, strict=True)
+        ]
         guess = np.concatenate([x, [zc / self.length], scaled])
         normal: Array = np.zeros(len(guess))
         normal[self.size + 1] = 1.0
         found = self.correct(guess, normal)
         return None if found is None else found[0]
 
-    def trace(self, start: Place, inside: Callable[[Place], bool]) -> list[Place]:
+    def trace(self, start: LinePoint, inside: Callable[[LinePoint], bool]) -> list[LinePoint]:
         """Return a line through a point, both ways up to the ends of the parameters' ranges or to where it leaves `inside`."""
         tangent = start.tangent
         back, forth = (self._one_way(start, way * tangent, inside) for way in (-1.0, 1.0))
         return [*reversed(back), start, *forth]
 
-    def _one_way(self, start: Place, ahead: Array, inside: Callable[[Place], bool]) -> list[Place]:
-        points: list[Place] = []
+    def _one_way(self, start: LinePoint, ahead: Array, inside: Callable[[LinePoint], bool]) -> list[LinePoint]:
+        points: list[LinePoint] = []
         last, step = start, FIRST
         while len(points) < MOST_POINTS and step > SMALLEST:
-            self.watch()
+            self.check_cancelled()
             reach = self._reach(last.u, ahead)
             if reach < SMALLEST:
                 break
@@ -253,7 +261,7 @@ class Lines:
             step = min(LARGEST, step * (GROWTH if steps <= EASY else 1.0))
         return points
 
-    def between(self, a: Place, b: Place, test: Callable[[Place], float]) -> Place:
+    def between(self, a: LinePoint, b: LinePoint, test: Callable[[LinePoint], float]) -> LinePoint:
         """Return the point between two neighbors at which a function passes zero, as near as it was found."""
         chord, low, high = b.u - a.u, 0.0, 1.0
         at_low, at_high, best = test(a), test(b), a
@@ -272,7 +280,7 @@ class Lines:
                 break
         return best
 
-    def _follows(self, last: Place, place: Place, ahead: Array, step: float) -> bool:
+    def _follows(self, last: LinePoint, place: LinePoint, ahead: Array, step: float) -> bool:
         turn = abs(float(place.tangent @ ahead))
         return turn > STRAIGHT and float(np.linalg.norm(place.u - last.u - step * ahead)) < 0.5 * step
 
@@ -292,7 +300,7 @@ class Lines:
         normal[self.size + 1 + int(np.argmin(room))] = 1.0
         return normal
 
-    def _turn(self, last: Place, ahead: Array, step: float, behind: float) -> Place:
+    def _turn(self, last: LinePoint, ahead: Array, step: float, behind: float) -> LinePoint:
         """Return the point between two at which the line turns back along the first parameter."""
         first, low, high = self.size + 1, 0.0, step
         slow, fast, best = float(ahead[first]), behind, last
@@ -318,7 +326,7 @@ def _groups(parameters: Array) -> list[Any]:
     return [np.array(numbers) for numbers in places.values()]
 
 
-def _is_closed(points: list[Place], start: Place) -> bool:
+def _is_closed(points: list[LinePoint], start: LinePoint) -> bool:
     """Say whether a line has come back to where it was begun."""
     if len(points) < 4:
         return False

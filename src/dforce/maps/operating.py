@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import Array, Bools
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.procedures.table import statuses
@@ -24,14 +25,13 @@ from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.points import Points
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 
 if TYPE_CHECKING:
-    from dforce.kernel import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.states import States
-    from dforce.solvers.transient import Watch
+    from dforce.solvers.transient import CancelCheck
 
 MOST_STEPS = 12  # of the secant method; from a curve of some hundred points it takes four
 CLOSE = 1e-10  # of the free amplitude: how well the amplitude is met
@@ -86,14 +86,14 @@ class OperatingPoints:
         A status for each point.
     """
 
-    found: np.ndarray[Any, np.dtype[np.bool_]]
+    found: Bools
     zc: Array
     states: States
     columns: dict[str, Array]
     status: np.ndarray[Any, np.dtype[np.int8]]
 
 
-def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, watch: Watch) -> OperatingPoints:
+def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, check_cancelled: CancelCheck) -> OperatingPoints:
     """Return the operating points near motions; those that end at a fold before the set point are not found."""
     count = len(wanted.problems)
     out = OperatingPoints(
@@ -105,12 +105,12 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, watch: Watch
     )
     for which, samples in _alike(wanted.problems, settings):
         some = wanted.take(which)
-        lot = Lot.of(some.problems)
+        batch = ProblemBatch.of(some.problems)
 
         def at(case: int, zc: float, some: Wanted = some) -> tuple[Problem, float]:
             return some.problems[case], zc
 
-        _Search(Block(lot, at, settings, harmonics, samples, watch), some).write(out, which)
+        _Search(Block(batch, at, settings, harmonics, samples, check_cancelled), some).write(out, which)
     return out
 
 
@@ -130,7 +130,7 @@ class _Search:
 
     def __init__(self, block: Block, wanted: Wanted) -> None:
         self.block, self.wanted = block, wanted
-        self.length = block.lot.length
+        self.length = block.batch.length
         self.zc, self.states = wanted.zc.copy(), wanted.states.copy()
         self.miss: Array = np.full(len(self.zc), np.nan)  # amplitude ratio minus set point
         self.slope: Array = np.full(len(self.zc), np.nan)  # of the amplitude ratio by zc / A0
@@ -179,7 +179,7 @@ class _Search:
         there = branch.done == 1
         numbers, tones = block.tables(self.zc[:, None])
         even = weights(block.frequencies, block.common)
-        ratio = finish_each(block.lot.example, 1, branch.rows[:, 0], even, numbers[which], tones[which])[
+        ratio = finish_each(block.batch.example, 1, branch.rows[:, 0], even, numbers[which], tones[which])[
             "amplitude_ratio"
         ]
         miss = np.where(there, ratio - self.wanted.set_points[which], np.nan)

@@ -16,14 +16,15 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core import units
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked
 from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.maps.axes import Axis, make_axes
-from dforce.maps.loci import Knob, Place
+from dforce.maps.loci import FreeParameter, LinePoint
 from dforce.maps.seeds import Curves, curves_of
-from dforce.maps.state_lines import REGIMES, Line, Row, cells, lines_at
+from dforce.maps.state_lines import REGIMES, Row, StateLine, cells, lines_at
 from dforce.observables.averaging import common_period
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
@@ -32,7 +33,6 @@ from dforce.runs import watched
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 SCALARS = (
     "amplitude",
@@ -54,11 +54,11 @@ RANGE_OF_FACTORS = 1e-6  # values whose factors are as even as this lie on a log
 def regimes(
     case: Case, over: Mapping[str, Any], set_points: Any = None, progress: Progress | bool | None = None
 ) -> xr.Dataset:
-    r"""Return the regime map: which states there are at set points, over a parameter, with boundaries solved by continuation.
+    r"""Return the regime map: the states at set points over a parameter, with boundaries solved by continuation.
 
     At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy
-    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states that approach and retract meet at the values given are
-    the starts of lines along the parameter, which also find states that no approach leads to.
+    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states on approach and retract at the listed values are the
+    starts of lines along the parameter. These lines also find states that no approach leads to.
 
     Parameters
     ----------
@@ -66,31 +66,30 @@ def regimes(
         The case; its experiment is not used. Its forces have no memory and no branches.
     over
         One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``, or two, for a map
-        over both at one set point: lines go along the first.
+        over both at one set point; lines follow the first path.
     set_points
-        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``; left out: that. One of them with two
-        paths.
+        Shares :math:`A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``, the default. With two paths: one
+        share.
     progress
-        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the rows of the map that are done.
+        True for a bar, or a function called as ``progress(done, total, note)``; Ctrl-C keeps the finished rows of the map.
 
     Returns
     -------
     xarray.Dataset
-        Over the parameter and `set_point`, or over both parameters: `regime`, a number whose meaning is in its attributes
-        (``"none"``, ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``,
-        ``"repulsive"``), and `states`, how many stable states there are. Along `edge` the boundaries: `edge_kind` (``"fold"``,
-        ``"net force"``, ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and
-        forces. Along `point` the lines themselves, with `line_stable`. :func:`dforce.plot.map` draws it.
+        Over the parameter and `set_point`, or over both parameters: `regime`, a number explained in its attributes (``"none"``,
+        ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``, ``"repulsive"``), and
+        `states`, the number of stable states. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
+        ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and forces. Along `point`
+        the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, more than two, values or set points that are not allowed, and forces with
-        memory or branches.
+        For an unknown path, more than two paths, values or set points that are not allowed, and forces with memory or branches.
     """
     axes = make_axes(case, over)
     shares = shares_of(set_points)
-    knob = knob_of(axes, shares)
+    free_parameter = free_parameter_of(axes, shares)
     refuse_others(case)
     for axis in axes:
         if len(axis.values) > MOST_VALUES:
@@ -100,40 +99,42 @@ def regimes(
     if len(axes) == 2:
         second = axes[1]
         rows = [Row(with_number(bare, second.path, value), float(shares[0]), value) for value in second.values]
-    with watched(progress, case.title) as tell:
-        lines, done = _lines(rows, axes, knob, tell)
-    data = _dataset(case, axes, knob, rows, lines)
+    with watched(progress, case.title) as report_progress:
+        lines, done = _lines(rows, axes, free_parameter, report_progress)
+    data = _dataset(case, axes, free_parameter, rows, lines)
     return data if done == len(rows) else data.assign_attrs(interrupted=1)
 
 
-def _lines(rows: Sequence[Row], axes: Sequence[Axis], knob: Knob, tell: Progress) -> tuple[list[Line], int]:
+def _lines(
+    rows: Sequence[Row], axes: Sequence[Axis], free_parameter: FreeParameter, report_progress: Progress
+) -> tuple[list[StateLine], int]:
     """Return the lines of all rows, and how many rows are done."""
-    lines: list[Line] = []
+    lines: list[StateLine] = []
     done, lowest, curves = 0, min(row.share for row in rows), Curves([])
     values = {axes[0].path: np.array(axes[0].values)}
     try:
         for done, row in enumerate(rows):
             note = f"row {done + 1}"
-            tell(done, len(rows), note)
+            report_progress(done, len(rows), note)
             if not curves.parts or len(axes) == 2:
-                curves = curves_of(row.case, values, lowest, _watching(tell, done, len(rows)))
+                curves = curves_of(row.case, values, lowest, _watching(report_progress, done, len(rows)))
             if curves.interrupted:
                 return lines, done
-            lines += lines_at(row, axes[0], knob, curves, _watch(tell, done, len(rows), note))
-        tell(len(rows), len(rows), "")
+            lines += lines_at(row, axes[0], free_parameter, curves, _watch(report_progress, done, len(rows), note))
+        report_progress(len(rows), len(rows), "")
     except KeyboardInterrupt:
         heard()
         return lines, done
     return lines, len(rows)
 
 
-def _watch(tell: Progress, done: int, total: int, note: str) -> Callable[[], None]:
-    return lambda: tell(done, total, note)
+def _watch(report_progress: Progress, done: int, total: int, note: str) -> Callable[[], None]:
+    return lambda: report_progress(done, total, note)
 
 
-def _watching(tell: Progress, done: int, total: int) -> Progress:
+def _watching(report_progress: Progress, done: int, total: int) -> Progress:
     """Return a progress that shows nothing of its own, and can be stopped."""
-    return lambda *_: tell(done, total, "curves")
+    return lambda *_: report_progress(done, total, "curves")
 
 
 def shares_of(given: Any) -> Array:
@@ -162,21 +163,25 @@ def shares_of(given: Any) -> Array:
         raise ParameterError(f"set_points has {shares.size} values; 1 to {MOST_SET_POINTS} are allowed")
     for share in shares:
         if not 0.0 < share < 1.0:
-            raise ParameterError(f"set_points holds {share:g}, which is not between 0 and 1")
+            raise ParameterError(f"set_points contains {share:g}, which is not between 0 and 1")
     return shares
 
 
-def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
+def free_parameter_of(axes: Sequence[Axis], shares: Array) -> FreeParameter:
     """Return the parameter along which lines go, with its range."""
     if len(axes) > 2:
-        raise ParameterError(f"over has {len(axes)} paths; a regime map is over one and the set point, or over two")
+        raise ParameterError(
+            f"over has {len(axes)} paths; a regime map is over one path and the set point, or over two paths"
+        )
     if len(axes) == 2 and len(shares) > 1:
-        raise ParameterError("a regime map over two parameters is at one set point; give set_points = [0.8], say")
+        raise ParameterError(
+            "a regime map over two parameters is at one set point; write for example set_points = [0.8]"
+        )
     for axis in axes:
         if axis.quantity is None:
-            raise ParameterError(f"{axis.path} takes no plain number, so no boundary can be followed along it")
+            raise ParameterError(f"{axis.path} is not a plain number, so no boundary can be followed along it")
         if axis.path == "contact.a0":
-            raise ParameterError("contact.a0 says where contact begins, so no map goes over it")
+            raise ParameterError("contact.a0 defines the start of contact, so no map goes over it")
     axis = axes[0]
     low, high = min(axis.values), max(axis.values)
     if len(axis.values) < 2 or low == high:
@@ -185,7 +190,7 @@ def knob_of(axes: Sequence[Axis], shares: Array) -> Knob:
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = np.diff(np.log(values)) if low > 0.0 else np.array([np.nan, 0.0])
     even = low > 0.0 and len(values) > 2 and bool(np.ptp(factors) < RANGE_OF_FACTORS * factors.max())
-    return Knob(axis.path, low, high, is_log=even)
+    return FreeParameter(axis.path, low, high, is_log=even)
 
 
 def refuse_others(case: Case) -> None:
@@ -193,26 +198,24 @@ def refuse_others(case: Case) -> None:
     case.problem.refuse_changing_lever("a search for operating points")
     for force in case.problem.forces:
         if force.memory or force.switch is not None:
-            raise ParameterError(
-                f"{force.name} remembers earlier motion, and operating points are solved for forces that do not"
-            )
+            raise ParameterError(f"{force.name} has a memory, but operating points need forces without memory")
     if common_period([tone.frequency for tone in case.problem.tones]) is None:
         raise ParameterError(
-            "the tones have no common period, so there are no periodic orbits at a set point; "
+            "the tones have no common period, so no periodic orbits exist at a set point; "
             "choose a simple ratio of their frequencies, such as 6.2"
         )
     if case.solver.method != "periodic":
-        raise ParameterError(
-            'operating points are periodic orbits; leave out solver.method, or write method = "periodic"'
-        )
+        raise ParameterError('operating points are periodic orbits; remove solver.method, or write method = "periodic"')
 
 
-def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], lines: list[Line]) -> xr.Dataset:
+def _dataset(
+    case: Case, axes: Sequence[Axis], free_parameter: FreeParameter, rows: Sequence[Row], lines: list[StateLine]
+) -> xr.Dataset:
     import xarray as xr
 
     axis, row_name = axes[0], axes[1].name if len(axes) == 2 else "set_point"
     at = np.array([row.row for row in rows])
-    regime, count = cells(lines, np.array(axis.values, dtype=float), at, knob, case.problem.a0)
+    regime, count = cells(lines, np.array(axis.values, dtype=float), at, free_parameter, case.problem.a0)
     row_words = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
     row_axis = axes[1].coordinate() if len(axes) == 2 else ("set_point", at, row_words)
     data = xr.Dataset(coords={axis.name: axis.coordinate(), row_name: row_axis})
@@ -229,7 +232,7 @@ def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], 
     data["line_stable"] = "point", np.array([place.is_stable for _, place in points], dtype=bool)
     words = {axis.name: axis.coordinate()[2], row_name: row_axis[2]}
     for prefix, dim, found in (("edge", "edge", edges), ("line", "point", points)):
-        for name, column in _columns(axis.name, row_name, knob, found).items():
+        for name, column in _columns(axis.name, row_name, free_parameter, found).items():
             data[f"{prefix}_{name}"] = dim, column
             data[f"{prefix}_{name}"].attrs = words.get(name) or _words(name)
     data = describe(data)
@@ -238,9 +241,11 @@ def _dataset(case: Case, axes: Sequence[Axis], knob: Knob, rows: Sequence[Row], 
     return data if len(axes) == 1 else data.assign_attrs(set_point=rows[0].share)
 
 
-def _columns(name: str, row_name: str, knob: Knob, found: Sequence[tuple[Line, Place]]) -> dict[str, Array]:
+def _columns(
+    name: str, row_name: str, free_parameter: FreeParameter, found: Sequence[tuple[StateLine, LinePoint]]
+) -> dict[str, Array]:
     columns: dict[str, Array] = {
-        name: np.array([knob.value(float(place.u[place.size + 1])) for _, place in found]),
+        name: np.array([free_parameter.value(float(place.u[place.size + 1])) for _, place in found]),
         row_name: np.array([line.row for line, _ in found]),
         "zc": np.array([float(place.u[place.size]) * line.length for line, place in found]),
     }

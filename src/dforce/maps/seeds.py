@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import Array
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.experiments import Approach, Branches
 from dforce.experiments.base import Progress
@@ -19,7 +20,6 @@ from dforce.runs import carry_out
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.kernel import Array
 
 FAR = 1.6  # free amplitudes: where curves start
 NEAR = (
@@ -104,7 +104,7 @@ def _passes(branches: xr.Dataset, name: str, value: float) -> Iterator[int]:
         yield min((i, i + 1), key=lambda n: abs(past[n]))
 
 
-def walk(curves: Curves, number: int, case: Case, watch: Callable[[], None]) -> None:
+def walk(curves: Curves, number: int, case: Case, check_cancelled: Callable[[], None]) -> None:
     """Follow the branches of one of the cases through folds, and look for others, over the distances of its curves.
 
     Raises
@@ -114,7 +114,7 @@ def walk(curves: Curves, number: int, case: Case, watch: Callable[[], None]) -> 
     """
     span = {"start": FAR * case.problem.tones[0].A0, "stop": curves.nearest(number)}
     experiment = Branches(zc=span, search=SEARCHED, largest_step=LARGEST_STEP, harmonics=1)
-    found = carry_out(case.model_copy(update={"experiment": experiment}), lambda *_: watch())
+    found = carry_out(case.model_copy(update={"experiment": experiment}), lambda *_: check_cancelled())
     if found.attrs.get("interrupted"):
         raise KeyboardInterrupt
     curves.walked[number] = found

@@ -5,20 +5,18 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
+from dforce.core.arrays import Array
 from dforce.maps.axes import Axis
-from dforce.maps.loci import Condition, Knob, Lines, Place
+from dforce.maps.loci import Condition, FreeParameter, LinePoint, Lines
 from dforce.maps.seeds import Curves, Seed
 from dforce.problem import Problem
 from dforce.procedures.motion import base_of, scales_of, states_of
-
-if TYPE_CHECKING:
-    from dforce.kernel import Array
 
 # what a cell of the map says; its numbers stand in the result
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
@@ -31,7 +29,7 @@ DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
 
 
 @dataclass
-class Line:
+class StateLine:
     """The operating points of a row of the map along the parameter, in order, and the boundaries on it.
 
     The row is a set point, or a value (SI) of the second parameter.
@@ -39,8 +37,8 @@ class Line:
 
     row: float
     length: float
-    places: list[Place]
-    edges: list[tuple[str, Place]]
+    places: list[LinePoint]
+    edges: list[tuple[str, LinePoint]]
 
 
 @dataclass(frozen=True)
@@ -52,21 +50,29 @@ class Row:
     row: float
 
 
-def lines_at(of: Row, axis: Axis, knob: Knob, curves: Curves, watch: Callable[[], None]) -> list[Line]:
+def lines_at(
+    of: Row, axis: Axis, free_parameter: FreeParameter, curves: Curves, check_cancelled: Callable[[], None]
+) -> list[StateLine]:
     """Return the lines of operating points of a row."""
     case, share = of.case, of.share
     length = max(problem_at(case, [axis], (float(value),)).tones[0].A0 for value in axis.values)
-    lines = Lines(case, [knob], [Condition(lambda found, _: float(found["amplitude_ratio"]) - share)], length, watch)
-    out: list[Line] = []
+    lines = Lines(
+        case,
+        [free_parameter],
+        [Condition(lambda found, _: float(found["amplitude_ratio"]) - share)],
+        length,
+        check_cancelled,
+    )
+    out: list[StateLine] = []
     for seed in curves.seeds([share]):
         value = float(axis.values[seed.case])
-        if any(_lies_on(line.places, lines, knob.scaled(value), seed, value, case, axis) for line in out):
+        if any(_lies_on(line.places, lines, free_parameter.scaled(value), seed, value, case, axis) for line in out):
             continue
         start = lines.seed(scaled_motion(problem_at(case, [axis], (value,)), seed.motion), seed.zc, [value])
         if start is None:
             continue
         places = lines.trace(start, lambda place: bool(place.u[lines.size] > DEEPEST))
-        out.append(Line(of.row, length, places, _edges(lines, places, case.problem.a0)))
+        out.append(StateLine(of.row, length, places, _edges(lines, places, case.problem.a0)))
     return out
 
 
@@ -83,7 +89,7 @@ def scaled_motion(problem: Any, motion: Array) -> Array:
 
 
 def _lies_on(
-    places: list[Place], lines: Lines, scaled: float, seed: Seed, value: float, case: Case, axis: Axis
+    places: list[LinePoint], lines: Lines, scaled: float, seed: Seed, value: float, case: Case, axis: Axis
 ) -> bool:
     """Say whether a seed lies on a line, where that passes its value of the parameter."""
     x = scaled_motion(problem_at(case, [axis], (value,)), seed.motion)
@@ -95,13 +101,13 @@ def _lies_on(
     return False
 
 
-def _past(place: Place, first: int, scaled: float) -> float:
+def _past(place: LinePoint, first: int, scaled: float) -> float:
     """Return how far a point is past a scaled value of the parameter; 0 where that is rounding, as at the ends of ranges."""
     past = float(place.u[first]) - scaled
     return past if abs(past) > AT_VALUE else 0.0
 
 
-def _crossings(places: list[Place], scaled: float, first: int) -> list[Array]:
+def _crossings(places: list[LinePoint], scaled: float, first: int) -> list[Array]:
     """Return the points of a line, interpolated, at a scaled value of the parameter."""
     out = []
     for a, b in itertools.pairwise(places):
@@ -114,9 +120,9 @@ def _crossings(places: list[Place], scaled: float, first: int) -> list[Array]:
     return out
 
 
-def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Place]]:
+def _edges(lines: Lines, places: list[LinePoint], a0: float) -> list[tuple[str, LinePoint]]:
     """Return the boundaries between stable stretches of a line and others, located."""
-    tests: dict[str, Callable[[Place], float]] = {
+    tests: dict[str, Callable[[LinePoint], float]] = {
         FOLD: lambda place: place.index,
         NET_FORCE: lambda place: place.measured["virial"],
         CONTACT: lambda place: place.measured["min_distance"] - a0,
@@ -137,13 +143,15 @@ def _edges(lines: Lines, places: list[Place], a0: float) -> list[tuple[str, Plac
     return found
 
 
-def _kind(place: Place, a0: float) -> str:
+def _kind(place: LinePoint, a0: float) -> str:
     if place.measured["virial"] < 0.0:
         return "repulsive"
     return "no contact" if place.measured["min_distance"] > a0 else "attractive"
 
 
-def cells(lines: Sequence[Line], axis_values: Array, rows: Array, knob: Knob, a0: float) -> tuple[Any, Any]:
+def cells(
+    lines: Sequence[StateLine], axis_values: Array, rows: Array, free_parameter: FreeParameter, a0: float
+) -> tuple[Any, Any]:
     """Return the regime (its number) and how many stable states there are, (values, rows)."""
     regime = np.zeros((len(axis_values), len(rows)), dtype=np.int8)
     count = np.zeros_like(regime)
@@ -152,13 +160,13 @@ def cells(lines: Sequence[Line], axis_values: Array, rows: Array, knob: Knob, a0
         for i, value in enumerate(axis_values):
             kinds: list[str] = []
             for line in of_row:
-                kinds += _stable_at(line.places, knob.scaled(value), a0)
+                kinds += _stable_at(line.places, free_parameter.scaled(value), a0)
             count[i, j] = len(kinds)
             regime[i, j] = REGIMES.index(_together(set(kinds)))
     return regime, count
 
 
-def _stable_at(places: list[Place], scaled: float, a0: float) -> list[str]:
+def _stable_at(places: list[LinePoint], scaled: float, a0: float) -> list[str]:
     """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
     out = []
     first = places[0].size + 1

@@ -34,7 +34,7 @@ UNDER: dict[str, dict[str, Any]] = {
 def check_states(states: xr.Dataset) -> None:
     """Raise :class:`ParameterError` where a result has no curves of states."""
     if not {"branch", "stable", "special"} <= {*states.variables} or "along" not in states.attrs:
-        raise ParameterError("this result has no curves of states; df.branches gives them")
+        raise ParameterError("this result has no curves of states; compute them with df.branches")
 
 
 def check_under(states: xr.Dataset, dataset: xr.Dataset) -> None:
@@ -43,16 +43,16 @@ def check_under(states: xr.Dataset, dataset: xr.Dataset) -> None:
     along = states.attrs["along"]
     if along != "zc":
         raise ParameterError(
-            f"these states go along {along}, not along zc as a curve does; df.branches(case, zc=...) gives those"
+            f"these states lie along {along}, not along zc; compute them with df.branches(case, zc=...)"
         )
     if "zc" not in dataset.dims:
-        raise ParameterError("states are drawn under the curve of an approach, and this result is none")
+        raise ParameterError("states are drawn under the curve of an approach, but this result is not an approach")
     try:
         same = _matter(dataset) == _matter(states)
     except DForceError:  # the case of a version that knew other keys
         same = dataset.attrs.get("case") == states.attrs.get("case")
     if not same:
-        raise ParameterError("these states are of another instrument, sample or force than the curve")
+        raise ParameterError("states and curve have different instruments, samples or forces")
 
 
 def _matter(result: xr.Dataset) -> Any:

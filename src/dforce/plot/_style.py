@@ -42,9 +42,9 @@ MOST_POINTS = 20_000  # of a line; more are not seen, but make a PDF heavy
 
 
 class Sheet(Figure):
-    """A figure for a file: no window or notebook shows it, and the picture drawn on it chooses its size.
+    """A figure for a file: no window or notebook shows it, and its picture sets its size.
 
-    Nothing holds on to it once it is saved, so that a program may draw any number of them, in any thread.
+    Python frees its memory, so a program may draw any number of sheets, in any thread.
     """
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
@@ -178,7 +178,7 @@ def figure_of(axes: object) -> Figure:
     first = next(iter(np.ravel(np.asarray(axes, dtype=object))), None) if several else axes
     holder: Any = first if isinstance(first, FigureBase) else getattr(first, "figure", None)
     if not isinstance(holder, Figure | SubFigure):
-        raise ParameterError(f"axes = {told(axes)} is not what a function of df.plot returns")
+        raise ParameterError(f"axes = {told(axes)} is not a result of a function of df.plot")
     whole: Figure = holder.figure if isinstance(holder, SubFigure) else holder
     return whole
 
@@ -190,26 +190,26 @@ def wrapped(text: str, length: int) -> str:
 
 @checked
 def save(axes: object, path: str | os.PathLike[str], dpi: float = 150, width: float | str | None = None) -> Path:
-    """Write the picture that holds `axes` (one, or a list of them) to PNG, PDF or SVG, whole or not at all.
+    """Write the picture of `axes` (one, or a list) to PNG, PDF or SVG, whole or not at all.
 
     Parameters
     ----------
     axes
-        What a function of this module returned.
+        The result of a function of this module.
     path
         File to write; its ending chooses the format.
     dpi
         Points per inch of a PNG.
     width
-        Width of the picture (m), or text with a unit such as ``"85 mm"``; left out: as it was drawn. The height keeps its
-        proportion, and texts become smaller in a narrow picture, to no less than 70 %.
+        Width of the picture (m), or text with a unit such as ``"85 mm"``; default: the drawn width. The height is scaled in
+        proportion, and texts in a narrow picture become smaller, to 70 % at least.
 
     Raises
     ------
     ResultError
-        For another ending, or a place that cannot be written.
+        For another ending, or a file that cannot be written.
     ParameterError
-        For a width that is no length, or not between 3 cm and 1 m, and for `dpi` not between 10 and 5000.
+        For a width that is not a length, or not between 3 cm and 1 m, and for `dpi` not between 10 and 5000.
     """
     if not LEAST_DPI <= dpi <= LARGEST_DPI:
         raise ParameterError(f"dpi = {dpi} is not between {LEAST_DPI} and {LARGEST_DPI}")

@@ -18,10 +18,9 @@ NO_STATE = "not settled"
 
 @checked
 def basins(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> Axes:
-    """Draw the starts in the color of the state that they lead to, with amplitude, phase and share of each state.
+    """Draw the starts in the color of their final state, with amplitude, phase and share of each state.
 
-    The legend's amplitude and phase are those of one drive tone; a dot marks where each state itself is, where the starts
-    are amplitudes and phases.
+    The legend lists amplitude and phase of one drive tone. If the starts are amplitudes and phases, a dot marks each state.
 
     Raises
     ------

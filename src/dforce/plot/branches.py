@@ -28,7 +28,7 @@ ENERGIES = ("total_virial", "total_dissipated_energy")
 
 @checked
 def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw amplitude and phase of all states along the parameter: stable ones solid, unstable ones dashed.
+    """Draw amplitude and phase of all states along the parameter: stable states solid, unstable states dashed.
 
     Each connected curve has its own color; folds, period doublings and grazing points are marked. Thin lines are motions
     that repeat only after several periods.
@@ -55,10 +55,10 @@ def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = No
     Raises
     ------
     ParameterError
-        When the result is no frequency sweep, or has no such tone.
+        When the result is not a frequency sweep, or has no such tone.
     """
     if "frequency" not in take(dataset, "amplitude", "frequency", "direction").dims:
-        raise ParameterError("this result is no frequency sweep; df.frequency_sweep gives one")
+        raise ParameterError("this result is not a frequency sweep; use df.frequency_sweep")
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     for axes, name in ((upper, "amplitude"), (lower, "phase")):

@@ -51,9 +51,9 @@ def amplitude_phase(
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
     without a result a cross. Above the line at 90° the net force is attractive, below it repulsive.
-    `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines behind the curve, the
-    unstable ones dashed. `measured`, a curve as :func:`dforce.calibrate` gives it, is drawn as gray points; its heights count
-    as average distances.
+    `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines behind the curve, unstable
+    states dashed. `measured`, a curve from :func:`dforce.calibrate`, is drawn as gray points, with its heights as average
+    distances.
 
     Raises
     ------
@@ -119,11 +119,11 @@ def curve(
     dataset
         Result of an approach.
     names
-        One name or several, such as ``["peak_force", "total_dissipated_energy"]``. Quantities in the same
-        unit share an axis. Of a quantity for each tone, mode or harmonic, all are drawn.
+        One name or several, such as ``["peak_force", "total_dissipated_energy"]``. Quantities in the same unit share an axis.
+        All tones, modes or harmonics of a quantity are drawn.
     states
-        A result of :func:`dforce.branches` of the same case: all states, drawn as thin black lines behind the curve, the
-        unstable ones dashed.
+        A result of :func:`dforce.branches` of the same case: all states, drawn as thin black lines behind the curve, unstable
+        states dashed.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def curve(
     """
     chosen = [names] if isinstance(names, str) else list(names)
     if not chosen:
-        raise ParameterError("there is nothing to draw; give the name of a quantity")
+        raise ParameterError("nothing to draw; name a quantity")
     variables = [take(dataset, name, *CURVE) for name in chosen]
     for variable in variables:
         if "zc" not in variable.dims:

@@ -19,19 +19,19 @@ SIGMAS = 2.0  # band of residuals
 def fit(result: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
     """Draw a fit: amplitude and phase with the model, and below each the residuals in standard deviations.
 
-    Colors tell the branches; points that do not count are gray, lost ones hollow. The band holds two standard deviations.
+    Colors distinguish the branches; unused points are gray, lost points hollow. The band is two standard deviations.
 
     Parameters
     ----------
     result
-        What :func:`dforce.fit` returned.
+        The result of :func:`dforce.fit`.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result is no fit.
+        When the result is not a fit.
     """
     _check(result)
     tones = result.sizes["tone"]
@@ -81,19 +81,19 @@ def _draw(part: xr.Dataset, name: str, upper: Axes, lower: Axes) -> None:
 
 @checked
 def fit_errors(result: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw the correlations of a fit, and the profile of chi2 of each parameter that one was asked for.
+    """Draw the correlations of a fit, and the requested profiles of chi2.
 
     Parameters
     ----------
     result
-        What :func:`dforce.fit` returned.
+        The result of :func:`dforce.fit`.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result is no fit.
+        When the result is not a fit.
     """
     _check(result)
     profiled = result["profiled"].values.tolist() if "profiled" in result.coords else []
@@ -122,4 +122,4 @@ def fit_errors(result: xr.Dataset, figure: FigureBase | None = None) -> list[Axe
 
 def _check(result: xr.Dataset) -> None:
     if result.attrs.get("kind") != "fit":
-        raise ParameterError("this result is no fit; df.fit(case, data, free=[...]) gives one")
+        raise ParameterError("this result is not a fit; get a fit from df.fit(case, data, free=[...])")

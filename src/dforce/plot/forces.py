@@ -20,7 +20,7 @@ FELT = 0.01  # of the largest force: further out there is nothing to see
 def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     """Draw the force on the tip against the instantaneous distance over a cycle, both halves of the motion.
 
-    A loop between the halves is energy that the sample takes. Only where the force is felt is shown.
+    A loop between the halves is the dissipated energy. The picture shows only the range of the force.
 
     Raises
     ------
@@ -65,12 +65,12 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
 
 @checked
 def force_curve(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
-    """Draw the force of the model against distance, moved slowly in both directions; hysteresis is shaded.
+    """Draw the force of the model against distance, in slow approach and retract; hysteresis is shaded.
 
     Parameters
     ----------
     dataset
-        `force` over `distance` and, where both were asked for, `direction`.
+        `force` over `distance` and, for both directions, `direction`.
 
     Raises
     ------

@@ -38,29 +38,28 @@ def map(
 ) -> Axes:
     """Draw a quantity over two parameters: colors, with lines of equal value on top.
 
-    An axis whose values go by equal factors is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
-    signs at 0. Of tones, modes and harmonics, and of the states at a set point, the first is drawn; gray is where there is
-    no result. The lines lie on straight lines between the values, and know of no jump between them. The quantity `regime`
-    of a regime map (:func:`dforce.regimes`) has a color for each regime; its boundaries are drawn over whatever it holds
-    along the set point.
+    An axis with equal factors between its values is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
+    signs at 0. The first of several tones, modes, harmonics or states is drawn; points without a result are gray. The lines
+    interpolate linearly between the values, also across jumps. The quantity `regime` of a regime map (:func:`dforce.regimes`)
+    has a color for each regime, with its boundaries.
 
     Parameters
     ----------
     dataset
-        A sweep with the two parameters, and nothing else along which the quantity goes: choose with ``.isel`` or ``.sel``.
+        A sweep with exactly these two parameters: choose the others with ``.isel`` or ``.sel``.
     x, y
         Names of the parameters, such as ``"A0"``; the distance `zc` of curves may be one of them.
     quantity
-        Name of what is drawn.
+        Name of the quantity.
     levels
-        Values (SI) of the lines; left out: some that are round.
+        Values (SI) of the lines; default: some round values.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result has no such names, the parameters are no numbers of a grid, or the quantity goes along others, too.
+        When the result lacks these names, the parameters are not numbers of a grid, or the quantity has other dimensions.
     """
     sides = [_side(dataset, name) for name in (x, y)]
     if quantity == "regime" and is_regime_map(dataset):
@@ -70,7 +69,7 @@ def map(
     variable = take(first_state(dataset), quantity, x, y)
     for name in (x, y):
         if name not in variable.dims:
-            raise ParameterError(f"'{quantity}' does not go along '{name}', so there is no map of it over that")
+            raise ParameterError(f"'{quantity}' does not vary along '{name}', so it has no map over it")
     variable = variable.isel(dict.fromkeys((dim for dim in variable.dims if dim in COLUMN_DIMS), 0)).transpose(y, x)
     values, text = shown(variable)
     scale, _ = reader_unit(variable)
@@ -101,7 +100,7 @@ def _regimes(dataset: xr.Dataset, x: str, y: str, sides: list[tuple[Array, str]]
     """Draw the regimes of a map, and the boundaries that were solved."""
     if {x, y} != set(dataset["regime"].dims):
         raise ParameterError(
-            f"the regimes go along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
+            f"the regimes lie along {' and '.join(str(dim) for dim in dataset['regime'].dims)}; draw them over these"
         )
     axes = new_figure(figure, 6.4, 5.4).subplots()
     (at_x, x_text), (at_y, y_text) = sides
@@ -123,7 +122,7 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Array, str]:
         )
     axis = dataset[name]
     if axis.dims != (name,) or axis.dtype.kind not in "fi" or axis.size < 2:
-        raise ParameterError(f"'{name}' is no parameter with two or more numbers of a grid, so there is no map over it")
+        raise ParameterError(f"'{name}' is not a parameter with a grid of two or more numbers, so it has no map")
     scale, unit = reader_unit(axis)
     name = str(axis.attrs.get("long_name", name)).partition(";")[0]  # without what is said behind it
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)

@@ -19,25 +19,27 @@ MARKER = {"approach": "o", "retract": "s"}
 def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axes, Axes]:
     """Draw amplitude and phase of a measured curve against height, one above the other.
 
-    Approach and retract have their own colors and marks; points of the free part, which :func:`dforce.calibrate` finds, are
-    filled gray. A bar shows one standard error on both sides, where it is larger than a mark. Above the line at 90° the net
-    force is attractive, below it repulsive.
+    Approach and retract have their own colors and marks; points of the free part (from :func:`dforce.calibrate`) are filled
+    gray. A bar shows one standard error on both sides, if it is larger than a mark. Above the line at 90° the net force is
+    attractive, below it repulsive.
 
     Parameters
     ----------
     dataset
-        What :func:`dforce.read_measured` or :func:`dforce.calibrate` returned.
+        The result of :func:`dforce.read_measured` or :func:`dforce.calibrate`.
     figure
         See :mod:`dforce.plot`.
 
     Raises
     ------
     ParameterError
-        When the result is no measured curve of amplitude and phase.
+        When the result is not a measured curve of amplitude and phase.
     """
     missing = [name for name in ("height", "amplitude", "phase", "direction") if name not in dataset.variables]
     if missing or dataset["height"].dims != ("point",) or dataset["amplitude"].dims != ("point",):
-        raise ParameterError("dataset is no measured curve of amplitude and phase; df.read_measured gives one")
+        raise ParameterError(
+            "dataset is not a measured curve of amplitude and phase; get a curve from df.read_measured"
+        )
     upper, lower = new_figure(figure, 6.0, 6.0).subplots(2, 1, sharex=True)
     across, unit = reader_unit(dataset["height"])
     height = np.asarray(dataset["height"].values, dtype=float) / across
@@ -70,7 +72,7 @@ def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axe
     if dataset.attrs.get("phase_convention") == "lag":
         phase_axis(lower)
     else:
-        lower.set_ylabel("phase as the file holds it (°)")
+        lower.set_ylabel("phase as in the file (°)")
     lower.set_xlabel(axis_text(dataset["height"], unit))
     upper.legend(framealpha=0.85, fontsize="small", loc="best")
     head(upper, dataset, str(dataset.attrs.get("source", "")))

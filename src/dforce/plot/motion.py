@@ -39,7 +39,7 @@ def traces(
     periods: float | None = 3,
     figure: FigureBase | None = None,
 ) -> list[Axes]:
-    """Draw quantities over time in one picture, each with a scale of its own color; contact is shaded.
+    """Draw quantities over time in one picture, each with a scale in its color; contact is shaded.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def traces(
     names
         One name or several; quantities for each mode are drawn mode by mode on one scale.
     periods
-        How many of the last periods to show; None for the whole record.
+        Number of the last periods to show; None for the whole record.
 
     Raises
     ------
@@ -57,11 +57,11 @@ def traces(
     """
     chosen = [names] if isinstance(names, str) else list(names)
     if not chosen:
-        raise ParameterError("there is nothing to draw; give the name of a quantity")
+        raise ParameterError("nothing to draw; name a quantity")
     variables = [take(dataset, name, "time") for name in chosen]
     for variable in variables:
         if "time" not in variable.dims:
-            raise ParameterError(f"'{variable.name}' is no trace; it has no values over time")
+            raise ParameterError(f"'{variable.name}' is not a trace; it has no values over time")
     time = take(dataset, "time", "time")
     if periods is not None:
         start = float(time[-1]) - periods / main_frequency(dataset)
@@ -129,7 +129,7 @@ def spectrum(
     decibel
         Show dB relative to the largest line rather than amplitudes.
     up_to
-        Highest frequency shown (Hz); left out, at least ten harmonics and every strong line.
+        Highest frequency (Hz); default: at least ten harmonics and every strong line.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def spectrum(
         up_to = max(10.5 * first, 1.3 * float(frequency[amplitude > STRONG * largest].max(initial=0.0)))
     if not up_to >= first:
         raise ParameterError(
-            f"up_to = {up_to:g} Hz leaves nothing to draw; the motion is at {units.show(first, 'Hz', 4)}"
+            f"up_to = {up_to:g} Hz is below the spectrum; the motion is at {units.show(first, 'Hz', 4)}"
         )
     seen = frequency <= up_to
     across, text = shown(dataset["frequency"].isel(frequency=seen))
@@ -194,7 +194,7 @@ def spectrum(
 
 @checked
 def phase_portrait(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
-    """Draw velocity against deflection: a closed orbit once the motion has settled.
+    """Draw velocity against deflection: a closed orbit for a settled motion.
 
     Raises
     ------

@@ -24,21 +24,19 @@ ENERGIES = ("total_dissipated_energy", "virial")
 def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.Dataset | None = None) -> list[Axes]:
     """Draw a whole result and return all its axes.
 
-    An approach gives amplitude and phase of every tone, the forces and the energies against distance; a dwell
-    gives traces, spectrum, force against distance and phase portrait; a prescribed motion gives distance and force over
-    time; branches give amplitude, phase, forces and energy of all states; a frequency sweep gives the resonance curve; a
-    thermal spectrum, basins and a force curve give themselves; a fit gives data, model and residuals; measured curves,
-    reconstructed forces, plans and regime maps give their own pictures. A sweep gives some of its cases, laid over each
-    other.
+    An approach: amplitude and phase of every tone, the forces and the energies against distance. A dwell: traces, spectrum,
+    force against distance and phase portrait. A prescribed motion: distance and force over time. Branches: amplitude, phase,
+    forces and energy of all states. A frequency sweep: the resonance curve. A fit: data, model and residuals. A sweep: some of
+    its cases in one picture. All other results have one picture each.
 
-    Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, the
-    unstable ones dashed.
+    Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, unstable
+    states dashed.
 
     Raises
     ------
     ParameterError
-        For a dataset that is none of these, and for `states` under another result than an approach, of another case or
-        along another parameter.
+        For any other dataset, and for `states` with another result than an approach, of another case or along another
+        parameter.
     """
     if states is not None:
         check_under(states, dataset)

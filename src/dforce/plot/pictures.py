@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from dforce.core.errors import ParameterError, checked, nearest, shorten
-from dforce.plot.branches import branches, resonance
-from dforce.plot.distances import amplitude_phase
-from dforce.plot.forces import force_distance
 from dforce.plot.laid_over import lay_over
-from dforce.plot.motion import phase_portrait, spectrum
 from dforce.plot.overview import overview
 from dforce.plot.sweeps import cases_of
-from dforce.plot.thermal import thermal_spectrum
 from dforce.results.curves import Picture, drawable, first_state, goes_along, pictures_of
 from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.kinds import is_kind, kind_of
 
 
 @checked
@@ -50,21 +44,21 @@ def draw(
     layers = {"": results} if isinstance(results, xr.Dataset) else dict(results)
     first = next(iter(layers.values()), None)
     if first is None:
-        raise ParameterError("there is no result to draw")
-    if len(layers) == 1 and ((picture is None and measured is None) or "reached" in first):
+        raise ParameterError("no result to draw")
+    if len(layers) == 1 and ((picture is None and measured is None) or is_kind(first, "basins")):
         return overview(first, figure)
     picture = picture or next(iter(pictures_of(first)), None)
     if picture is None:
-        raise ParameterError("a map of basins is drawn by itself, not over others")
-    own = _own(first, picture, measured) if len(layers) == 1 else None
+        raise ParameterError("a map of basins cannot be drawn over others")
+    own = _own(first, picture, measured, figure) if len(layers) == 1 else None
     if own is not None:
-        return list(np.ravel(np.asarray(own(figure), dtype=object)))
+        return own
     if len(layers) == 1:
         layers = _cases(first, picture)
     wanted = {picture.x, *picture.y}
     able = {name: result for name, result in layers.items() if wanted <= set(drawable(result, picture.x))}
     if not able:
-        raise ParameterError(f"these results lack {' or '.join(sorted(wanted))}, so there is nothing to draw")
+        raise ParameterError(f"these results lack {' or '.join(sorted(wanted))}, so nothing can be drawn")
     return lay_over(able, picture, figure, measured)
 
 
@@ -81,28 +75,20 @@ def _cases(result: xr.Dataset, picture: Picture) -> dict[str, xr.Dataset]:
         if name not in known:
             dims = [str(dim) for dim in result[name].dims if dim not in COLUMN_DIMS]
             goes = f"goes along {' and '.join(dims)}" if dims else "is one number"
-            raise ParameterError(f"'{name}' is no curve over '{picture.x}': it {goes}")
+            raise ParameterError(f"'{name}' is not a curve over '{picture.x}': it {goes}")
     return layers
 
 
 def _own(
-    result: xr.Dataset, picture: Picture, measured: xr.Dataset | None
-) -> Callable[[FigureBase | None], Any] | None:
-    """Return the function that draws this very picture, with what a reader of it looks for; None where there is none."""
-    if picture not in pictures_of(result):
+    result: xr.Dataset, picture: Picture, measured: xr.Dataset | None, figure: FigureBase | None
+) -> list[Axes] | None:
+    """Draw this very picture as its kind of result draws it, with what a reader looks for; None where it does not."""
+    kind = kind_of(result)
+    if (
+        kind is None
+        or picture not in pictures_of(result)
+        or (result.sizes.get("tone", 1) > 1 and "amplitude" in picture.y)
+    ):
         return None
-    if "fitted_density" in picture.y:
-        return lambda figure: thermal_spectrum(result, figure)
-    if goes_along(result) == "time":
-        made: dict[tuple[str, ...], Callable[[FigureBase | None], Any]] = {
-            ("spectrum",): lambda figure: spectrum(result, figure=figure),
-            ("force",): lambda figure: force_distance(result, figure),
-            ("velocity",): lambda figure: phase_portrait(result, figure),
-        }
-        return made.get(picture.y)
-    if picture != pictures_of(result)[0] or result.sizes.get("tone", 1) > 1:
-        return None
-    by: dict[str, Callable[..., Any]] = {"point": branches, "frequency": resonance, "zc": amplitude_phase}
-    dim, own = next((dim, function) for dim, function in by.items() if dim in result["amplitude"].dims)
-    points = {"measured": measured} if dim == "zc" else {}
-    return lambda figure: own(result, figure=figure, **points)
+    points = {"measured": measured} if kind.name == "approach" else {}
+    return kind.drawn_alone(result, picture.y, figure=figure, **points)

@@ -26,12 +26,11 @@ FAILING = ("#f3d9c8", "#e9c3d3", "#d6d0e8", "#f4e8b8", "#cfdde6", "#e3e3e3")
 
 @checked
 def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
-    """Draw where the limits of a plan hold, and where one of them stands in the way.
+    """Draw the settings at which the limits of a plan hold, and the failing limit elsewhere.
 
-    Of one parameter the picture is over it and the set point, of two over both at the set point of the recommended point.
-    Black dots are boundaries that were located, where the region ends in which limits hold. A red dot is the recommended
-    point, a star the best one by the goal, small circles the Pareto front, and a cross the point of least violation where
-    nothing is allowed.
+    With one parameter the axes are the parameter and the set point; with two, both parameters at the recommended set point.
+    Black dots are located boundaries of the allowed region. A red dot is the recommended point, a star the best point by the
+    goal. Small circles are the Pareto front, and a cross is the point of least violation if nothing is allowed.
 
     Parameters
     ----------
@@ -43,10 +42,10 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     Raises
     ------
     ParameterError
-        When it is no plan, or its parameters are no ranges.
+        When the dataset is not a plan, or its parameters are not ranges.
     """
     if "plan_over" not in dataset.attrs:
-        raise ParameterError("this dataset is no plan")
+        raise ParameterError("this dataset is not a plan")
     marked = _place(dataset, "recommended") or _place(dataset, "least_violation")
     dims = [str(dim) for dim in dataset["allowed"].dims[:-1]]
     if len(dims) == 3:
@@ -55,7 +54,7 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     x, y = dims
     for name in (x, y):
         if dataset.sizes[name] < 2:
-            raise ParameterError(f"'{name}' has one value, so there is no picture over it")
+            raise ParameterError(f"'{name}' has one value, so it has no picture")
     axes = new_figure(figure, 6.4, 5.4).subplots()
     at = [np.asarray(dataset[name].values, dtype=float) / reader_unit(dataset[name])[0] for name in (x, y)]
     handles = _fill(axes, dataset, x, y, at)

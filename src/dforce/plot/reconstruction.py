@@ -26,16 +26,16 @@ LOOKS = {
 def reconstruction(
     dataset: xr.Dataset, figure: FigureBase | None = None, formulas: bool = False, width: float | None = None
 ) -> Axes:
-    """Draw a reconstructed force against distance with a band of two errors; gaps are shaded, the law, if known, is behind.
+    """Draw a reconstructed force against distance with a band of two errors; gaps are shaded, and a known law is drawn behind.
 
     Parameters
     ----------
     dataset
-        What :func:`dforce.reconstruct` gave.
+        The result of :func:`dforce.reconstruct`.
     formulas
-        Whether to draw what the formulas in use give.
+        Whether to draw the forces by the formulas in use.
     width
-        Distance (m) from the closest one that is shown; left out: as far as the force is felt.
+        Range of distances (m) from the closest point; default: the range of the force.
 
     Raises
     ------
@@ -51,9 +51,7 @@ def reconstruction(
     axes = figure.subplots()
     to_nm = reader_unit(dataset["distance"])[0]
     for number, (low, high) in enumerate(zip(dataset["gap_low"].values, dataset["gap_high"].values, strict=True)):
-        axes.axvspan(
-            low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "not told by the curve"
-        )
+        axes.axvspan(low / to_nm, high / to_nm, color=LIGHT, linewidth=0.0, label=None if number else "force unknown")
     if "law_force" in dataset:
         axes.plot(x, dataset["law_force"].values / scale, color=GRAY, linewidth=2.6, alpha=0.7, label="law")
     axes.fill_between(x, y - BAND * error, y + BAND * error, color=BLUE, alpha=0.25, linewidth=0.0, label="two errors")

@@ -42,9 +42,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
     if not names:
         check_computed(dataset)
-        raise ParameterError(
-            "this sweep keeps no quantity along a distance or a parameter, so there is no overview of it"
-        )
+        raise ParameterError("this sweep has no quantity along a distance or a parameter, so it has no overview")
     axes = lay_over(layers, Picture(along, tuple(names)), figure)
     if len(layers) > 1:
         head(axes[0], dataset)
@@ -81,7 +79,7 @@ def _at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | Non
         name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset and name != "status"
     ]
     if len(numbers) < 2 or not dataset.sizes["crossing"] or not names:
-        raise ParameterError("there is no picture of states at a set point over fewer than two parameters")
+        raise ParameterError("a picture of states at a set point needs two parameters")
     first = dataset.isel({name: 0 for name in over if name not in numbers[:2]})
     return map_of_two(first, numbers[1], numbers[0], names[0], figure=figure)
 

@@ -16,9 +16,9 @@ from dforce.results.dataset import reader_unit
 
 @checked
 def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
-    """Draw the spectral density of a lever and what was fitted to it against frequency, both on logarithmic scales.
+    """Draw the spectral density of a lever and its fit against frequency, both on logarithmic scales.
 
-    The legend tells the fitted frequency and quality factor of each mode.
+    The legend lists the fitted frequency and quality factor of each mode.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from dforce.case import Case
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Complexes, Indices
 from dforce.core.errors import ParameterError
 from dforce.core.parallel import Crew
 from dforce.core.quantities import OBSERVABLES
@@ -25,18 +25,18 @@ from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, Motion, free_amplitudes, load_kernels, with_amplitudes
-from dforce.solvers.problem_batch import Indices, Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.protocols import STEPWISE, Protocol, make_protocol
 from dforce.solvers.quasi_static_walk import Walk
 from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.states import States
-from dforce.solvers.transient import Watch
+from dforce.solvers.transient import CancelCheck
 
 BLOCK, LEAST_BLOCK = 256, 8  # starts that settle side by side; where the force has memory or branches
 ALIKE = 5e-3  # of the free amplitude: states whose complex amplitudes are so near are one
 
 
-def basins(case: Case, plan: Basins, tell: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
+def basins(case: Case, plan: Basins, report_progress: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
     """Return which state each start leads to, and the states; see :func:`dforce.runs.carry_out`."""
     problem, grids = case.problem.at_height(plan.zc), plan.coordinates(case.problem)
     if np.prod([float(len(grid)) for grid in grids.values()]) > MOST_STARTS:
@@ -44,7 +44,7 @@ def basins(case: Case, plan: Basins, tell: Progress, _earlier: xr.Dataset | None
     shape = tuple(map(len, grids.values()))
     (kind, first), (_, second) = grids.items()
     starts = Starts(problem, case.solver, plan.harmonics, plan.zc, first, second, kind)
-    crew = Crew(len(starts), tell)
+    crew = Crew(len(starts), report_progress)
     whole = crew.run(starts.jobs(crew), f"{shape[0]} × {shape[1]} starts")
     order = starts.by_share()
     number = np.zeros(len(starts.states) + 1, dtype=np.int64)  # behind the states: of no state
@@ -69,7 +69,7 @@ def basins(case: Case, plan: Basins, tell: Progress, _earlier: xr.Dataset | None
 class State:
     """A steady state: complex amplitudes at the tones (m), its observables, and whether it repeats."""
 
-    amplitudes: np.ndarray[Any, np.dtype[np.complex128]]
+    amplitudes: Complexes
     values: dict[str, Any]
     repeats: bool
 
@@ -99,7 +99,7 @@ class Starts:
     def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
         """Give what is to be done: blocks of starts."""
         load_kernels(self.problem)  # before threads ask for them at the same time
-        template = Block.of_one(self.problem, self.settings, self.harmonics, crew.watch)
+        template = Block.of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         motions = [self.motion(template.integrator(0, self.zc), number) for number in range(len(self))]
         size = BLOCK if template.is_smooth else LEAST_BLOCK
         for start in range(0, len(self), size):
@@ -119,10 +119,10 @@ class Starts:
 
     def _settle(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
         """Settle a block of starts; those that need more samples with more."""
-        plain = Block.of_one(self.problem, self.settings, self.harmonics, crew.watch)
+        plain = Block.of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         crew_add: Callable[[int], None] = crew.add
         for points, is_last in sample_counts(plain.points, self.settings):
-            which = self._settle_with(points, which, motions, crew.watch, crew_add, is_last)
+            which = self._settle_with(points, which, motions, crew.check_cancelled, crew_add, is_last)
             if not len(which):
                 return
             crew_add = _nothing  # they are counted
@@ -132,19 +132,19 @@ class Starts:
         points: int,
         which: Indices,
         motions: list[Motion],
-        watch: Watch,
-        told: Callable[[int], None],
+        check_cancelled: CancelCheck,
+        report_done: Callable[[int], None],
         is_last: bool,
     ) -> Indices:
         """Settle starts side by side; return those that have to be settled again."""
-        lot = Lot.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
-        block = Block(lot, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, watch)
+        batch = ProblemBatch.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
+        block = Block(batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled)
         values = np.full((len(which), 1), self.zc)
         starts = [motions[i] for i in which]
         if block.is_periodic:
-            solver: Protocol = Walk(block, values, States.of(*starts), told)
+            solver: Protocol = Walk(block, values, States.of(*starts), report_done)
         else:
-            solver = make_protocol(STEPWISE, block, values, starts, told)
+            solver = make_protocol(STEPWISE, block, values, starts, report_done)
         solver.run()
         columns, status = solver.points.columns(block, values), statuses(solver.points, block, values)[:, 0]
         wrong = status == Status.UNRESOLVED

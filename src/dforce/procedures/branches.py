@@ -33,7 +33,7 @@ UNDER_WAY = "under_way"  # of a stopped run: the number of the search, 0 before 
 BEGUN = "begun"  # of a stopped run: where each curve was found, see `Curve`
 
 
-def branches(case: Case, plan: Branches, tell: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
+def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
     """Return the points of all curves, one curve after the other; see :func:`dforce.runs.carry_out`."""
     path, quantity = varied_by(case), _quantity(plan, case)
     start, stop = _range(plan, case, quantity)
@@ -52,27 +52,27 @@ def branches(case: Case, plan: Branches, tell: Progress, earlier: xr.Dataset | N
         kept, under_way = _restored(earlier, among, path.name), tuple(earlier.attrs[UNDER_WAY].tolist())
         curves, kept = kept[: under_way[1]], kept[under_way[1] :]
 
-    def watch() -> None:
+    def check_cancelled() -> None:
         done = under_way[0]
         if not curves:
-            return tell(done, total, "")
+            return report_progress(done, total, "")
         last = max((curves[-1].forth, curves[-1].back), key=len)[-1]
         here = units.show(last.value, quantity.unit, 4)
-        return tell(done, total, f"curve {len(curves)}, {path.name} = {here}")
+        return report_progress(done, total, f"curve {len(curves)}, {path.name} = {here}")
 
     def grow(curve: Curve) -> bool:
         left = plan.max_points - sum(len(curve.points) for curve in curves)
         if left > 1:
             # a search that is done again finds the same orbits in the same order
             curves.append(kept.pop(0) if kept else curve)
-            curves[-1].grow(among, plan.largest_step, left, watch)
+            curves[-1].grow(among, plan.largest_step, left, check_cancelled)
         return left > 1
 
     def found() -> Iterator[Curve]:
         number, _ = under_way
         if number <= plan.search:
-            return search(Known(among, curves, searched[number - 1] / among.span), watch)
-        return doublings(among, curves, plan.largest_step, watch)
+            return search(Known(among, curves, searched[number - 1] / among.span), check_cancelled)
+        return doublings(among, curves, plan.largest_step, check_cancelled)
 
     with until_stopped() as stopped:
         first = among.free_orbit(start / among.span) if under_way[0] == 0 else None
@@ -85,7 +85,7 @@ def branches(case: Case, plan: Branches, tell: Progress, earlier: xr.Dataset | N
                     break
             while kept and grow(kept[0]):  # a search on another machine may miss what the first one has found
                 pass
-        tell(total, total, "")
+        report_progress(total, total, "")
     if stopped.came:
         curves += kept
     data = _dataset(plan, among, curves, path, quantity, searched)

@@ -21,43 +21,43 @@ from dforce.procedures.table import Table, statuses, with_levers
 from dforce.results.status import REPEATING, Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
-from dforce.solvers.points import Jump
+from dforce.solvers.points import StateJump
 from dforce.solvers.protocols import Settled, Stepwise, actual, make_protocol
 from dforce.solvers.quasi_static_walk import CHUNK, Walk
 from dforce.solvers.sample_counts import TooFewSamples, sample_counts
 from dforce.solvers.states import States
-from dforce.solvers.transient import unwatched
+from dforce.solvers.transient import never_cancelled
 
 AT_ONCE = 256  # points whose accuracy is looked at together, where that takes milliseconds
 PERIOD = "period"  # attribute of an interrupted result: in which period of the first tone its motion stands
 
 
-def curve(case: Case, experiment: CurveExperiment, tell: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
+def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
     """Return the motions along the curve of an experiment; see :func:`dforce.runs.carry_out`."""
     problem, harmonics = case.problem, experiment.harmonics
     plan, settings = experiment.plan(problem), experiment.solved_with(case.solver)
     zc = plan.zc
     if zc is None:
-        found = Curve(
+        found = PlannedCurve(
             lambda points: Block.of_one(problem, settings, harmonics, points=points),
             plan,
             lambda value: f"zc = {1e9 * value:.4g} nm",
         )
-        data = found.run(tell, earlier)
+        data = found.run(report_progress, earlier)
         if problem.heights is None:
             return data
         return with_levers(data, "zc", [problem.at_height(float(value)) for value in data["zc"].values])
     there, lowest = problem.at_height(zc), float(plan.values.min())
-    found = Curve(
+    found = PlannedCurve(
         lambda points: Block.along_frequency(there, zc, lowest, settings, harmonics, points),
         plan,
         lambda value: f"frequency = {units.show(value, 'Hz', 6)}",
     )
-    return found.run(tell, earlier).assign_coords(zc=zc)
+    return found.run(report_progress, earlier).assign_coords(zc=zc)
 
 
 @dataclass
-class Curve:
+class PlannedCurve:
     """A curve to be solved.
 
     Attributes
@@ -84,7 +84,7 @@ class Curve:
             self.block = block if count == block.points else self.make(count)
             with contextlib.suppress(TooFewSamples):
                 return self._run(progress, earlier if count == reached else None, not is_last)
-        raise AssertionError("the last count of samples is taken as it is")
+        raise AssertionError("the last number of samples is final")
 
     def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
         """Return the curve; raise TooFewSamples where more of them may help."""
@@ -100,7 +100,7 @@ class Curve:
             assured = end
             return found
 
-        def told(points: int) -> None:
+        def report_done(points: int) -> None:
             nonlocal done
             done += points
             if done < total and done < assured + often:
@@ -109,15 +109,15 @@ class Curve:
             if may_refine and (statuses(solver.points[found], block, values[None, found]) == Status.UNRESOLVED).any():
                 raise TooFewSamples
 
-        def watch() -> None:
+        def check_cancelled() -> None:
             # the last point is done once its accuracy is known: until then a stop need not wait
             progress(min(done, total - 1), total, self.note(float(values[min(done, total - 1)])))
 
-        block.watch = watch
+        block.check_cancelled = check_cancelled
         [first] = initial_motions(block, values[:1], plan.start)
-        solver = make_protocol(plan.protocol, block, values[None], [first], told, plan.carry)
-        table = Table(tuple(coords), coords, block.lot.example, block.harmonics)
-        kept: list[Jump] = []
+        solver = make_protocol(plan.protocol, block, values[None], [first], report_done, plan.carry)
+        table = Table(tuple(coords), coords, block.batch.example, block.harmonics)
+        kept: list[StateJump] = []
         if earlier is not None:
             taken = self._taken(earlier)
             if isinstance(solver, Walk):
@@ -129,17 +129,17 @@ class Curve:
                     raise TooFewSamples
         begun = done
         with until_stopped():
-            watch()
+            check_cancelled()
             solver.run()
             progress(total, total, "")
         reached = int(solver.done[0])
         checked = assured + assure_in_grace(block, values[None, assured:reached], solver.points[assured:reached])
-        block.watch = unwatched
+        block.check_cancelled = never_cancelled
         table.put_points(self.plan.visits[begun:reached], solver.points, slice(begun, reached), block, values)
         for place in self.plan.visits[reached:]:
             table.status[place] = Status.NOT_COMPUTED
         kept_motions = self._motions(solver.points, table, begun, reached, values, earlier)
-        data = table.dataset(self._jumps(kept + solver.jumps[0]) | kept_motions, components(block.lot.example))
+        data = table.dataset(self._jumps(kept + solver.jumps[0]) | kept_motions, components(block.batch.example))
         data.attrs |= {"samples_per_period": block.points, "protocol": actual(plan.protocol, block)}
         if min(checked, reached) < total:
             period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
@@ -153,7 +153,7 @@ class Curve:
             left |= (earlier["status"].values == Status.INACCURATE) & np.isnan(earlier["error_estimate"].values)
         return next((number for number, place in enumerate(self.plan.visits) if left[place]), len(self.plan.visits))
 
-    def _resume(self, solver: Any, table: Table, earlier: xr.Dataset, taken: int, values: Array) -> list[Jump]:
+    def _resume(self, solver: Any, table: Table, earlier: xr.Dataset, taken: int, values: Array) -> list[StateJump]:
         """Take over points of an interrupted result, and the motion at the last of them; return the jumps before it."""
         table.take_over(earlier, self.plan.visits[:taken])
         place, last, state = self.plan.visits[taken - 1], values[taken - 1], self._state(earlier, taken - 1, values)
@@ -169,10 +169,11 @@ class Curve:
             return []
         rows = zip(*(earlier[name].values for name in self._names()), strict=True)
         jumps = [
-            Jump(float(at), float(before), float(after), way == self.plan.ways[1]) for at, before, after, way in rows
+            StateJump(float(at), float(before), float(after), way == self.plan.ways[1])
+            for at, before, after, way in rows
         ]
 
-        def is_before(jump: Jump) -> bool:
+        def is_before(jump: StateJump) -> bool:
             if len(place) > 1 and self.plan.directions[place[1]] != self.plan.ways[jump.rising]:
                 return place[1] == 1  # on the way there, and the motion is on its way back
             return bool(jump.at <= last if jump.rising else jump.at >= last)
@@ -183,7 +184,7 @@ class Curve:
         """Return the state that an earlier result has at one of the values."""
         which, at = np.array([0]), values[number : number + 1]
         scales, base = self.block.scales_of(which, at), self.block.base_of(which, at)
-        return states_of(earlier[MOTION].values[self.plan.visits[number]][None], self.block.lot.example, scales, base)
+        return states_of(earlier[MOTION].values[self.plan.visits[number]][None], self.block.batch.example, scales, base)
 
     def _last_settled(self, earlier: xr.Dataset, taken: int, values: Array) -> Settled | None:
         """Return the last motion that had settled, which a jump is noted from."""
@@ -197,7 +198,7 @@ class Curve:
     def _names(self) -> list[str]:
         return [f"jump_{self.plan.name}", "jump_before", "jump_after", "jump_direction"]
 
-    def _jumps(self, jumps: list[Jump]) -> dict[str, Any]:
+    def _jumps(self, jumps: list[StateJump]) -> dict[str, Any]:
         """Return the variables that hold the jumps; nothing where there are none."""
         if not jumps:
             return {}

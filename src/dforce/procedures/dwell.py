@@ -20,21 +20,21 @@ from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.states import States
 
 
-def dwell(case: Case, plan: Dwell, tell: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
+def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
     """Return traces, spectrum and scalars; see :func:`dforce.runs.carry_out`."""
     zc, harmonics, settings = plan.zc, plan.harmonics, case.solver
     problem = case.problem.at_height(zc)
     asked = Record(zc, plan.start, plan.record == "all", plan.recorded_periods, harmonics)
     if settings.integrator == "langevin":
-        return thermal_dwell(asked, problem, settings, tell)
+        return thermal_dwell(asked, problem, settings, report_progress)
     if asked.whole:  # the whole way there is asked for, so it has to be gone
         settings = settings.replace(method="transient")
     table = Table((), {}, problem, harmonics)
     plain = Block.of_one(problem, settings, harmonics)
     with until_stopped() as stop:
-        tell(0, 1, "settling")
+        report_progress(0, 1, "settling")
         for points, _ in sample_counts(plain.points, settings):
-            block = Block.of_one(problem, settings, harmonics, lambda: tell(0, 1, "settling"), points)
+            block = Block.of_one(problem, settings, harmonics, lambda: report_progress(0, 1, "settling"), points)
             [first] = initial_motions(block, np.array([zc]), plan.start)
             found = settle_at(block, first, zc)
             table.put((), found, problem)
@@ -54,5 +54,5 @@ def dwell(case: Case, plan: Dwell, tell: Progress, _earlier: xr.Dataset | None) 
         rows = rows_of(States.of(found.motion), scales_of(problem), base_of(problem), problem)[0]
         data = with_motions(data, (), rows, problem)
         record_spectrum(data, integrator, motion, plan.recorded_periods)
-    tell(1, 1, "")
+    report_progress(1, 1, "")
     return data

@@ -89,7 +89,7 @@ def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
     which = np.arange(len(values))[:, None]
     scales, base = block.scales_of(which, values), block.base_of(which, values)
     cycles = np.where(points.cycles > 0, points.cycles * float(block.common), np.nan)
-    return {MOTION: rows_of(points.states, scales, base, block.lot.example), REPEATS: cycles}
+    return {MOTION: rows_of(points.states, scales, base, block.batch.example), REPEATS: cycles}
 
 
 def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray, Array
 from dforce.core.errors import ParameterError
 from dforce.experiments.base import Start
 
@@ -83,7 +84,7 @@ def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, coun
     return motion
 
 
-def base_motion(integrator: Integrator, period: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+def base_motion(integrator: Integrator, period: int) -> Array:
     """Return what of each mode's motion (m), as it is solved, is that of the base over a period, (modes, samples)."""
     problem, out = integrator.problem, np.zeros((len(integrator.problem.modes), integrator.points))
     turns = period + np.arange(integrator.points) / integrator.points
@@ -113,7 +114,7 @@ def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, co
     describe(data)
 
 
-def amplitude_spectrum(z: np.ndarray[Any, Any], weight: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def amplitude_spectrum(z: AnyArray, weight: AnyArray) -> AnyArray:
     """Return the amplitude (m) of each frequency in a record, its samples weighted; the mean at frequency zero."""
     c = np.fft.rfft(z * weight) / weight.sum()
     c[1:] *= 2.0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray, Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.results.dataset import describe
 from dforce.results.status import Status, graded
@@ -15,7 +16,6 @@ from dforce.results.status import Status, graded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.core.arrays import Array
     from dforce.problem import Problem
     from dforce.solvers.block import Block
     from dforce.solvers.points import Points
@@ -53,7 +53,7 @@ def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.
     if is_orbit.any():  # from the rows: making all observables twice takes long
         numbers, tones = (table[is_orbit.ravel()] for table in block.tables(values))
         even = weights(block.frequencies, block.common)
-        good = misfit_of_rows(block.lot.example, points.rows[is_orbit], even, numbers, tones) <= GROSS
+        good = misfit_of_rows(block.batch.example, points.rows[is_orbit], even, numbers, tones) <= GROSS
         became[is_orbit] = np.where(good, graded(points.error[is_orbit], block.settings.accuracy), Status.UNRESOLVED)
     for (case, place), found in points.others.items():
         became[case, place] = status_of(found, block.problem(case, float(values[case, place]))[0])
@@ -67,7 +67,7 @@ class Table:
         self.dims, self.coords = dims, coords
         self.shape = tuple(len(coords[dim]) for dim in dims)
         self.status = np.full(self.shape, Status.NOT_COMPUTED, dtype=np.int8)
-        self.arrays: dict[str, np.ndarray[Any, Any]] = {}
+        self.arrays: dict[str, AnyArray] = {}
         from dforce.kernel import size_of
 
         modes, tones = len(problem.modes), len(problem.tones)

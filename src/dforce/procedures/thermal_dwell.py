@@ -30,17 +30,17 @@ def thermal_dwell(asked: Record, problem: Problem, settings: SolverSettings, pro
     integrator.place(asked.zc)
     table = Table((), {}, problem, asked.harmonics)
 
-    def watch() -> None:
+    def check_cancelled() -> None:
         progress(0, 1, "periods")
 
     periods = settings.periods if settings.settle == "fixed" else LATE * decay_periods(problem)
     count = asked.periods + (periods if asked.whole else 0)
     asked.check_length(count, integrator.points)
     with until_stopped() as stop:
-        watch()
+        check_cancelled()
         first = initial_motion(integrator, asked.start)
-        late, _ = march(integrator, first, periods, watch)
-        motion, rows = observe(integrator, late, settings.measured_periods, watch)
+        late, _ = march(integrator, first, periods, check_cancelled)
+        motion, rows = observe(integrator, late, settings.measured_periods, check_cancelled)
     if stop.came:
         return table.dataset().assign_coords(zc=asked.zc).assign_attrs(interrupted=1)
     even = weights([tone.frequency for tone in problem.tones], len(rows))

@@ -36,7 +36,9 @@ UNKNOWN = Resonance(math.nan, math.nan, math.nan, math.nan)
 FACTORS = ("static, 0.817", "static, no factor", "each mode", "each mode, 0.817", "Sader")
 
 
-def thermal_spectrum(case: Case, plan: ThermalSpectrum, tell: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
+def thermal_spectrum(
+    case: Case, plan: ThermalSpectrum, report_progress: Progress, _earlier: xr.Dataset | None
+) -> xr.Dataset:
     """Return the spectrum, its fit and the spring constants; see :func:`dforce.runs.carry_out`.
 
     A part of a record is not kept.
@@ -44,7 +46,7 @@ def thermal_spectrum(case: Case, plan: ThermalSpectrum, tell: Progress, _earlier
     free = _far_from_the_sample(case, case.problem)
     plan.check(free)
     with until_stopped() as stop:
-        data = _spectrum(plan.duration, free, case, tell)
+        data = _spectrum(plan.duration, free, case, report_progress)
     if stop.came:
         return xr.Dataset({"status": int(Status.NOT_COMPUTED)}, attrs={"interrupted": 1})
     return data
@@ -102,7 +104,7 @@ def _sensitivities(case: Case) -> tuple[float, ...]:
     return tuple(given) if len(given) == count else tuple(beam.lever_factor(n) for n in range(1, count + 1))
 
 
-def _record(problem: Problem, sensitivity: Array, length: float, tell: Callable[[int], None]) -> Array:
+def _record(problem: Problem, sensitivity: Array, length: float, report_progress: Callable[[int], None]) -> Array:
     """Return what the detector reads (m): each mode exactly as it moves at the samples, and its own noise.
 
     `tell` is called with the parts that are done, so many for each mode.
@@ -114,7 +116,7 @@ def _record(problem: Problem, sensitivity: Array, length: float, tell: Callable[
     reading = np.zeros(count)
     for n, mode in enumerate(problem.modes):
         for part, motion in enumerate(_thermal_motion(mode, count, 1.0 / rate, noise.kT, random)):
-            tell(n * parts + part)
+            report_progress(n * parts + part)
             reading[part * CHUNK : (part + 1) * CHUNK] += sensitivity[n] * motion
     if noise.detector:
         reading += noise.detector * math.sqrt(0.5 * rate) * random.standard_normal(count)

@@ -66,6 +66,6 @@ def problem_at(case: Case, point: xr.Dataset) -> Problem:
         When the case has no experiment.
     """
     if case.experiment is None:
-        raise ParameterError("the result does not say which experiment it is from")
+        raise ParameterError("the result does not contain its experiment")
     path = varied_by(case)
     return path.problem_at(float(point[path.name])) if path.name in point.coords else case.problem

@@ -203,7 +203,7 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
             raise ParameterError(f"this result has no '{name}' to draw{nearest(name, drawable(dataset))}")
     row = row_of(dataset, y)
     if row_of(dataset, x) != row:
-        raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values go along {row}")
+        raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values lie along {row}")
     columns = [str(dim) for dim in dataset[y].dims if dim in COLUMN_DIMS]
     directions = list(dataset["direction"].values) if "direction" in dataset.dims else []
     several = "direction" in {*dataset[x].dims, *dataset[y].dims}

@@ -44,15 +44,14 @@ BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names 
 def write(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
     """Write a result to netCDF (``.nc``) or a table (``.csv``), whole or not at all, and return the path.
 
-    netCDF keeps everything; :func:`read` gives it back. The table has SI columns with names such as
-    ``amplitude_tone1 (m)``, a row for each distance (and direction) or instant, and the case and versions in
-    comment lines:
-    ``pandas.read_csv(path, comment="#")`` reads it.
+    netCDF keeps everything for :func:`read`. The table has SI columns with names such as ``amplitude_tone1 (m)``, a row for
+    each distance (and direction) or instant, and the case and versions in comment lines: ``pandas.read_csv(path, comment="#")``
+    reads it.
 
     Raises
     ------
     ResultError
-        For another ending, a missing folder, a full disk, or a place that may not be written.
+        For another ending, a missing folder, a full disk, or a folder without write permission.
     FileExistsError
         When `overwrite` is off and the file exists.
     """
@@ -122,18 +121,18 @@ def _python_attributes(attributes: Mapping[object, object]) -> dict[str, Any]:
 
 @checked
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return the result in a netCDF file, or in a store (``.zarr``), that dForce wrote.
+    """Return the result in a netCDF file or in a store (``.zarr``) of dForce.
 
-    The numbers of a store are read when they are asked for, so it may be larger than the memory.
+    The numbers of a store are read on use, so it may be larger than the memory.
 
     Raises
     ------
     ResultError
-        When there is no such file, or it is not netCDF, damaged, cut short, or not written by dForce.
+        When the file does not exist, is not netCDF, is damaged or incomplete, or is not from dForce.
     """
     if is_store(path):
         return open_store(path)
-    content = read_input(path, "result; a larger one is kept as a store (.zarr)", MOST_BYTES, ResultError)
+    content = read_input(path, "result; keep a larger result as a store (.zarr)", MOST_BYTES, ResultError)
     return decoded(content, in_quotes(path), Path(path).suffix)
 
 
@@ -148,7 +147,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if not content:
         raise ResultError(f"{name} is empty")
     if content.startswith(b"CDF"):
-        raise ResultError(f"{name} was not written by dForce: it is of the older netCDF-3 kind")
+        raise ResultError(f"{name} is not from dForce: it is netCDF-3")
     if not content.startswith(hdf5.START):
         hint = "; pandas.read_csv(path, comment='#') reads a table" if suffix.lower() == ".csv" else ""
         raise ResultError(f"{name} is not a netCDF file{hint}")
@@ -157,7 +156,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if dataset is None:
         raise ResultError(f"{name} is damaged or was cut short")
     if "dforce_version" not in dataset.attrs:
-        raise ResultError(f"{name} was not written by dForce")
+        raise ResultError(f"{name} is not a file of dForce")
     dataset.attrs = _python_attributes(dataset.attrs)
     for key in list(dataset.variables):
         variable = dataset[key]

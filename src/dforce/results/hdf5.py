@@ -25,7 +25,7 @@ def look(content: bytes, what: Literal["result", "curves"], name: str = "this fi
     ResultError
         When the file is not to be read, or damaged, or where no process can be started.
     """
-    unseen = f"{name} is not opened: no process could be started that looks through it"
+    unseen = f"{name} is not opened: the process that checks it could not start"
     if not child.can_start():
         raise ResultError(unseen)
     try:
@@ -40,7 +40,7 @@ def look(content: bytes, what: Literal["result", "curves"], name: str = "this fi
         )
         wrong, curves = pickle.loads(done.stdout)  # written by our own process
     except subprocess.TimeoutExpired:
-        raise ResultError(f"{name} takes too long to read, so it is not opened") from None
+        raise ResultError(f"{name} takes too long to read") from None
     except (subprocess.SubprocessError, pickle.UnpicklingError, EOFError) as error:
         raise ResultError(f"{name} is damaged or was cut short") from error
     except OSError as error:

@@ -29,7 +29,7 @@ MOST_MEMBERS = {"result": 500, "curves": 500_000}  # groups and data sets
 PLAIN = "fiubSO"  # kinds of numbers and texts
 COLUMNS = "fiuSO"  # those of columns
 COMPRESSIONS = (None, "gzip", "lzf")
-ELSEWHERE = "it points to other files or places, which is not followed"
+ELSEWHERE = "it points to other files or places"
 
 
 class Wrong(Exception):
@@ -63,7 +63,7 @@ def _groups(file: h5py.File, what: str) -> list[tuple[h5py.Group, list[h5py.Data
     for group, members in found:  # grows while it is gone through
         count += len(group)
         if count > MOST_MEMBERS[what]:  # a group that holds itself comes here, too
-            raise Wrong(f"it holds more than {MOST_MEMBERS[what]} groups and data sets")
+            raise Wrong(f"it contains more than {MOST_MEMBERS[what]} groups and data sets")
         for name in group:
             link = group.get(name, getlink=True)
             if isinstance(link, h5py.SoftLink) and what == "curves":
@@ -73,10 +73,10 @@ def _groups(file: h5py.File, what: str) -> list[tuple[h5py.Group, list[h5py.Data
             member = group[name]
             if isinstance(member, h5py.Dataset):
                 if member.is_virtual or member.external:
-                    raise Wrong("it takes data from other files, which are not read")
+                    raise Wrong("it takes data from other files")
                 members.append(member)
             elif what == "result":
-                raise Wrong("it holds groups, which no result does")
+                raise Wrong("it contains groups, unlike a result")
             elif isinstance(member, h5py.Group):
                 found.append((member, []))
     return found
@@ -88,9 +88,9 @@ def _read_all(groups: list[tuple[h5py.Group, list[h5py.Dataset]]]) -> None:
     for group, members in groups:
         for member in members:
             if member.dtype.kind not in PLAIN or (member.dtype.kind == "O" and not _is_text(member.dtype)):
-                raise Wrong("it holds data that are neither numbers nor text")
+                raise Wrong("it contains data that are neither numbers nor text")
             if member.compression not in COMPRESSIONS:
-                raise Wrong("it is packed in a way that no result is")
+                raise Wrong("its compression is unlike a result")
             total += member.nbytes
             if total > MOST_UNPACKED:
                 raise Wrong(f"it unpacks to more than {MOST_UNPACKED // 1_000_000} MB")

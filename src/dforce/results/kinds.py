@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from dforce.core.errors import ParameterError
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-NO_RESULT = "this dataset is the result of no experiment, nor a force curve; it has no overview and no summary"
+NO_RESULT = "this dataset is neither a result of an experiment nor a force curve; it has no overview and no summary"
+
+Own = dict[tuple[str, ...], str]  # functions by the quantities that they draw
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,10 @@ class Kind:
         findings, and `picture`, which takes a figure as well, returns the axes. Without a picture: "".
     panel
         Where the window shows it: among the "curves", over "parameters", as "measured" data; "" where it does not.
+    own
+        Functions that draw some quantities with what a reader looks for, by the quantities: of the result and a figure.
+    figure
+        Function that gives the figure of the window, where it shows no lines.
     """
 
     name: str
@@ -40,6 +46,8 @@ class Kind:
     summary: str
     picture: str
     panel: str = "curves"
+    own: Own = field(default_factory=dict)
+    figure: str = ""
 
     @property
     def words(self) -> str:
@@ -48,7 +56,7 @@ class Kind:
 
     def summed_up(self, dataset: xr.Dataset) -> Any:
         """Return the findings of a result of this kind."""
-        return _loaded(self.summary)(dataset)
+        return loaded(self.summary)(dataset)
 
     def drawn(self, dataset: xr.Dataset, **options: Any) -> list[Any]:
         """Return the axes of the picture of a result of this kind.
@@ -59,12 +67,20 @@ class Kind:
             Where there is none.
         """
         if not self.picture:
-            raise ParameterError(f"there is no picture of this result ({self.words}); df.summary gives its numbers")
-        axes = _loaded(self.picture)(dataset, **options)
-        return list(axes) if isinstance(axes, list | tuple) else [axes]
+            raise ParameterError(f"this result ({self.words}) has no picture; df.summary lists its numbers")
+        return _listed(loaded(self.picture)(dataset, **options))
+
+    def drawn_alone(self, dataset: xr.Dataset, quantities: tuple[str, ...], **options: Any) -> list[Any] | None:
+        """Return the axes of a picture of some quantities that this kind draws in its own way; None where it has none."""
+        return _listed(loaded(self.own[quantities])(dataset, **options)) if quantities in self.own else None
 
 
-def _loaded(path: str) -> Callable[..., Any]:
+def _listed(axes: Any) -> list[Any]:
+    return list(axes) if isinstance(axes, list | tuple) else [axes]
+
+
+def loaded(path: str) -> Callable[..., Any]:
+    """Return the function at ``"module:name"`` below `dforce`."""
     module, name = path.split(":")
     function: Callable[..., Any] = getattr(importlib.import_module(f"dforce.{module}"), name)
     return function
@@ -83,25 +99,34 @@ def _is_frequency_sweep(dataset: xr.Dataset) -> bool:
     return "frequency" in dataset.dims and "amplitude" in dataset and "frequency" in dataset["amplitude"].dims
 
 
+AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
+FORCE: Own = {("force",): "plot.forces:force_distance"}
+RECORD: Own = FORCE | {("spectrum",): "plot.motion:spectrum", ("velocity",): "plot.motion:phase_portrait"}
+
 # a fit holds the measured curve, and one case of a sweep is what the sweep is made of: what holds others comes first
 KINDS = (
     Kind("plan", _marked("plan_over"), "findings.others:plan", "plot.plans:plan", "parameters"),
     Kind("regimes", _marked("map_over"), "findings.others:regimes", "plot.maps:regimes", "parameters"),
-    Kind("reconstruction", _marked("force_status"), "findings.others:reconstruction", "plot.reconstruction:reconstruction"),
+    Kind("reconstruction", _marked("force_status"), "findings.others:reconstruction", "plot.reconstruction:reconstruction",
+         figure="gui.reconstructed:figure_of"),
     Kind("fit", _marked("correlation"), "findings.others:fit", "plot.fits:fit", "measured"),
     Kind("identification", _marked("verdict"), "findings.others:identification", "", ""),
-    Kind("thermal_spectrum", _marked("fitted_density"), "findings.others:thermal_spectrum", "plot.thermal:thermal_spectrum"),
+    Kind("thermal_spectrum", _marked("fitted_density"), "findings.others:thermal_spectrum", "plot.thermal:thermal_spectrum",
+         own={DENSITIES: "plot.thermal:thermal_spectrum"}),
     Kind("measured", _marked("height"), "findings.others:measured", "plot.measured:measured", "measured"),
     Kind("sweep", lambda dataset: bool(swept(dataset)), "findings.motions:sweep", "plot.sweeps:sweep_overview"),
-    Kind("branches", lambda dataset: "point" in dataset.dims, "findings.motions:branches", "plot.branches:branches_overview"),
-    Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins"),
-    Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces"),
-    Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance"),
+    Kind("branches", lambda dataset: "point" in dataset.dims, "findings.motions:branches", "plot.branches:branches_overview",
+         own={AMPLITUDE_AND_PHASE: "plot.branches:branches"}),
+    Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins", figure="gui.figures:basins"),
+    Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces", own=FORCE),
+    Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance",
+         own={AMPLITUDE_AND_PHASE: "plot.branches:resonance"}),
     Kind(
         "dwell", lambda dataset: "zc" in dataset.coords and dataset["zc"].ndim == 0, "findings.motions:dwell",
-        "plot.overview:dwell",
+        "plot.overview:dwell", own=RECORD,
     ),
-    Kind("approach", lambda dataset: "zc" in dataset.coords, "findings.motions:approach", "plot.overview:approach"),
+    Kind("approach", lambda dataset: "zc" in dataset.coords, "findings.motions:approach", "plot.overview:approach",
+         own={AMPLITUDE_AND_PHASE: "plot.distances:amplitude_phase"}),
 )  # fmt: skip
 
 
@@ -135,6 +160,6 @@ def is_kind(dataset: xr.Dataset, *names: str) -> bool:
     """
     unknown = set(names) - {kind.name for kind in KINDS}
     if unknown:
-        raise ValueError(f"there is no kind of result named {', '.join(sorted(unknown))}")
+        raise ValueError(f"unknown kind of result: {', '.join(sorted(unknown))}")
     kind = kind_of(dataset)
     return kind is not None and kind.name in names

@@ -69,7 +69,7 @@ class Seal:
         return body + checksum(self.identity, record_key(block), body)
 
     def chunks(self, block: str, record: bytes) -> dict[str, bytes] | None:
-        """Return the checksums of the chunks of a block by array; None: the record is not as it was written."""
+        """Return the checksums of the chunks of a block by array; None: the record has changed."""
         body, own = record[:-SIZE], record[-SIZE:]
         if len(body) != SIZE * len(self.arrays) or own != checksum(self.identity, record_key(block), body):
             return None

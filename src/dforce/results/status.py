@@ -1,4 +1,4 @@
-"""What became of each point of a result."""
+"""The outcome of each point of a result."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Status(enum.IntEnum):
-    """What became of a point of a result; `sentence` says it in words."""
+    """The outcome of a point of a result; `sentence` explains it."""
 
     sentence: str
 
@@ -27,17 +27,17 @@ class Status(enum.IntEnum):
         return member
 
     OK = 0, "the motion settled"
-    NOT_SETTLED = 1, "the motion had not settled after the largest number of periods allowed"
-    NOT_REPEATING = 2, "the motion settled into one that does not repeat from period to period"
+    NOT_SETTLED = 1, "the motion did not settle within the largest number of periods"
+    NOT_REPEATING = 2, "the motion settled, but does not repeat from period to period"
     NOT_COMPUTED = 3, "the run was stopped before this point"
-    FAILED = 4, "the motion grew beyond all bounds, so that there is no result here"
-    UNRESOLVED = 5, "the force is too steep for the samples, so that there is no result here"
-    INACCURATE = 6, "the motion settled, but its numbers are less accurate than asked for"
-    BROKEN = 7, "computing these cases ended with an error, which `notes` tells"
+    FAILED = 4, "the motion grew beyond all bounds; this point has no result"
+    UNRESOLVED = 5, "the force is too steep for the samples; this point has no result"
+    INACCURATE = 6, "the motion settled, but its numbers are less accurate than solver.accuracy"
+    BROKEN = 7, "these cases ended with an error; see `notes`"
 
     @property
     def meaning(self) -> str:
-        """Return the word for it in a Dataset's `flag_meanings`."""
+        """Return its word in `flag_meanings` of a Dataset."""
         return self.name.lower()
 
 
@@ -84,5 +84,5 @@ def check_computed(result: xr.Dataset) -> None:
     """
     if "status" in result and bool((result["status"].values == Status.NOT_COMPUTED).all()):
         raise ParameterError(
-            "the run was stopped before its first point, so its result holds no number yet: go on with it"
+            "the run was stopped before its first point, so its result has no numbers yet: continue it"
         )

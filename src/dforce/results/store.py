@@ -38,7 +38,7 @@ def check_store(path: str | os.PathLike[str], resume: bool) -> None:
     zarr_package()
     files = StoreFiles(path)
     if not is_store(path):
-        raise ResultError(f"{files.name} does not end in '{SUFFIX}', as a store does")
+        raise ResultError(f"{files.name} is not the name of a store: it must end in '{SUFFIX}'")
     try:
         if files.folder is not None and not files.folder.parent.is_dir():
             parent = shorten(str(files.folder.parent))
@@ -49,9 +49,9 @@ def check_store(path: str | os.PathLike[str], resume: bool) -> None:
     except (OSError, ValueError) as error:
         raise ResultError(f"{files.name} cannot be written: {reason(error)}") from None
     if there and not resume:
-        raise ResultError(f"{files.name} is there already; go on with it (resume), or choose another name")
+        raise ResultError(f"{files.name} exists already; continue it (resume), or choose another name")
     if resume and not there:
-        raise ResultError(f"there is no store {files.name} to go on with")
+        raise ResultError(f"there is no store {files.name} to continue")
 
 
 def open_store(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -116,10 +116,10 @@ def read_root(files: StoreFiles) -> tuple[dict[str, Any], Seal]:
         attributes = {}
     if BEING_MADE in attributes or "dforce_version" in attributes:
         raise ResultError(
-            f"{files.name} has no checksums, because an earlier dForce wrote it; "
+            f"{files.name} has no checksums: it is from an earlier dForce; "
             "compute it again, or read it unchecked with xarray.open_zarr"
         )
-    raise ResultError(f"{files.name} was not written by dForce, or was not finished being made")
+    raise ResultError(f"{files.name} is not a store of dForce, or is incomplete")
 
 
 def whole_files(files: StoreFiles, seal: Seal) -> dict[str, bytes]:

@@ -97,7 +97,7 @@ class Writer:
             return True
         if COPY in there:
             raise ResultError(
-                f"{self.files.name} has lost its attributes ('{ROOT}') and their copy ('{COPY}'); "
+                f"{self.files.name} lacks its attributes ('{ROOT}') and their copy ('{COPY}'); "
                 "remove it, then compute it again without --resume"
             )
         if there:
@@ -116,7 +116,9 @@ class Writer:
             files = encoded(plan)
             there = {key for key in self.files.all_keys() if TEMPORARY.fullmatch(Path(key).name) is None}
             for key in sorted(there - {*files}):
-                raise ResultError(f"{self.files.name} holds '{shorten(key)}', not of this sweep; choose another name")
+                raise ResultError(
+                    f"{self.files.name} contains '{shorten(key)}' from another sweep; choose another name"
+                )
             self.seal = Seal(plan.identity, dict(plan.blocks.block), tuple(plan.variables), plan.quantities, {})
             self._write_once(files)
             named = [*map(str, plan.coords.coords), *(key for key, one in plan.variables.items() if one.is_coordinate)]
@@ -228,7 +230,7 @@ class Writer:
             return values
         for dim, length, n in zip(names, values.shape, room, strict=True):
             if length > n:
-                self.note(f"some curves have more than {n} values along {dim}; the first {n} of each are kept")
+                self.note(f"some curves have more than {n} values along {dim}; only the first {n} of each are kept")
         out = np.full(room, array.fill_value, values.dtype)
         part = tuple(slice(min(pair)) for pair in zip(values.shape, room, strict=True))
         out[part] = values[part]
@@ -260,5 +262,5 @@ class Writer:
             raise
         except Exception as error:  # of zarr, or what writes the URL
             raise ResultError(
-                f"the store {self.files.name} could not be written: {said(error)}; the blocks that are done are kept"
+                f"the store {self.files.name} could not be written: {said(error)}; finished blocks are kept"
             ) from error

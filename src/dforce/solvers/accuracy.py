@@ -54,12 +54,12 @@ class _Orbits:
         """Return the observables of some of them from what was measured."""
         block, (numbers, tones) = self.block, (table[which] for table in self.tables)
         even = weights(block.frequencies, block.common)
-        return finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
+        return finish_each(block.batch.example, block.harmonics, rows, even, numbers, tones)
 
     def apart(self, a: dict[str, Array], b: dict[str, Array], which: Indices) -> Array:
         """Return how far two measurements are apart, (orbits, names); infinite where one is no number."""
         numbers, tones = (table[which] for table in self.tables)
-        return np.nan_to_num(deviations(self.block.lot.example, numbers, tones, a, b), nan=np.inf)
+        return np.nan_to_num(deviations(self.block.batch.example, numbers, tones, a, b), nan=np.inf)
 
     def judge(self, some: Indices, times: int) -> None:
         """Estimate the errors of some, found with so many times the block's samples, from a measurement with twice as many."""
@@ -72,7 +72,7 @@ class _Orbits:
         own, other = ({name: half[k] for name, half in halves.items()} for k in range(2))
         changed = self.apart(own, other, some).max(axis=1) / (1.0 - TWICE**-ORDER)
         zc = self.at if self.block.parameter == DISTANCE else self.tables[0][:, ZC]
-        passed = passed_by(self.block.lot.example, self.tables[0][some], zc[some], own)
+        passed = passed_by(self.block.batch.example, self.tables[0][some], zc[some], own)
         self.error[some] = np.maximum(changed, passed)
 
     def find_again(self, some: Indices, times: int) -> Indices:
@@ -116,29 +116,29 @@ def assure_in_grace(block: Block, values: Array, points: Points) -> int:
 
     Nothing is compiled for it.
     """
-    end, usual, count = time.monotonic() + GRACE, block.watch, len(values.T)
+    end, usual, count = time.monotonic() + GRACE, block.check_cancelled, len(values.T)
 
-    def watch() -> None:
+    def check_cancelled() -> None:
         if time.monotonic() > end:
             raise Stopped
 
-    block.watch = watch
+    block.check_cancelled = check_cancelled
     try:
         for first in range(0, count, PORTION):
             some = slice(first, first + PORTION)
             unknown = points[some].is_orbit & np.isnan(points[some].error)
             if unknown.any() and not _at_once(block):
                 return first
-            watch()
+            check_cancelled()
             assure(block, values[:, some], points[some])
     except Stopped:
         return first
     finally:
-        block.watch = usual
+        block.check_cancelled = usual
     return count
 
 
 def _at_once(block: Block) -> bool:
     """Say whether errors can be estimated before anything is compiled."""
-    _, solvers = load_kernels(block.lot.example)
+    _, solvers = load_kernels(block.batch.example)
     return may_be_early() or all(solvers.is_ready(name) for name in ("remeasure", "follow"))

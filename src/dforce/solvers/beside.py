@@ -1,4 +1,4 @@
-"""Lets processes of their own compile the solvers, which are the same for all forces: once after an installation.
+"""Compile the solvers ahead, in background processes: once after an installation, for all forces alike.
 
 Where the answer may be early, Python itself runs the solvers meanwhile: all that they wait for is one period of the motion. One
 process compiles that, beside the tip equation; the rest it compiles when nobody waits any more. Elsewhere what follows
@@ -85,7 +85,7 @@ def compile_behind(problem: Problem, tip: TipFunctions) -> bool:
                 _BEHIND[kind] = _start(Order(problem, [WORK], *tip.code("measure_force"), LATER))
             except OSError:
                 return False
-            log.announce("Compiling the solvers in the background; until that is done curves take more time.")
+            log.announce("Compiling the solvers in the background; until then, curves take more time.")
         return _BEHIND[kind].poll() is None
 
 
@@ -121,8 +121,11 @@ def compile_solvers(problem: Problem, names: Sequence[str]) -> None:
 
         def __init__(self, *given: Any, **named: Any) -> None:
             super().__init__(*given, **named)
-            own, solvers = load_kernels(self.lot.example)
-            self._solvers, self._tip = _Compiled(solvers.module, solvers.what), _Unready(own, self.lot.example, CALLED)
+            own, solvers = load_kernels(self.batch.example)
+            self._solvers, self._tip = (
+                _Compiled(solvers.module, solvers.what),
+                _Unready(own, self.batch.example, CALLED),
+            )
 
     block, one = Unrun.of_one(problem, SolverSettings(), harmonics=1), np.zeros(1, np.int64)
     states = States(np.zeros((1, block.size)), np.empty((1, 0)), np.empty((1, 0)))

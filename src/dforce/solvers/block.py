@@ -22,13 +22,13 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.beside import solver
 from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
-from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Drive, Model, Slots
-from dforce.solvers.problem_batch import Levers, Lot
+from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Model, SharedDrive, Slots
+from dforce.solvers.problem_batch import Levers, ProblemBatch
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.retune import retune
 from dforce.solvers.states import States
-from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, Watch, unwatched
+from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, never_cancelled
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
@@ -38,18 +38,18 @@ __all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
 
 
 class Block:
-    """A lot of problems with the same samples per period, phases and ratios of the tones.
+    """A batch of problems with the same samples per period, phases and ratios of the tones.
 
     Parameters
     ----------
-    lot
+    batch
         The problems' numbers.
     problem
         Gives a problem by its number and the value of the parameter, for what is done one by one.
     parameter, zc
         What is varied; the average distances (m), (problems,), where that is the frequency.
     whole
-        Whether the lot is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
+        Whether the batch is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
         of a sweep must not depend on how that is cut into parts.
 
     Attributes
@@ -62,19 +62,19 @@ class Block:
 
     def __init__(
         self,
-        lot: Lot,
+        batch: ProblemBatch,
         problem: Callable[[int, float], tuple[Problem, float]],
         settings: SolverSettings,
         harmonics: int,
         points: int,
-        watch: Watch,
+        check_cancelled: CancelCheck,
         parameter: int = DISTANCE,
         zc: Array | None = None,
         whole: bool = False,
     ) -> None:
-        example = lot.example
-        self.lot, self.problem, self.settings, self.harmonics = lot, problem, settings, harmonics
-        self.points, self.watch, self.parameter = points, watch, parameter
+        example = batch.example
+        self.batch, self.problem, self.settings, self.harmonics = batch, problem, settings, harmonics
+        self.points, self.check_cancelled, self.parameter = points, check_cancelled, parameter
         self.frequencies = [tone.frequency for tone in example.tones]
         self.common = common_period(self.frequencies) or 1
         self.modes, self.late, self.size = len(example.modes), example.late_fluid, kernel.size_of(example)
@@ -82,20 +82,20 @@ class Block:
         self.hysteresis = sum(force.switch is not None for force in example.forces)
         self.columns = measure.FIRST + 2 * len(example.tones) * (len(example.modes) + 1) + 2 * harmonics
         self.columns += 2 * len(example.tones)
-        self.numbers = lot.numbers.copy()
-        self.unit = lot.length
-        self.reference = 1.0 / lot.period
-        self.responses = np.empty((len(lot), len(example.tones), 0))
+        self.numbers = batch.numbers.copy()
+        self.unit = batch.length
+        self.reference = 1.0 / batch.period
+        self.responses = np.empty((len(batch), len(example.tones), 0))
         if parameter == FREQUENCY:
             self.numbers[:, 0] = zc
-            self.responses = np.repeat(kernel.responses(example)[None], len(lot), axis=0)
+            self.responses = np.repeat(kernel.responses(example)[None], len(batch), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
         self._tip, self._parameters = TipFunctions(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
-        self._ahead = max(1, COLUMNS // (len(lot) * (self.size + 2))) if whole and self.is_smooth else 1
+        self._ahead = max(1, COLUMNS // (len(batch) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
         self._finer: dict[int, Block] = {}
-        self._drives: dict[int, Drive] = {}
+        self._drives: dict[int, SharedDrive] = {}
 
     @classmethod
     def of_one(
@@ -103,19 +103,19 @@ class Block:
         problem: Problem,
         settings: SolverSettings,
         harmonics: int,
-        watch: Watch = unwatched,
+        check_cancelled: CancelCheck = never_cancelled,
         points: int | None = None,
         unit: float | None = None,
     ) -> Block:
         """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
         samples = points or sample_count(problem, settings)
         block = cls(
-            Lot.of([problem]),
+            ProblemBatch.of([problem]),
             lambda _, zc: (problem.at_height(zc), zc),
             settings,
             harmonics,
             samples,
-            watch,
+            check_cancelled,
             whole=True,
         )
         block.unit = block.unit if unit is None else np.array([unit])
@@ -139,21 +139,29 @@ class Block:
         # the lowest frequency needs the most samples per period for the same modes
         samples = points or sample_count(problem.at_frequency(lowest), settings)
         return cls(
-            Lot.of([problem]), at, settings, harmonics, samples, unwatched, FREQUENCY, np.array([zc]), whole=True
+            ProblemBatch.of([problem]),
+            at,
+            settings,
+            harmonics,
+            samples,
+            never_cancelled,
+            FREQUENCY,
+            np.array([zc]),
+            whole=True,
         )
 
     def one(self, case: int) -> Block:
         """Return the block of one of the problems."""
-        if len(self.lot) == 1:
+        if len(self.batch) == 1:
             return self
         zc = self.numbers[case : case + 1, 0] if self.parameter == FREQUENCY else None
         return Block(
-            self.lot.take([case]),
+            self.batch.take([case]),
             lambda _, value: self.problem(case, value),
             self.settings,
             self.harmonics,
             self.points,
-            self.watch,
+            self.check_cancelled,
             self.parameter,
             zc,
         )
@@ -163,10 +171,17 @@ class Block:
         if points not in self._finer:
             zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
             self._finer[points] = Block(
-                self.lot, self.problem, self.settings, self.harmonics, points, self.watch, self.parameter, zc
+                self.batch,
+                self.problem,
+                self.settings,
+                self.harmonics,
+                points,
+                self.check_cancelled,
+                self.parameter,
+                zc,
             )
         block = self._finer[points]
-        block.watch = self.watch
+        block.check_cancelled = self.check_cancelled
         return block
 
     @property
@@ -187,23 +202,23 @@ class Block:
 
     def decay(self, which: Any) -> Indices:
         """Return decay times of the slowest mode, in whole common periods."""
-        return np.asarray(np.ceil(np.maximum(4, self.lot.decay[which]) / self.common), dtype=np.int64)
+        return np.asarray(np.ceil(np.maximum(4, self.batch.decay[which]) / self.common), dtype=np.int64)
 
-    def drive(self, repeats: int) -> Drive:
+    def drive(self, repeats: int) -> SharedDrive:
         """Return the drive over so many common periods."""
         if repeats not in self._drives:
             self._drives[repeats] = self._new_drive(repeats)
         return self._drives[repeats]
 
-    def _new_drive(self, repeats: int) -> Drive:
-        tones, periods = self.lot.tones[0], self.common * repeats
+    def _new_drive(self, repeats: int) -> SharedDrive:
+        tones, periods = self.batch.tones[0], self.common * repeats
         turns = np.arange(periods)[:, None] * tones[:, 0]
         phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
         angles = math.pi / self.points * np.arange(2 * self.points + 1) * tones[:, :1]
         angles = phases[:, :, None] + angles
         waves = np.stack([np.cos(angles), -np.sin(angles)], axis=2).reshape(periods, 2 * len(tones), -1)
         turns = turns_of(tones[:, 0], self.points, self.harmonics)
-        return Drive(phases, waves, turns, self.points, periods)
+        return SharedDrive(phases, waves, turns, self.points, periods)
 
     def tables(self, values: Array) -> tuple[Array, Array]:
         """Return the kernel's parameters and tone tables at each value of each problem, (problems values, ...)."""
@@ -219,17 +234,17 @@ class Block:
                 first = FIRST_MODE + PER_MODE * n
                 numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
             numbers[:, FIRST_MODE + PER_MODE * self.modes : parameter_count(self.modes, self.late)] /= ratio
-        elif self.lot.levers is not None:
-            modes, tones = self.lot.levers.at(which, values)
+        elif self.batch.levers is not None:
+            modes, tones = self.batch.levers.at(which, values)
             numbers[:, FIRST_MODE : FIRST_MODE + modes.shape[1]] = modes
             return numbers, tones
         return numbers, self._tones_at(which, values)
 
     def _tones_at(self, which: Indices, values: Array) -> Array:
         """Return the tone tables of problems at values of the parameter, one for each."""
-        tones = self.lot.tones[which]
-        if self.lot.levers is not None:
-            return self.lot.levers.at(which, values)[1]
+        tones = self.batch.tones[which]
+        if self.batch.levers is not None:
+            return self.batch.levers.at(which, values)[1]
         if self.parameter == FREQUENCY:
             for rows, responses, g in zip(tones, self.responses[which], values / self.reference[which], strict=True):
                 for row, response in zip(rows, responses, strict=True):
@@ -239,24 +254,24 @@ class Block:
     @functools.cached_property
     def _levers(self) -> Levers:
         """The levers that change with their height; where they stay, one that is known nowhere."""
-        count, tones = len(self.lot), self.lot.tones.shape[1:]
+        count, tones = len(self.batch), self.batch.tones.shape[1:]
         nowhere = Levers(np.zeros(count, np.int64), np.empty((1, 0)), np.empty((1, 0, 0)), np.empty((1, 0, *tones)))
-        return self.lot.levers or nowhere
+        return self.batch.levers or nowhere
 
     def base_of(self, which: Any, values: Array) -> Array:
         """Return what of each number of scaled motions is that of the base, for problems at values of the parameter."""
         which, values = np.broadcast_arrays(which, values)
-        if self.lot.example.shaken is None:
+        if self.batch.example.shaken is None:
             return np.zeros((*values.shape, self.size))
         tones = self._tones_at(which.ravel(), values.ravel())
-        return kernel.base_in_motion(self.lot.example, tones).reshape(*values.shape, self.size)
+        return kernel.base_in_motion(self.batch.example, tones).reshape(*values.shape, self.size)
 
     def scales_of(self, which: Any, values: Array) -> Array:
         """Return the unit (m, m/s) of each number of a motion, for problems at values of the parameter."""
-        length, omega = self.lot.length[which], 2.0 * math.pi * self.reference[which]
+        length, omega = self.batch.length[which], 2.0 * math.pi * self.reference[which]
         if self.parameter == FREQUENCY:
             omega = 2.0 * math.pi * values
-        return kernel.units_of(self.lot.example, *np.broadcast_arrays(length, length * omega))
+        return kernel.units_of(self.batch.example, *np.broadcast_arrays(length, length * omega))
 
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""
@@ -264,8 +279,8 @@ class Block:
         tip, levers = self._tip.at(self._parameters, names), self._levers
         return Model(
             self._tip.numbers(self.numbers[which]),
-            np.ascontiguousarray(self.lot.kinks[which].T),
-            np.ascontiguousarray(self.lot.tones[which]),
+            np.ascontiguousarray(self.batch.kinks[which].T),
+            np.ascontiguousarray(self.batch.tones[which]),
             np.ascontiguousarray(self.responses[which]),
             self.parameter,
             np.ascontiguousarray(self.unit[which]),
@@ -280,7 +295,7 @@ class Block:
         )
 
     def _solver(self, name: str, orbits: int = 1) -> Callable[..., Any]:
-        return solver(self._solvers, name, orbits, self.lot.example, self._tip)
+        return solver(self._solvers, name, orbits, self.batch.example, self._tip)
 
     def follow(
         self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
@@ -327,7 +342,7 @@ class Block:
                 self.model(which[part]),
                 self.drive(repeats),
             )
-            self.watch()
+            self.check_cancelled()
         return found
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
@@ -345,7 +360,7 @@ class Block:
             model, drive, room = self.model(which[part]), self.drive(1), self._room(len(slots.case), 1)
             for done in range(0, periods, LONGEST):
                 advance(slots, min(LONGEST, periods - done), model, drive, room)
-                self.watch()
+                self.check_cancelled()
             out.x[part], out.memory[part], out.branch[part] = slots.x, slots.memory, slots.branch
         return out
 
@@ -401,7 +416,7 @@ class Block:
             )
             model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
             while relax(slots, LOOKS, leaps, model, drive, room) and (looks := looks + LOOKS) < MOST_LOOKS:
-                self.watch()
+                self.check_cancelled()
             out.x[part], settled[part] = leaps.x, leaps.outcome == SETTLED
             periods[part] = leaps.periods * self.common
         return out, settled, periods
@@ -419,7 +434,7 @@ class Block:
             room = self._room(len(slots.case), 1)
             remeasure(slots, np.ascontiguousarray(monodromy[part]), self.model(which[part]), self.drive(1), room)
             rows[part] = slots.rows
-            self.watch()
+            self.check_cancelled()
         return rows
 
     def most_periods(self, which: Any) -> Indices:

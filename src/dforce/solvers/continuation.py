@@ -17,7 +17,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.solvers.orbit import END, FOLD, GRAZING, PERIOD_DOUBLING, TORUS, Orbit, ParameterRange
-from dforce.solvers.transient import Watch
+from dforce.solvers.transient import CancelCheck
 
 FIRST = 0.1  # of the largest step: the first one
 EASY = 0.1  # of a step: where the orbit is so near to its prediction the next step grows
@@ -72,16 +72,18 @@ class Curve:
         """At which of its points, counted from 1, it was found; negative where it was traced against the tangent first."""
         return self.way * len(self.back)
 
-    def grow(self, among: ParameterRange, largest: float, most: int, watch: Watch) -> None:
+    def grow(self, among: ParameterRange, largest: float, most: int, check_cancelled: CancelCheck) -> None:
         """Trace it both ways in steps of at most `largest` (scaled), up to so many points in all, on from what there is."""
         if _is_closed(self.back):
             return
-        closed = trace(among, self.forth, self.way, largest, most, watch)
-        if not closed and trace(among, self.back, -self.way, largest, most - len(self.forth) + 1, watch):
+        closed = trace(among, self.forth, self.way, largest, most, check_cancelled)
+        if not closed and trace(among, self.back, -self.way, largest, most - len(self.forth) + 1, check_cancelled):
             del self.forth[1:]  # the other way led all around: what was traced before lies on it
 
 
-def trace(among: ParameterRange, points: list[Orbit], way: int, largest: float, most: int, watch: Watch) -> bool:
+def trace(
+    among: ParameterRange, points: list[Orbit], way: int, largest: float, most: int, check_cancelled: CancelCheck
+) -> bool:
     """Extend a curve beyond its last point until it leaves the parameter's range; return whether it closed.
 
     `way` is 1 along the tangent and -1 against it. A curve of doubled motions ends where they repeat after half the periods,
@@ -93,7 +95,7 @@ def trace(among: ParameterRange, points: list[Orbit], way: int, largest: float, 
         return _is_closed(points)
     step = _next_step(points, largest)
     while len(points) < most:
-        watch()
+        check_cancelled()
         ahead = way * float(last.tangent[-1])
         bound = among.high if ahead > 0.0 else among.low
         reach = (bound - last.u[-1]) / ahead if ahead else math.inf

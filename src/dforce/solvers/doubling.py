@@ -16,7 +16,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.solvers.continuation import Curve, alternation
 from dforce.solvers.orbit import MOST_REPEATS, PERIOD_DOUBLING, Orbit, ParameterRange
-from dforce.solvers.transient import Watch
+from dforce.solvers.transient import CancelCheck
 
 # of the largest step along a curve: how far from the point a doubled motion is sought
 OFFSETS = (0.1, 0.03, 0.01, 0.003)
@@ -24,7 +24,9 @@ DISTANCES = (0.003, 0.01, 0.03, 0.1, 0.2, 0.3)  # of the free amplitude, between
 APART = 1e-4  # of the free amplitude: motions nearer to each other are one
 
 
-def doublings(among: ParameterRange, curves: list[Curve], largest: float, watch: Watch) -> Iterator[Curve]:
+def doublings(
+    among: ParameterRange, curves: list[Curve], largest: float, check_cancelled: CancelCheck
+) -> Iterator[Curve]:
     """Give the beginning of a curve of doubled motions beside each period doubling from which none of the curves leads away.
 
     `curves` is to grow by each of them, of steps of at most `largest` (scaled), before the next one is asked for.
@@ -35,7 +37,7 @@ def doublings(among: ParameterRange, curves: list[Curve], largest: float, watch:
         number += 1
         for orbit in curve.points:
             if orbit.special == PERIOD_DOUBLING and 2 * orbit.repeats <= MOST_REPEATS:
-                watch()
+                check_cancelled()
                 found = None if _is_left(among, curves, orbit, largest) else beside(among, orbit, largest)
                 if found is not None:
                     yield found

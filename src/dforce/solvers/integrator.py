@@ -205,7 +205,7 @@ def with_amplitudes(integrator: Integrator, amplitudes: AnyArray, period: int = 
     start = np.exp(1j * (integrator.tones[:, 1] + kernel.TWO_PI * (turns - np.floor(turns))))
     moved = 1j * integrator.tones[:, 0] * kernel.base_of(integrator.tones) * start
     speeds[range(len(omega)), integrator.problem.own_modes] += moved
-    late = kernel.fluid_behind(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds)
+    late = kernel.steady_fluid_memory(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds)
     y = np.append(np.stack([x, v], axis=1), late)
     return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
 

@@ -157,7 +157,8 @@ class Langevin(Integrator):
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         if not problem.noise.thermal:
             raise ParameterError(
-                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; take rk4 for motion without"
+                "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; choose rk4 for motion "
+                "without noise"
             )
         self._looked, self._decay, self._poles = math.inf, 0.0, 0
         super().__init__(problem, settings, harmonics, points)
@@ -285,5 +286,5 @@ class Langevin(Integrator):
             wanted = 16 * math.ceil(self.points * turn / (0.3 * 16.0))
             raise ParameterError(
                 f"solver.points_per_period = {self.points} is too few for the stiffness of the contact (the step turns it by "
-                f"{turn:.2g} rad, at most {LONGEST:g}); give {wanted}"
+                f"{turn:.2g} rad, at most {LONGEST:g}); use {wanted}"
             )

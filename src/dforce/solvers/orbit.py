@@ -148,13 +148,13 @@ class ParameterRange:
         periods = {common_period([tone.frequency for tone in problem.tones]) for problem in among}
         if len(periods) > 1:
             raise ParameterError(
-                "the ratio of the tones' frequencies changes with the parameter, so that there are no periodic orbits to "
-                "follow; give the frequency of every tone, or drive with one tone"
+                "the ratio of the tones' frequencies changes with the parameter, so no periodic orbits exist to "
+                "follow; write the frequency of every tone, or drive with one tone"
             )
         if None in periods:
             raise ParameterError(
-                "the tones' frequencies have no common period of up to 200 periods of the first tone, so that "
-                "there are no periodic orbits to follow; choose a simple ratio, such as 6.2"
+                "the tones' frequencies have no common period of up to 200 periods of the first tone, so "
+                "no periodic orbits exist to follow; choose a simple ratio, such as 6.2"
             )
         self.settings, self.harmonics = settings, harmonics
         self.points = points or max(sample_count(problem, settings) for problem in among)
@@ -258,7 +258,7 @@ class ParameterRange:
         monodromy = (ends[: self.size] - here).T / FD_STEP
         monodromy[:, : self._motion] = 0.5 * (ends[: self._motion] - ends[self.size :]).T / FD_STEP
         by_parameter = self._by_parameter(x, value, kept.branch, repeats, here[0])
-        gaps = slots.rows[0, :, measure.D_MIN].min() - block.lot.kinks[0]
+        gaps = slots.rows[0, :, measure.D_MIN].min() - block.batch.kinks[0]
         residual = float(np.abs(here - x).max())
         return Orbit(
             np.append(x, value / self.span),

@@ -73,7 +73,7 @@ class Model(NamedTuple):
     tip: Any
 
 
-class Drive(NamedTuple):
+class SharedDrive(NamedTuple):
     """The drive that all problems of a block share.
 
     Attributes

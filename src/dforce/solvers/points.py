@@ -18,7 +18,7 @@ OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle", "error_est
 
 
 @dataclass(frozen=True)
-class Jump:
+class StateJump:
     """A sudden change of state: at which value of the parameter (SI), the amplitudes (m), and whether it was rising."""
 
     at: float
@@ -57,7 +57,7 @@ class Points:
     @classmethod
     def empty(cls, block: Block, values: int) -> Points:
         """Return room for so many values of each problem."""
-        shape = (len(block.lot), values)
+        shape = (len(block.batch), values)
         inner = ((block.common, block.columns), (block.size, block.size), (), (), (), ())
         rows, monodromy, residual, steps, settling, error = (np.full((*shape, *some), np.nan) for some in inner)
         sizes = (block.size, len(block.memory_scale), block.hysteresis)
@@ -141,7 +141,7 @@ class Points:
         numbers, tones = block.tables(values)
         even = weights(block.frequencies, block.common)
         rows = self.rows.reshape(-1, *self.rows.shape[2:])
-        out = finish_each(block.lot.example, block.harmonics, rows, even, numbers, tones)
+        out = finish_each(block.batch.example, block.harmonics, rows, even, numbers, tones)
         modulus, angle = multipliers(self.monodromy.reshape(-1, block.size, block.size))
         out |= {
             "settling_periods": self.settling.flatten(),

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
-from dforce.core.arrays import Array
-from dforce.core.arrays import Indices as Indices  # noqa: PLC0414
+from dforce.core.arrays import Array, Indices
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
@@ -92,7 +91,7 @@ class Levers:
 
 
 @dataclass(frozen=True)
-class Lot:
+class ProblemBatch:
     """Problems with the same modes, tones and force models, one row each.
 
     Attributes
@@ -117,8 +116,8 @@ class Lot:
     levers: Levers | None = None
 
     @classmethod
-    def of(cls, problems: Sequence[Problem]) -> Lot:
-        """Return problems as a lot."""
+    def of(cls, problems: Sequence[Problem]) -> ProblemBatch:
+        """Return problems as a batch."""
         far = [problem.at_height(math.inf) for problem in problems]
         return cls(
             far[0],
@@ -129,12 +128,14 @@ class Lot:
             Levers.of(problems),
         )
 
-    def take(self, which: Any) -> Lot:
+    def take(self, which: Any) -> ProblemBatch:
         """Return some of the problems, by their numbers."""
         levers = None if self.levers is None else self.levers.take(which)
-        return Lot(self.example, self.numbers[which], self.tones[which], self.kinks[which], self.jumps[which], levers)
+        return ProblemBatch(
+            self.example, self.numbers[which], self.tones[which], self.kinks[which], self.jumps[which], levers
+        )
 
-    def at_heights(self, zc: Array) -> Lot:
+    def at_heights(self, zc: Array) -> ProblemBatch:
         """Return the problems with their levers as they are at distances (m), one for each."""
         if self.levers is None:
             return self
@@ -195,7 +196,7 @@ class Lot:
         """Return motions at the first tone's frequency with the fluid as it follows them."""
         count = 2 * len(self.example.modes)
         speeds = motions[:, 1:count:2] + 1j * motions[:, :count:2]
-        behind = kernel.fluid_behind(self.numbers, self.example, np.ones((len(self), 1)), speeds[:, None])
+        behind = kernel.steady_fluid_memory(self.numbers, self.example, np.ones((len(self), 1)), speeds[:, None])
         return np.concatenate([motions[:, :count], behind], axis=1)
 
     def _modes(self) -> Array:

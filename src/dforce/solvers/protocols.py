@@ -12,7 +12,7 @@ from dforce.core.arrays import Array
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion
-from dforce.solvers.points import Jump, Points
+from dforce.solvers.points import Points, StateJump
 from dforce.solvers.quasi_static_walk import JUMP, SUDDEN, Walk, as_kept
 from dforce.solvers.settling import apart
 from dforce.solvers.states import States
@@ -25,7 +25,7 @@ class Protocol(Kind):
     """What has found motions along a parameter."""
 
     points: Points
-    jumps: list[list[Jump]]
+    jumps: list[list[StateJump]]
 
     def run(self) -> None:
         """Find the steady motions at all values that are left."""
@@ -37,12 +37,17 @@ def actual(protocol: str, block: Block) -> str:
 
 
 def make_protocol(
-    protocol: str, block: Block, values: Array, starts: list[Motion], told: Callable[[int], None], carry: bool = True
+    protocol: str,
+    block: Block,
+    values: Array,
+    starts: list[Motion],
+    report_done: Callable[[int], None],
+    carry: bool = True,
 ) -> Walk | Stepwise:
     """Return the protocol made ready for a block, along values (problems, values), from a start for each problem."""
     if actual(protocol, block) == STEPWISE:
-        return Stepwise(block, values, starts, told, carry)
-    return Walk(block, values, States.of(*starts), told)
+        return Stepwise(block, values, starts, report_done, carry)
+    return Walk(block, values, States.of(*starts), report_done)
 
 
 @dataclass(frozen=True)
@@ -61,11 +66,11 @@ class Stepwise:
     """
 
     def __init__(
-        self, block: Block, values: Array, starts: list[Motion], told: Callable[[int], None], carry: bool
+        self, block: Block, values: Array, starts: list[Motion], report_done: Callable[[int], None], carry: bool
     ) -> None:
-        self.block, self.values, self.starts, self.told, self.carry = block, values, starts, told, carry
+        self.block, self.values, self.starts, self.report_done, self.carry = block, values, starts, report_done, carry
         self.points = Points.empty(block, values.shape[1])
-        self.jumps: list[list[Jump]] = [[] for _ in values]
+        self.jumps: list[list[StateJump]] = [[] for _ in values]
         self.motions: list[Motion] = list(starts)
         self.settled: list[Settled | None] = [None] * len(starts)
         self.done = np.zeros(len(values), np.int64)
@@ -79,10 +84,10 @@ class Stepwise:
         for case in range(len(self.values)):
             block = self.block.one(case)
             while self.done[case] < self.values.shape[1]:
-                self.block.watch()
+                self.block.check_cancelled()
                 self._step(block, case, int(self.done[case]))
                 self.done[case] += 1
-                self.told(1)
+                self.report_done(1)
 
     def _step(self, block: Block, case: int, place: int) -> None:
         value, points = float(self.values[case, place]), self.points
@@ -94,7 +99,7 @@ class Stepwise:
             points.put(case, place, walk.points)
             motion = walk.state.motion(0)
         else:
-            found = steady(block.integrator(0, value), motion, block.watch)
+            found = steady(block.integrator(0, value), motion, block.check_cancelled)
             points.put_other(case, place, found)
             motion = found.motion
         kept = as_kept(block, np.array([0]), States.of(motion), np.array([value])).motion(0)
@@ -113,7 +118,7 @@ class Stepwise:
         found = block.follow(np.array([0]), old, np.array([before.value]), np.array([[now.value]]))
         if found.done[0] == 0 or apart(found.last_x, new.x)[0] > JUMP:
             rising = now.value > before.value
-            self.jumps[case].append(Jump(now.value, before.amplitude, now.amplitude, rising))
+            self.jumps[case].append(StateJump(now.value, before.amplitude, now.amplitude, rising))
 
 
 def settle_at(block: Block, motion: Motion, value: float) -> Steady:

@@ -18,7 +18,7 @@ from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, multipliers
 from dforce.solvers.block import ENDED, TOO_ROUGH, Block
 from dforce.solvers.integrator import Motion
-from dforce.solvers.points import Jump, Points, amplitude_of
+from dforce.solvers.points import Points, StateJump, amplitude_of
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.state_ends import End, Landing, Left, directions
@@ -50,7 +50,7 @@ class Walk:
         The values (SI) in the order in which each problem comes to them, (problems, values).
     starts
         The motions to start from at the first value.
-    told
+    report_done
         Called with the number of points done.
 
     Attributes
@@ -59,11 +59,11 @@ class Walk:
         What was found, and the jumps of each problem in the order in which it came to them.
     """
 
-    def __init__(self, block: Block, values: Array, starts: States, told: Callable[[int], None]) -> None:
-        self.block, self.values, self.told = block, values, told
+    def __init__(self, block: Block, values: Array, starts: States, report_done: Callable[[int], None]) -> None:
+        self.block, self.values, self.report_done = block, values, report_done
         cases = len(values)
         self.points = Points.empty(block, values.shape[1])
-        self.jumps: list[list[Jump]] = [[] for _ in range(cases)]
+        self.jumps: list[list[StateJump]] = [[] for _ in range(cases)]
         self.starts, self.state = starts, starts.copy()
         self.done, self.cycles = np.zeros(cases, np.int64), np.zeros(cases, np.int64)
         self.at = values[:, 0].copy()
@@ -88,7 +88,7 @@ class Walk:
             going = np.flatnonzero(self.done < self.values.shape[1])
             if not len(going):
                 return
-            self.block.watch()
+            self.block.check_cancelled()
             at_start = going[self.done[going] % CHUNK == 0]
             self.state.put(at_start, as_kept(self.block, at_start, self.state.take(at_start), self.at[at_start]))
             before = int(self.done.sum())
@@ -100,7 +100,7 @@ class Walk:
                 else:
                     for case in some:
                         self._in_time(int(case))
-            self.told(int(self.done.sum()) - before)
+            self.report_done(int(self.done.sum()) - before)
 
     def _begin(self, cases: Indices) -> None:
         """Find the states that the starts settle to at the first values."""
@@ -115,7 +115,7 @@ class Walk:
             self._keep_first(left, found, good, periods)
             for case in left[~good]:
                 self._in_time(int(case))
-        self.told(len(cases))
+        self.report_done(len(cases))
 
     def _keep_first(self, cases: Indices, found: Branch, good: Any, periods: Array) -> None:
         which = np.flatnonzero(good)
@@ -217,7 +217,7 @@ class Walk:
         return Steady(values, states.motion(k), True, False)
 
     def _leave(self, cases: Indices, ends: Branch, targets: Array, cycles: int) -> None:
-        """Let motions go from the ends of their states until each is on another one."""
+        """Integrate away from the folds along the unstable directions, until each motion is on another state."""
         unit = self.block.unit[cases]
         known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
         last = States(ends.last_x, ends.last_memory, ends.last_branch)
@@ -299,14 +299,14 @@ class Walk:
             after = amplitude_of(block, case, value, landed.rows)
             sudden = bool(np.abs(landed.x - end.edge).max() > SUDDEN)
         else:
-            settling = steady(block.integrator(case, value), self.state.motion(case), block.watch)
+            settling = steady(block.integrator(case, value), self.state.motion(case), block.check_cancelled)
             self.state.put(np.array([case]), States.of(settling.motion))
             after = float(settling.values["amplitude"][0])
-            sudden = abs(after - first) > SUDDEN * block.lot.length[case]
+            sudden = abs(after - first) > SUDDEN * block.batch.length[case]
             if settling.repeats or not settling.settled:
                 self.left[case], sudden = Left(end, first, value), False
         if sudden:
-            self.jumps[case].append(Jump(end.place, first, after, value > end.value))
+            self.jumps[case].append(StateJump(end.place, first, after, value > end.value))
             self.ends[case] = 0
 
     def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
@@ -325,7 +325,9 @@ class Walk:
         stride = max(STRIDE * float(block.unit[case]), far / MOST_STRIDES)
         known = bool(np.isfinite(self.state.x[case]).all())
         value = before + min(max(target - before, -stride), stride) if known and place > 0 else target
-        found = steady(block.integrator(case, value), (self.state if known else self.starts).motion(case), block.watch)
+        found = steady(
+            block.integrator(case, value), (self.state if known else self.starts).motion(case), block.check_cancelled
+        )
         one, at, motion = np.array([case]), np.array([value]), States.of(found.motion)
         self.state.put(one, motion)
         self.at[case], self.cycles[case] = value, 0
@@ -371,21 +373,21 @@ class Walk:
         there = amplitude_of(block, case, at, found.rows[0, 0])
         if left is not None:
             if np.abs(found.last_x[0] - left.end.edge).max() > SUDDEN:
-                self.jumps[case].append(Jump(left.end.place, left.amplitude, there, value > left.end.value))
+                self.jumps[case].append(StateJump(left.end.place, left.amplitude, there, value > left.end.value))
             return
         stride = (
             0.0 if reaches else abs(value - before) / float(block.unit[case])
         )  # in which a state may move as far, twice
-        if abs(there - last) > (SUDDEN + 2.0 * stride) * block.lot.length[case]:
+        if abs(there - last) > (SUDDEN + 2.0 * stride) * block.batch.length[case]:
             after = amplitude_of(block, case, value, orbit.rows[0, 0])
-            self.jumps[case].append(Jump(0.5 * (before + value), last, after, value > before))
+            self.jumps[case].append(StateJump(0.5 * (before + value), last, after, value > before))
 
     def _note_loss(self, case: int, value: float, amplitude: float) -> None:
         """Note a jump from a state that ended to a motion (its amplitude in m) that is no orbit at the next value."""
         left = self.left[case]
         self.left[case] = None
-        if left is not None and abs(amplitude - left.amplitude) > SUDDEN * self.block.lot.length[case]:
-            self.jumps[case].append(Jump(left.end.place, left.amplitude, amplitude, value > left.end.value))
+        if left is not None and abs(amplitude - left.amplitude) > SUDDEN * self.block.batch.length[case]:
+            self.jumps[case].append(StateJump(left.end.place, left.amplitude, amplitude, value > left.end.value))
 
 
 def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:

@@ -34,7 +34,7 @@ from dforce.solvers.integrator import free_amplitudes, with_amplitudes
 from dforce.solvers.newton import LARGEST
 from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
 from dforce.solvers.states import States
-from dforce.solvers.transient import Watch, decay_periods
+from dforce.solvers.transient import CancelCheck, decay_periods
 from dforce.solvers.winding import Square
 
 SAME = 1e-5  # of the free amplitude: orbits nearer to each other are one
@@ -159,37 +159,37 @@ class Known:
         return there is not None and float(np.abs(there.x - x).max()) < SAME
 
 
-def search(known: Known, watch: Watch) -> Iterator[Curve]:
+def search(known: Known, check_cancelled: CancelCheck) -> Iterator[Curve]:
     """Give the beginnings of curves through orbits that are not known.
 
     The known curves are to grow by each before the next one is asked for.
     """
-    for orbit in _candidates(known, watch):
+    for orbit in _candidates(known, check_cancelled):
         if not known.hold(orbit):
             yield Curve.rising(orbit)
 
 
-def _candidates(known: Known, watch: Watch) -> Iterator[Orbit]:
-    yield from _of_transients(known, watch)
-    yield from _of_edges(known, watch)
+def _candidates(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
+    yield from _of_transients(known, check_cancelled)
+    yield from _of_edges(known, check_cancelled)
     if why_unproven(known.among.problem):
         return
     starts = _starts(known)
     for turn in range(ROUNDS):
-        yield from _of_newton(known, starts, watch)
+        yield from _of_newton(known, starts, check_cancelled)
         if turn == 0 and known.among.size == 2:
-            yield from _of_squares(known, watch)
+            yield from _of_squares(known, check_cancelled)
         if known.index_sum == 1:
             return
 
 
-def _of_transients(known: Known, watch: Watch) -> Iterator[Orbit]:
+def _of_transients(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
     """Give orbits that Newton's method finds from the ends of transients, and stable ones of several periods."""
     among, value = known.among, known.value
-    watch()
+    check_cancelled()
     ends = among.later(_of_amplitudes(among, value), value, _periods(among))
     for i in np.flatnonzero(np.isfinite(ends.x).all(axis=1)).tolist():
-        watch()
+        check_cancelled()
         end = ends.take([i])
         x = among.vectors(end)
         if any(np.abs(orbit.x - x).max() < ALIKE for orbit in known.orbits()):
@@ -248,22 +248,24 @@ def _of_amplitudes(among: ParameterRange, value: float) -> States:
     return States.of(*motions)
 
 
-def _of_edges(known: Known, watch: Watch) -> Iterator[Orbit]:
+def _of_edges(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
     """Give unstable orbits between stable ones, as long as a saddle is missing."""
     stable = [orbit for orbit in known.single() if orbit.is_stable]
     for a, b in combinations(stable, 2):
         if known.index_sum <= 1:
             return
-        yield from _on_the_edge(known.among, a, b, known.value, watch)
+        yield from _on_the_edge(known.among, a, b, known.value, check_cancelled)
 
 
-def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch: Watch) -> Iterator[Orbit]:
+def _on_the_edge(
+    among: ParameterRange, a: Orbit, b: Orbit, value: float, check_cancelled: CancelCheck
+) -> Iterator[Orbit]:
     """Give saddles on the edge between the basins of two stable orbits, found by cutting the way between them."""
     near_a, near_b = a.x, b.x
     # where motions march one after the other, halving takes the fewest
     shares = np.arange(1.0, EDGE_STARTS + 1.0)[:, None] / (EDGE_STARTS + 1.0) if among.is_smooth else np.array([[0.5]])
     while np.abs(near_a - near_b).max() > EDGE:
-        watch()
+        check_cancelled()
         way = np.concatenate([near_a[None], near_a + shares * (near_b - near_a), near_b[None]])
         ends = among.vectors(among.later(among.states(way[1:-1], a.kept.branch), value, _periods(among)))
         if not np.isfinite(ends).all():
@@ -284,7 +286,7 @@ def _on_the_edge(among: ParameterRange, a: Orbit, b: Orbit, value: float, watch:
             yield found
 
 
-def _of_squares(known: Known, watch: Watch) -> Iterator[Orbit]:
+def _of_squares(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
     """Give orbits in squares of the Poincaré plane whose winding number is not the sum of the known indices inside."""
     among = known.among
     half = LARGER * max(float(_size(known)[1].max()), 1.0)
@@ -293,7 +295,7 @@ def _of_squares(known: Known, watch: Watch) -> Iterator[Orbit]:
     for _ in range(MOST_SQUARES):
         if not squares or known.index_sum == 1:
             return
-        watch()
+        check_cancelled()
         square = squares.pop()
         winding = square.winding_number(among, known.value)
         inside = [orbit.index for orbit in known.single() if square.holds(orbit.x)]
@@ -306,9 +308,9 @@ def _of_squares(known: Known, watch: Watch) -> Iterator[Orbit]:
             squares += square.parts()
 
 
-def _of_newton(known: Known, starts: Iterator[Array], watch: Watch) -> Iterator[Orbit]:
+def _of_newton(known: Known, starts: Iterator[Array], check_cancelled: CancelCheck) -> Iterator[Orbit]:
     """Give orbits that Newton's method finds from the next starts, deflated by those known."""
-    watch()
+    check_cancelled()
     among = known.among
     x = _deflated(among, known.value, np.array(list(islice(starts, STARTS))), [one.x for one in known.single()])
     for one in x:

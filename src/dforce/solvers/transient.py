@@ -20,17 +20,17 @@ from dforce.solvers.integrator import Integrator, Motion
 DECAY_TIMES = 40  # of the slowest mode before giving up, unless max_periods says otherwise
 LEAST_MOST = 400  # periods allowed at least
 LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
-CHUNK_SECONDS = 0.1  # between looks at the watch, so that Ctrl-C and Stop answer at once
+CHUNK_SECONDS = 0.1  # between checks for a stop, so that Ctrl-C and Stop answer at once
 LATE = 10  # decay times after which the rest of a transient is below what counts as a change
 LONG, LEAST_LONG = 256, 16  # periods, and common periods at least: what has no steady state is measured so long
 WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
 CALMS = 0.7  # share of the range of the first half: what moves less in the second one does come to rest
 REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
 
-Watch = Callable[[], None]  # called now and then; stops the run by raising
+CancelCheck = Callable[[], None]  # called now and then; stops the run by raising
 
 
-def unwatched() -> None:
+def never_cancelled() -> None:
     """Watch for nothing."""
 
 
@@ -75,10 +75,12 @@ def decay_periods(problem: Problem) -> int:
     return max(1, math.ceil(max(mode.Q * first / (math.pi * mode.f0) for mode in problem.modes)))
 
 
-def march(integrator: Integrator, motion: Motion, periods: int, watch: Watch, kept: int = 1) -> tuple[Motion, AnyArray]:
-    """Advance with looks at the watch; return the motion and the complex amplitudes of the last periods `kept`."""
+def march(
+    integrator: Integrator, motion: Motion, periods: int, check_cancelled: CancelCheck, kept: int = 1
+) -> tuple[Motion, AnyArray]:
+    """Advance and check for a stop now and then; return the motion and the complex amplitudes of the last periods `kept`."""
     last = np.empty((0, len(integrator.tones)), dtype=complex)
-    for count in _chunks(periods, watch):
+    for count in _chunks(periods, check_cancelled):
         motion, c = integrator.lock_in(motion, count)
         last = np.concatenate([last, c])[-kept:]
         if not motion.is_finite:
@@ -86,17 +88,17 @@ def march(integrator: Integrator, motion: Motion, periods: int, watch: Watch, ke
     return motion, last
 
 
-def observe(integrator: Integrator, motion: Motion, periods: int, watch: Watch) -> tuple[Motion, Array]:
-    """Advance with looks at the watch; return the motion and what was measured over each period."""
+def observe(integrator: Integrator, motion: Motion, periods: int, check_cancelled: CancelCheck) -> tuple[Motion, Array]:
+    """Advance and check for a stop now and then; return the motion and what was measured over each period."""
     parts = []
-    for count in _chunks(periods, watch):
+    for count in _chunks(periods, check_cancelled):
         motion, rows = integrator.observe(motion, count)
         parts.append(rows)
     return motion, np.concatenate(parts)
 
 
-def _chunks(periods: int, watch: Watch) -> Iterator[int]:
-    """Give how many periods to compute next, so that the watch is looked at in time."""
+def _chunks(periods: int, check_cancelled: CancelCheck) -> Iterator[int]:
+    """Give how many periods to compute next, so that a stop is heard in time."""
     done, chunk = 0, 16
     while done < periods:
         count = min(chunk, periods - done)
@@ -104,12 +106,12 @@ def _chunks(periods: int, watch: Watch) -> Iterator[int]:
         yield count
         took = time.perf_counter() - start
         done += count
-        watch()
+        check_cancelled()
         chunk = max(1, min(4 * chunk, int(count * CHUNK_SECONDS / max(took, 1e-9))))
 
 
 def settle(
-    integrator: Integrator, motion: Motion, watch: Watch, tolerance: float | None = None
+    integrator: Integrator, motion: Motion, check_cancelled: CancelCheck, tolerance: float | None = None
 ) -> tuple[Motion, bool, float]:
     """Integrate until the tones' complex amplitudes stop moving.
 
@@ -133,7 +135,7 @@ def settle(
     before, change_before, drift = None, math.inf, math.inf
     start = motion.period
     while motion.period - start < most:
-        motion, c = march(integrator, motion, min(span, most - (motion.period - start)), watch, window)
+        motion, c = march(integrator, motion, min(span, most - (motion.period - start)), check_cancelled, window)
         if not motion.is_finite:
             return motion, False, math.nan
         if len(c) < window:
@@ -150,15 +152,15 @@ def settle(
     return motion, False, drift
 
 
-def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
+def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> Steady:
     """Settle at the integrator's distance, then measure over whole windows; the motion ends at the start of a common period."""
     problem, settings = integrator.problem, integrator.settings
     start = motion.period
     if settings.settle == "fixed":
-        motion, _ = march(integrator, motion, settings.periods, watch)
+        motion, _ = march(integrator, motion, settings.periods, check_cancelled)
         settled, drift = False, math.nan
     else:
-        motion, settled, drift = settle(integrator, motion, watch)
+        motion, settled, drift = settle(integrator, motion, check_cancelled)
     periods = motion.period - start
     frequencies = [tone.frequency for tone in problem.tones]
     window = window_length(frequencies)
@@ -166,12 +168,12 @@ def steady(integrator: Integrator, motion: Motion, watch: Watch) -> Steady:
     lasting = not settled and motion.is_finite and common_period(frequencies) is not None
     lasting = lasting and settings.settle == "converged" and periods >= LATE * decay_periods(problem)
     long = window * max(LEAST_LONG, LONG // window)
-    motion, rows = observe(integrator, motion, max(count, long) if lasting else count, watch)
+    motion, rows = observe(integrator, motion, max(count, long) if lasting else count, check_cancelled)
     if lasting:
         settled, rows, drift = _lasting(integrator, rows, count, window, drift)
     values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, len(rows)))
     values |= {"settling_periods": float(periods), "drift": drift}
-    motion, _ = march(integrator, motion, -motion.period % (common_period(frequencies) or 1), watch)
+    motion, _ = march(integrator, motion, -motion.period % (common_period(frequencies) or 1), check_cancelled)
     repeats = _repeats(integrator, rows, frequencies)
     if settings.settle == "fixed":
         settled = repeats  # the only sign that the count was long enough

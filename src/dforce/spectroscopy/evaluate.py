@@ -65,7 +65,7 @@ def follow(
         When the law depends on the deflection and `zc` is not given.
     """
     if "zc" in force.leading() and zc is None:
-        raise ParameterError(f"{force.name} depends on the deflection z, which takes an average distance: give zc")
+        raise ParameterError(f"{force.name} depends on the deflection z, which needs an average distance: pass zc")
     wrap = compile_function if compiled else (lambda function: function)
     evolve = wrap(force.evolve) if force.evolve is not None else None
     run = _PathState(

@@ -34,10 +34,10 @@ LEAST_DEPTH, MOST_DEPTH = 0.3e-9, 50e-9  # m; limits of the indentation shown
 
 @checked
 def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Dataset:
-    r"""Return the forces of a case over a motion given by samples.
+    r"""Return the forces of a case over a prescribed motion.
 
-    Between the samples the motion is a cubic spline, which also gives the velocity. The sample is rested at
-    the start, and the tip's neck or contact open.
+    Between the samples the motion is a cubic spline, also for the velocity. At the start the sample is relaxed, without neck or
+    contact.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
     -------
     xarray.Dataset
         Over `time`: `distance` (m), `velocity` (m/s), `indentation` (m), `force` (N), `partial_force` (N) of
-        each `model`, and `energy` (J), what the sample has taken so far, :math:`-\int F \dot d\, dt`.
+        each `model`, and `energy` (J), dissipated by the sample so far, :math:`-\int F \dot d\, dt`.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
 
     t, d = _numbers(time, "s", "time"), _numbers(distance, "m", "distance")
     if len(t) != len(d):
-        raise ParameterError(f"there are {len(t)} times and {len(d)} distances; give one for each other")
+        raise ParameterError(f"time has {len(t)} values and distance {len(d)}; pass equal numbers")
     if not np.all(np.diff(t) > 0.0):
         raise ParameterError("the times do not increase")
     motion = _spline(t, d)
@@ -92,10 +92,10 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     case
         Instrument, sample and forces; the cantilever does not bend here.
     distance
-        Distances (m) in any order; the tip goes from the largest to the smallest and back. Left out: from
-        where the force is felt to the indentation that tapping reaches.
+        Distances (m) in any order; the tip goes from the largest to the smallest and back. Default: from the range of the force
+        to the indentation in tapping.
     speed
-        Speed of the tip (m/s, or text with a unit); 10 nm/s if left out.
+        Speed of the tip (m/s, or text with a unit); default 10 nm/s.
     zc
         Average distance (m), for a force that depends on the deflection.
 
@@ -103,7 +103,7 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     -------
     xarray.Dataset
         `force` (N) over `direction` ("approach", "retract") and `distance`, `partial_force` (N) of each
-        `model`, and `energy` (J), what the sample takes over the loop.
+        `model`, and `energy` (J), dissipated by the sample over the loop.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     given = _range(case.problem, chosen, place) if distance is None else _numbers(distance, "m", "distance")
     path, back = np.unique(-given, return_inverse=True)
     if len(path) < 2:
-        raise ParameterError("a force curve takes at least two different distances")
+        raise ParameterError("a force curve needs at least two different distances")
     answers = [_there_and_back(force, -path, chosen, TOLERANCE, place) for force in case.problem.forces]
     halves = [np.stack([half[back] for half in _halves(answer.force)]) for answer in answers]
     data = xr.Dataset(
@@ -203,7 +203,7 @@ def _numbers(given: object, unit: str, name: str) -> Array:
     except (TypeError, ValueError):
         raise ParameterError(f"{name} = {shorten(given)} is not an array") from None
     if values.ndim != 1 or len(values) < 2:
-        raise ParameterError(f"{name} is not a row of at least two numbers")
+        raise ParameterError(f"{name} is not a list of at least two numbers")
     if not np.isfinite(values).all():
         raise ParameterError(f"{name} has a value that is not a finite number")
     return values

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.solvers.integrator import Motion
 
-CHUNK = 64  # periods between looks at the watch
+CHUNK = 64  # periods between checks for a stop
 MOST_NUMBERS = 200_000_000  # of a record: more than a GB
 MOST_SEED = 2**62
 
@@ -50,31 +50,31 @@ def noisy_motion(
 ) -> xr.Dataset:
     """Return amplitude and phase of each period under thermal noise, of many runs at once.
 
-    Each run has a seed of its own and is the same alone as among others. All start from the motion without noise.
+    Each run has its own seed and does not depend on the other runs. All start from the motion without noise.
 
     Parameters
     ----------
     case
-        A case, or one point of a result: the motion there is the start.
+        A case, or one point of a result: its motion is the start.
     zc
-        Average distance (m, or text with a unit); left out: that of the point.
+        Average distance (m, or text with a unit); default: the distance of the point.
     seeds
-        Number of runs, counted on from the case's `noise.seed`, or the seed of each.
+        Number of runs, with seeds from `noise.seed` of the case on, or a list of seeds.
     periods
-        Periods of the first tone that are kept.
+        Number of recorded periods of the first tone.
     settling
-        Periods before; left out: ten decay times of the slowest mode and of the lock-in.
+        Number of periods before; default: ten decay times of the slowest mode and of the lock-in.
     bandwidth, poles
-        Equivalent noise bandwidth (Hz) of a lock-in that reads the periods, far below the drive frequency, and its poles;
-        left out: each period alone.
+        Equivalent noise bandwidth (Hz) of a lock-in, far below the drive frequency, and its poles; default: each period by
+        itself.
     progress
         See :func:`run`.
 
     Returns
     -------
     xarray.Dataset
-        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, detector noise included;
-        `min_distance` (m) of each run.
+        `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, with detector noise; `min_distance` (m) of
+        each run.
     """
     import xarray as xr
 
@@ -82,20 +82,20 @@ def noisy_motion(
     given = _seeds(problem.noise.seed, seeds)
     band = None if bandwidth is None else lock_in_of(problem, bandwidth, poles)
     if periods < 1 or not given:
-        raise ParameterError("a noisy motion takes at least one period and one seed")
+        raise ParameterError("a noisy motion needs at least one period and one seed")
     if settling is not None and settling < 0:
         raise ParameterError(f"settling = {settling} is below 0")
     if len(given) * periods * len(problem.tones) > MOST_NUMBERS:
-        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; take fewer of either")
+        raise ParameterError(f"{len(given)} runs of {periods} periods are too long a record; reduce either")
     wait = settling_periods(problem, band) if settling is None else settling
     integrator = langevin(asked, problem, place)
     if band is not None:
         integrator.read_by(*band)
     lanes = integrator.lanes([start] * len(given), given)
-    with watched(progress, f"noisy motion: {asked.title}") as tell:
-        parts, lanes = march(integrator, lanes, wait + periods, tell)
+    with watched(progress, f"noisy motion: {asked.title}") as report_progress:
+        parts, lanes = march(integrator, lanes, wait + periods, report_progress)
         c = read_out(integrator, parts, given, band)[:, wait:]
-        tell(wait + periods, wait + periods, "")
+        report_progress(wait + periods, wait + periods, "")
     turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
     times = (np.arange(c.shape[1]) + 0.5) / problem.tones[0].frequency
     data = xr.Dataset(
@@ -121,7 +121,7 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
         if not 0 <= seed <= MOST_SEED:
             raise ParameterError(f"seed = {seed} is not between 0 and 2^62")
         if count > 1:
-            raise ParameterError(f"seeds holds {seed} twice: both runs would be the same")
+            raise ParameterError(f"seeds contains {seed} twice: both runs would be equal")
     return [*counts]
 
 
@@ -138,18 +138,18 @@ def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float,
         problem = case.problem.at_height(float(point["zc"]))
     else:
         if zc is not None:
-            raise ParameterError("a point of a result has its distance; leave zc out")
+            raise ParameterError("a point of a result has its own distance; pass no zc")
         asked, point = case_of(case), case
         if MOTION not in point.variables or point["status"].ndim:
             raise ResultError(
-                "the noisy motion starts from one point of a result that keeps motions; choose it with .sel or .isel"
+                "a noisy motion starts from one point of a result with motions; choose it with .sel or .isel"
             )
         problem = problem_at(asked, point)
     if MOTION not in point.variables:
-        raise ResultError("there is no motion at this distance")
+        raise ResultError("no motion exists at this distance")
     motion = motion_of(point, problem)
     if not motion.is_finite:
-        raise ResultError("there is no motion at this point")
+        raise ResultError("this point has no motion")
     return asked, problem, float(point["zc"]), motion
 
 
@@ -167,15 +167,15 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, tell: Any) -> tuple[Complexes, Lanes]:
-    """Advance lanes with looks at the watch; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
+def march(integrator: Langevin, lanes: Lanes, periods: int, report_progress: Any) -> tuple[Complexes, Lanes]:
+    """Advance lanes and check for a stop now and then; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.
     """
     parts, done = [np.empty((len(lanes.y), 0, len(integrator.tones)), dtype=complex)], 0
     try:
         while done < periods:
-            tell(done, periods, "periods")
+            report_progress(done, periods, "periods")
             count = min(CHUNK, periods - done)
             lanes, c = integrator.run(lanes, count)
             parts.append(c)
@@ -189,7 +189,7 @@ def read_out(integrator: Langevin, c: Complexes, seeds: Sequence[int], band: tup
     """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
-        raise ParameterError("a lever of light is read by a lock-in: give its bandwidth")
+        raise ParameterError("an optical lever needs a lock-in: pass its bandwidth")
     seen = np.array([weights[tone.mode] for weights, tone in zip(problem.readout.weights, problem.tones, strict=True)])
     read = c * integrator.scales.length + (problem.readout.base - seen) * problem.base
     return np.asarray(read + _detector(problem.noise, c.shape, seeds, problem, band))

@@ -40,38 +40,38 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
 
     .. math:: P = M P M^T + D, \qquad \delta A = \sqrt{P_{AA}}, \qquad \delta\phi = \frac{\sqrt{P_{\phi\phi}}}{A}
 
-    with the covariance P of motion and lock-in, the map M of a small disturbance over a period, and the covariance D that noise
-    adds in it. There is no Monte Carlo in it, and it holds where the noise is small against the distance to the next fold. What
-    the case says of `noise` counts: thermal motion at the medium's temperature, and the detector.
+    with the covariance P of motion and lock-in, the monodromy matrix M of a period, and the covariance D added by noise in a
+    period. The method is linear, without Monte Carlo: it is valid if the noise is small relative to the distance to the next
+    fold. It uses `noise` of the case: thermal motion at the temperature of the medium, and the detector.
 
     Parameters
     ----------
     curve
         A result with the motion at each point: of an approach, a frequency sweep, branches, basins or a dwell.
     bandwidth
-        Equivalent noise bandwidth of the lock-in (Hz, or text with a unit); left out: the case's `noise.bandwidth`.
+        Equivalent noise bandwidth of the lock-in (Hz, or text with a unit); default: `noise.bandwidth` of the case.
     poles
-        Poles of its low-pass filter; left out: the case's `noise.poles`.
+        Poles of its low-pass filter; default: `noise.poles` of the case.
     progress
         See :func:`run`.
 
     Returns
     -------
     xarray.Dataset
-        The result with `amplitude_noise` (m) and `phase_noise` (degrees), standard deviations at each tone; NaN where the
-        motion does not repeat or is not stable. After Ctrl-C the points behind are NaN, and ``attrs["interrupted"]`` is 1.
+        The result with `amplitude_noise` (m) and `phase_noise` (degrees), standard deviations at each tone; NaN if the motion
+        does not repeat or is unstable. After Ctrl-C the remaining points are NaN, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------
     ParameterError
-        When no bandwidth is given, or it is above the drive frequency; when it is the result of a whole sweep.
+        When the bandwidth is missing or above the drive frequency; for the result of a whole sweep.
     ResultError
-        When the result keeps no motions.
+        When the result contains no motions.
     """
     if "over" in curve.attrs and MOTION in curve and curve["status"].ndim > 2:
-        raise ParameterError("the noise is that of one curve; choose one case of the sweep with .sel or .isel")
+        raise ParameterError("the noise belongs to one curve; choose one case of the sweep with .sel or .isel")
     if MOTION not in curve.variables:
-        raise ResultError("this result keeps no motions, from which the noise follows; compute it anew")
+        raise ResultError("this result contains no motions, needed for the noise; compute it again")
     case = case_of(curve)
     band, count = lock_in_of(case.problem, bandwidth, poles)
     kept = [
@@ -81,15 +81,15 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     tones = len(case.problem.tones)
     found = {name: np.full((*shape, tones), np.nan) for name in ("amplitude_noise", "phase_noise")}
     places, interrupted = list(np.ndindex(shape)), False
-    with watched(progress, f"noise: {case.title}") as tell:
+    with watched(progress, f"noise: {case.title}") as report_progress:
         try:
             for number, place in enumerate(places):
-                tell(number, len(places), "noise")
+                report_progress(number, len(places), "noise")
                 point = slim.isel(dict(zip(curve["status"].dims, place, strict=True)))
                 numbers = _at(case, point, curve.attrs.get("samples_per_period"), band, count)
                 if numbers is not None:
                     found["amplitude_noise"][place], found["phase_noise"][place] = numbers
-            tell(len(places), len(places), "")
+            report_progress(len(places), len(places), "")
         except KeyboardInterrupt:
             heard()
             interrupted = True
@@ -103,7 +103,7 @@ def lock_in_of(problem: Problem, bandwidth: object, poles: int | None) -> tuple[
     except UnitError as error:
         raise UnitError(f"bandwidth {error}") from None
     if band is None:
-        raise ParameterError('the noise depends on the lock-in: give bandwidth = "1 kHz", say')
+        raise ParameterError('the noise depends on the lock-in: pass for example bandwidth = "1 kHz"')
     slowest = min(tone.frequency for tone in problem.tones)
     if not 0.0 < band <= slowest:
         raise ParameterError(

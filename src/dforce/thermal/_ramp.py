@@ -28,27 +28,27 @@ RARE = 1e-6  # chance to have snapped in farther out, that is left out
 
 @checked
 def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
-    r"""Return at which distance a still, undriven lever snaps into contact that approaches the surface at a speed.
+    r"""Return the distance at which a still, undriven lever snaps into contact, for a speed of approach.
 
     .. math:: \frac{\mathrm{d} p}{\mathrm{d} z_c} = \frac{\Gamma(z_c)}{v}\, p, \qquad
               \langle z_c \rangle = z_0 + \int_{z_0}^\infty (1 - p)\, \mathrm{d} z_c
 
-    with the probability p to be free still, the rate :math:`\Gamma` of :func:`snap_in_rate`, and the distance :math:`z_0`
-    where the barrier ends: there the lever snaps in by itself. What holds for the rate holds here: near :math:`z_0`, where a
-    fast approach ends, it is only a scale, and the lever takes its time to fall.
+    with the probability p of a free lever, the rate :math:`\Gamma` of :func:`snap_in_rate`, and the distance :math:`z_0` at
+    which the barrier ends: there the lever snaps in without noise. The limits of the rate apply. Near :math:`z_0`, the end of a
+    fast approach, the result is a rough value, and the time of the fall is neglected.
 
     Parameters
     ----------
     case
-        Lever, medium and forces; the drive does not count.
+        Lever, medium and forces; the drive has no effect.
     speed
         Speeds of the approach (m/s, or text with a unit): one, or a list.
 
     Returns
     -------
     xarray.Dataset
-        Over `speed`: the mean `snap_in_zc` and its standard deviation `snap_in_spread` (m); `static_snap_in_zc`, where the
-        barrier ends (m). ``attrs["note"]`` says where the rate is no more than a bound.
+        Over `speed`: the mean `snap_in_zc` and its standard deviation `snap_in_spread` (m); `static_snap_in_zc`, the end of the
+        barrier (m). ``attrs["note"]`` is a sentence if the rate is only a bound.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _speeds(given: object) -> Array:
     except UnitError as error:
         raise UnitError(f"speed {error}") from None
     if not found.size or found.min() <= 0.0:
-        raise ParameterError("speed takes speeds of the approach above 0 m/s")
+        raise ParameterError("speed needs speeds of the approach above 0 m/s")
     return found
 
 
@@ -90,11 +90,9 @@ def _end_of_the_barrier(problem: Problem) -> float:
     """
     from scipy.optimize import minimize_scalar
 
-    problem.refuse_changing_lever("where a lever snaps in")
+    problem.refuse_changing_lever("the snap-in distance")
     if any("zc" in force.leading() for force in problem.forces):
-        raise ParameterError(
-            "where a lever snaps in takes forces that follow from the distance of the tip alone, not from zc"
-        )
+        raise ParameterError("the snap-in distance needs forces of the tip distance alone, not of zc")
     force, k = at_rest(problem, 0.0), problem.modes[0].k
 
     def rests_from(d: float) -> float:
@@ -104,7 +102,7 @@ def _end_of_the_barrier(problem: Problem) -> float:
     zc = np.array([rests_from(d) for d in places])
     rising = np.flatnonzero(np.diff(zc) > 0.0)
     if not rising.size or not rising[0]:
-        raise ParameterError("the lever does not snap in: it is stiffer than the attraction, or there is none")
+        raise ParameterError("the lever does not snap in: it is stiffer than the attraction, or no attraction exists")
     around = (places[rising[0] + 1], places[rising[0] - 1])
     return float(minimize_scalar(rests_from, bounds=around, method="bounded", options={"xatol": 1e-15}).fun)
 
@@ -120,7 +118,7 @@ def _rates(problem: Problem, end: float, slowest: float) -> tuple[Array, Array]:
             if found.rate * step < RARE * slowest and len(away) > 1:  # a curve takes two
                 return np.array(away), np.array(rates)
         if step > FARTHEST:
-            raise ParameterError("no distance is so far that the lever stays free there for long; raise the speed")
+            raise ParameterError("the lever does not stay free for long at any distance; raise the speed")
         step *= WIDER
 
 

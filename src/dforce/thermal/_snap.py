@@ -29,31 +29,31 @@ HIGHEST_Q = 3.0  # above, energy comes and goes too slowly for it
 
 @checked
 def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
-    r"""Return how often thermal motion takes a still, undriven lever across the barrier to the surface.
+    r"""Return the rate at which thermal motion takes a still, undriven lever across the barrier to the surface.
 
     .. math:: \Gamma = \frac{\lambda}{2 \pi} \sqrt{\frac{k_a}{k_b}}\, e^{-\Delta U / k_B T}, \qquad
               U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \qquad
               \lambda = \sqrt{\frac{\gamma^2}{4} + \omega_b^2} - \frac{\gamma}{2}, \quad \gamma = \frac{\omega_0}{Q}
 
     with the curvatures of U at its minimum, :math:`k_a`, and on its barrier, :math:`-k_b = -m \omega_b^2`. At the rate
-    :math:`\lambda` the lever falls off the barrier; with the fluid's memory it is that at which lever and fluid do. The lever
-    moves in its first mode, the force is that at rest. It holds for barriers above 3 :math:`k_B T` and Q up to about 3; for
-    higher Q the true rate is lower.
+    :math:`\lambda` the lever leaves the barrier; with the memory of the fluid, lever and fluid leave it together. The lever
+    moves in its first mode under the static force. The formula is valid for barriers above 3 :math:`k_B T` and Q up to about 3;
+    for higher Q the true rate is lower.
 
     Sources: H. A. Kramers, Physica 7, 284 (1940); with memory R. F. Grote, J. T. Hynes, J. Chem. Phys. 73, 2715 (1980).
 
     Parameters
     ----------
     case
-        Lever, medium and forces; the drive does not count.
+        Lever, medium and forces; the drive has no effect.
     zc
         Distance of the rest position (m, or text with a unit).
 
     Returns
     -------
     xarray.Dataset
-        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m); ``attrs["note"]`` says where the
-        rate is no more than a bound.
+        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m); ``attrs["note"]`` is a sentence if
+        the rate is only a bound.
 
     Raises
     ------
@@ -70,9 +70,10 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     found = barrier_at(problem, place)
     if found is None:
         raise ParameterError(
-            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is held, or it snaps in by itself"
+            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is in contact, or it snaps in "
+            f"without noise"
         )
-    low = "The barrier is below 3 kT, where Kramers' rate is only a scale."
+    low = "The barrier is below 3 kT: Kramers' rate is only a rough value there."
     notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []
     data = xr.Dataset(
         {
@@ -112,7 +113,7 @@ def barrier_at(problem: Problem, zc: float) -> Barrier | None:
 
     kT, mode, force = problem.noise.kT, problem.at_height(zc).modes[0], at_rest(problem, zc)
     if kT <= 0.0:
-        raise ParameterError("noise.thermal = false, so there is no thermal motion that could switch")
+        raise ParameterError("noise.thermal = false, but switching needs thermal motion")
 
     def net(d: float) -> float:
         return mode.k * (d - zc) - force(d)
@@ -133,7 +134,9 @@ def barrier_at(problem: Problem, zc: float) -> Barrier | None:
 def of_high_Q(problem: Problem) -> list[str]:
     """Return the note on a lever whose rate is no more than a bound, where it is one."""
     return (
-        ["Q is above 3, where energy comes slowly: the true rate is lower."] if problem.modes[0].Q > HIGHEST_Q else []
+        ["Q is above 3, so thermal energy comes slowly: the true rate is lower."]
+        if problem.modes[0].Q > HIGHEST_Q
+        else []
     )
 
 
@@ -142,7 +145,9 @@ def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
     forces = problem.forces
     for force in forces:
         if force.memory or force.switch is not None:
-            raise ParameterError(f"{force.name} has memory or two branches, so that no energy belongs to a distance")
+            raise ParameterError(
+                f"{force.name} has memory or two branches, so the energy is not a function of distance"
+            )
     laws = [(force.law_function(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
     return lambda d: sum(float(law(d, 0.0, 0.0, *place, *values)) for law, place, values in laws)
 

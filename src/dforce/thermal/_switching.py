@@ -61,11 +61,11 @@ def switching_rate(
     temperature: Any = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    r"""Return how often thermal motion takes a steady state to another one, counted over many simulated lanes.
+    r"""Return the rate at which thermal motion switches a steady state to another, counted in simulations.
 
-    Each lane starts in the state and runs until its amplitude and phase have come within a quarter of the way to the other
-    state, or time is over. What happens while the noise settles is not counted. The rate of N switches in a time t at risk
-    is N / t; its interval is that of a Poisson count.
+    Each lane starts in the state. It runs until its amplitude and phase are within a quarter of the way to the other state, or
+    until the time is over. Switches during the settling of the noise are not counted. The rate of N switches in a time t at
+    risk is N / t, with the interval of a Poisson count.
 
     Parameters
     ----------
@@ -73,12 +73,12 @@ def switching_rate(
         One point each of results at the same distance, such as ``curve.sel(zc=..., direction="approach")`` and
         ``direction="retract"``.
     lanes
-        Number of lanes; seeds are counted on from the case's `noise.seed`.
+        Number of lanes, with seeds from `noise.seed` of the case on.
     periods
-        Periods of the first tone for which each lane is watched, at most.
+        Largest number of periods of the first tone for each lane.
     temperature
-        Temperatures (K) at which it is done; left out: the medium's. Those above the true one switch more often, so that a
-        rate that is too low to be counted can be extended from them.
+        Temperatures (K); default: the temperature of the medium. At higher temperatures the state switches more often; from
+        such rates a rate too low to be counted can be extrapolated.
     progress
         See :func:`run`.
 
@@ -86,7 +86,7 @@ def switching_rate(
     -------
     xarray.Dataset
         Over `temperature`: `switching_rate` (1/s), NaN from fewer than 10 switches, `switching_rate_low` and
-        `switching_rate_high` (95 % confidence), `switches` and `watched_time` (s). From two rates on `barrier` (J), by
+        `switching_rate_high` (95 % confidence), `switches` and `watched_time` (s). With two or more rates: `barrier` (J), by
         :math:`\ln \Gamma = \mathrm{const} - \Delta U / k_B T`.
 
     Raises
@@ -100,21 +100,21 @@ def switching_rate(
     _, _, there, goal = start_of(other, None)
     if abs(there - zc) > 1e-9 * problem.tones[0].A0 + 1e-15:
         raise ParameterError(
-            f"the states lie at zc = {units.show(zc, 'm', 5)} and {units.show(there, 'm', 5)}; give two at one distance"
+            f"the states lie at zc = {units.show(zc, 'm', 5)} and {units.show(there, 'm', 5)}; choose two at one distance"
         )
     if lanes < 1 or periods < 1:
-        raise ParameterError("a rate takes at least one lane and one period")
+        raise ParameterError("a rate needs at least one lane and one period")
     given = _temperatures(problem, temperature)
     counts = []
-    with watched(progress, f"switching: {case.title}") as tell:
+    with watched(progress, f"switching: {case.title}") as report_progress:
         for number, kelvin in enumerate(given):
             warm = dataclasses.replace(problem, noise=dataclasses.replace(problem.noise, temperature=kelvin))
 
-            def told(done: int, total: int, number: int = number) -> None:
-                tell(number * total + done, len(given) * total, "periods")
+            def report_run(done: int, total: int, number: int = number) -> None:
+                report_progress(number * total + done, len(given) * total, "periods")
 
-            counts.append(_count(case, warm, zc, start, goal, lanes, periods, told))
-        tell(1, 1, "")
+            counts.append(_count(case, warm, zc, start, goal, lanes, periods, report_run))
+        report_progress(1, 1, "")
     low, high = zip(*(count.interval() for count in counts), strict=True)
     data = xr.Dataset(
         {
@@ -130,9 +130,7 @@ def switching_rate(
     if barrier is not None:
         data["barrier"] = barrier
     few = [units.show(kelvin, "K", 4) for kelvin, count in zip(given, counts, strict=True) if count.events < LEAST]
-    note = (
-        f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only the upper end of its interval." if few else ""
-    )
+    note = f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only an upper limit." if few else ""
     data.attrs = provenance(case.to_toml(complete=True), case.title) | {"note": note}
     often = thermal_switching(Evidence(case, data))
     data.attrs |= attributes([] if often is None else [often])
@@ -150,7 +148,7 @@ def _temperatures(problem: Problem, given: object) -> list[float]:
 
 
 def _count(
-    case: Case, problem: Problem, zc: float, start: Motion, goal: Motion, lanes: int, periods: int, told: Any
+    case: Case, problem: Problem, zc: float, start: Motion, goal: Motion, lanes: int, periods: int, report_run: Any
 ) -> Count:
     """Return how many of the lanes switch, and for how long all of them were at risk."""
     quiet = RK4(problem, case.solver.replace(method="transient", integrator="rk4"), 1)
@@ -158,13 +156,13 @@ def _count(
     own, far = (quiet.lock_in(motion, 1)[1][0] for motion in (start, goal))
     way = np.linalg.norm(far - own)
     if not way > 0.01:
-        raise ParameterError("both points are the same state; give two that differ")
+        raise ParameterError("both points are the same state; choose two different states")
     integrator = langevin(case, problem, zc)
     seed = problem.noise.seed
     running = integrator.lanes([start] * lanes, range(seed, seed + lanes))
     wait, done, events, at_risk = settling_periods(problem, None), 0, 0, 0
     while done < wait + periods and len(running.y):
-        told(done, wait + periods)
+        report_run(done, wait + periods)
         count = min(CHUNK, wait - done if done < wait else wait + periods - done)
         running, c = integrator.run(running, count)
         arrived = np.linalg.norm(c - far, axis=-1) < ARRIVED * way

@@ -44,19 +44,19 @@ def _is_noisy(seen: Evidence) -> bool:
 
 @checked
 def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices:
-    """Return the advice on a case, on a case and its result, or on a result alone; a calm case gives none.
+    """Return the advice on a case, on a case and its result, or on a result; the list may be empty.
 
-    Without a result, what depends on the motion is left out, or a bound takes its place. A result tells its case; a sweep
-    has many, so its advice is what it carries (:func:`advice_in`).
+    Without a result, advice on the motion is omitted or uses a bound. A result contains its case. A sweep has many cases; it
+    contains its advice (:func:`advice_in`).
 
     Raises
     ------
     ParameterError
-        When a result alone does not say what it was computed from, or two results are given.
+        When a result does not contain its case, or both arguments are results.
     """
     if not isinstance(case, Case):
         if result is not None:
-            raise ParameterError("two results are given; give a case and its result, or one result alone")
+            raise ParameterError("both arguments are results; pass a case and its result, or one result")
         if "over" in case.attrs:
             return advice_in(case)
         seen = Evidence(case_of(case), case)

@@ -20,20 +20,20 @@ TEXT, PIECES = "advice", "advice_pieces"  # attributes of a result: sentences fo
 
 @dataclass(frozen=True)
 class Advice:
-    """A place where the chosen model, or a result, stops meaning what it seems to say.
+    """A warning that the model or the result is not valid.
 
     Attributes
     ----------
     name
-        Short name, the same in all languages and places.
+        Short name, constant in all outputs.
     found, limit
-        The figure found, and the one it should keep to, in `unit`.
+        The value and its limit, in `unit`.
     text
-        One or two sentences: what was found, why it matters, what to do.
+        One to three sentences: finding, consequence, remedy.
     source
-        Where the limit comes from.
+        Source of the limit.
     about
-        Paths in the case that the piece is about, such as ``("drive.A0", "forces.dmt")``.
+        Paths in the case that the advice concerns, such as ``("drive.A0", "forces.dmt")``.
     unit
         SI unit of both figures; ``"1"`` for plain numbers.
     """
@@ -48,12 +48,12 @@ class Advice:
 
     @property
     def figures(self) -> str:
-        """Both figures as text with units: ``found 1.1 nm, limit 1 nm``."""
+        """Both values as text with units: ``found 1.1 nm, limit 1 nm``."""
         return f"found {shown(self.found, self.unit)}, limit {shown(self.limit, self.unit)}"
 
     @property
     def finding(self) -> str:
-        """What was found: the first sentence of the text."""
+        """The finding: the first sentence of the text."""
         return self.text.split(". ")[0].removesuffix(".") + "."
 
 

@@ -100,7 +100,7 @@ def tabor_of_dmt(seen: Evidence) -> Advice | None:
                 "tabor_of_dmt",
                 contact.tabor,
                 STIFF,
-                f"The Tabor parameter is {contact.tabor:.2g}, so adhesion deforms the sample, which DMT leaves out: its "
+                f"The Tabor parameter is {contact.tabor:.2g}, so adhesion deforms the sample. DMT neglects this: its "
                 f"adhesion is about {percent(error)} too large. If adhesion in contact matters, use maugis_dugdale.",
                 MAP,
                 tuple(seen.path(force) for force in contact.forces),
@@ -117,8 +117,8 @@ def tabor_of_jkr(seen: Evidence) -> Advice | None:
                 "tabor_of_jkr",
                 contact.tabor,
                 SOFT,
-                f"The Tabor parameter is {contact.tabor:.2g}, so the attraction reaches beyond the contact, which JKR leaves "
-                f"out: its pull-off force is about {percent(error)} too small. Use maugis_dugdale, or dmt below {STIFF}.",
+                f"The Tabor parameter is {contact.tabor:.2g}, so the attraction reaches beyond the contact. JKR neglects "
+                f"this: its pull-off force is about {percent(error)} too small. Use maugis_dugdale, or dmt below {STIFF}.",
                 MAP,
                 (seen.path(contact.forces[0]),),
             )
@@ -139,7 +139,7 @@ def adhesion_left_out(seen: Evidence) -> Advice | None:
             adhesion,
             SMALL_ADHESION * peak if peak else 0.0,
             f"The attraction ends at contact, where it is {shown(adhesion, 'N')}{beside}: the force jumps there, and the "
-            'contact does not stick. Leave out inside = "off", or use dmt, unless a force law with this jump is meant.',
+            'contact does not stick. Remove inside = "off", or use dmt, unless you want this jump.',
             f"{MAP}: adhesion below 5 % of the load",
             (seen.path(force, "inside"), seen.path(contact.forces[1])),
             "N",
@@ -184,8 +184,8 @@ def indentation_and_radius(seen: Evidence) -> Advice | None:
         "indentation_and_radius",
         seen.deepest,
         DEEP * radius,
-        f"The indentation {verb} {shown(seen.deepest, 'm')} with a radius of {shown(radius, 'm')}: a sphere then pushes less "
-        "than the paraboloid of the model, and real tips widen to a cone. Use a larger radius, a smaller A0, or "
+        f"The indentation {verb} {shown(seen.deepest, 'm')} with a radius of {shown(radius, 'm')}: a sphere pushes less "
+        "than the paraboloid of the model, and real tips become cones. Use a larger radius, a smaller A0, or "
         "sneddon (cone, exact_sphere).",
         "I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): the force of a sphere is 5 % smaller at half the radius",
         ("tip.radius", seen.path(force)),
@@ -218,8 +218,8 @@ def indentation_and_thickness(seen: Evidence) -> Advice | None:
         "indentation_and_thickness",
         error,
         THIN,
-        f"The contact feels the support below the {shown(thickness, 'm')} thick sample: {force.name} gives "
-        f"{least}{percent(error)} too little force. Use bottom_effect in its place.",
+        f"The contact feels the support below the {shown(thickness, 'm')} thick sample: the force of {force.name} is "
+        f"{least}{percent(error)} too small. Use bottom_effect instead.",
         "E. K. Dimitriadis et al., Biophys. J. 82, 2798 (2002); coefficients as in bottom_effect",
         ("sample.thickness", seen.path(force)),
     )
@@ -241,8 +241,8 @@ def indentation_beyond_the_model(seen: Evidence) -> Advice | None:
                 "indentation_beyond_the_model",
                 seen.deepest,
                 limit,
-                f"The indentation is {shown(seen.deepest, 'm')}, and the law of {force.name} is known to "
-                f"{shown(limit, 'm')}; beyond it is only continued. {remedy}, or use a smaller A0.",
+                f"The indentation is {shown(seen.deepest, 'm')}, and the law of {force.name} is valid to "
+                f"{shown(limit, 'm')}; beyond it is an extrapolation. {remedy}, or use a smaller A0.",
                 f"the range of {force.name} (see its page)",
                 (seen.path(force), seen.of_tone(0, "A0")),
                 "m",
@@ -264,7 +264,8 @@ def elements_in_contact(seen: Evidence) -> Advice | None:
                 pressed,
                 pressed * (error / COARSE) ** (1.0 / 3.0),
                 f"Only {pressed:.0f} of the {force.elements} elements of {force.name} are pressed down, so its force and loss "
-                f"are right to some {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower max_indentation.",
+                f"have an error of some {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower "
+                f"max_indentation.",
                 f"the error falls with the cube of their number (see the page of {force.name})",
                 (seen.path(force, "elements"), seen.path(force, "max_indentation")),
             )
@@ -279,7 +280,7 @@ def counted_twice(seen: Evidence) -> Advice | None:
             "counted_twice",
             2,
             1,
-            f"{solid.name} has a viscosity of its own, and kelvin_voigt adds another: energy is lost twice. Drop one.",
+            f"{solid.name} includes a viscosity, and kelvin_voigt adds another: the energy loss counts twice. Remove one.",
             "the viscosity of the contact counts once",
             (seen.path(drag), seen.path(solid)),
         )
@@ -292,8 +293,8 @@ def counted_twice(seen: Evidence) -> Advice | None:
                 "counted_twice",
                 push / usual,
                 0.1,
-                f"{force.name} pushes the tip out of contact, and {contact.name if contact else ''} does so too: "
-                "the elastic contact may be counted twice. Drop one of them, if that is not meant.",
+                f"{force.name} pushes the tip out of contact, and so does {contact.name if contact else ''}: "
+                "the elastic contact may count twice. If so, remove one of them.",
                 "the elastic contact counts once",
                 (seen.path(force), seen.path(contact)) if contact else (),
             )

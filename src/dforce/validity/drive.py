@@ -23,13 +23,13 @@ def low_Q(seen: Evidence) -> Advice | None:
     if problem.shaken is not None or mode.Q >= LOW_Q or not mode.base_coupling:
         return None
     share = 1.0 / (abs(mode.base_coupling) * math.hypot(1.0, mode.Q))
-    more = " Mode 2 rings at each tap, too: give it as well." if len(problem.modes) == 1 else ""
+    more = " Each tap excites mode 2, too: add it." if len(problem.modes) == 1 else ""
     return Advice(
         "low_Q",
         mode.Q,
         LOW_Q,
-        f"Mode {number + 1} has Q = {mode.Q:.3g}, and the drive is taken as a force on the tip. A shaken base (acoustic drive) "
-        f"would move by {percent(share)} of the free amplitude and give other phases and energies: if yours is shaken, write "
+        f"Mode {number + 1} has Q = {mode.Q:.3g}, and the drive is a force on the tip. A driven base (acoustic drive) "
+        f"would move by {percent(share)} of the free amplitude and change phases and energies: for base excitation write "
         f'excitation = "base" under [drive].{more}',
         XU_RAMAN,
         (seen.of_mode(number, "Q"),),
@@ -48,8 +48,9 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
         "base_in_liquid",
         shares[number],
         VISIBLE,
-        f"The base moves by {base}, {percent(shares[number])} of the free amplitude: the tip moves otherwise than it deflects "
-        "(tip_amplitude, tip_phase), and how much of the fluid follows the base changes the drive several times over. Compare "
+        f"The base moves by {base}, {percent(shares[number])} of the free amplitude: tip motion and deflection differ "
+        "(tip_amplitude, tip_phase). The share of the fluid that follows the base changes the drive several times over. "
+        "Compare "
         "drive.fluid_follows = 0 and 1 before you compare with an experiment.",
         XU_RAMAN,
         ("drive.excitation", "drive.fluid_follows"),
@@ -72,10 +73,10 @@ def apparent_dissipation(seen: Evidence) -> Advice | None:
         "apparent_dissipation",
         off,
         MISLED,
-        f"The usual formula of amplitude and phase gives {amount(float(apparent[wrong]), 'J')} a period, and the sample "
-        f"dissipates {amount(float(taken[wrong]), 'J')}: the formula is made for a force that drives one mode, and for its "
+        f"The usual formula from amplitude and phase gives {amount(float(apparent[wrong]), 'J')} a period, and the sample "
+        f"dissipates {amount(float(taken[wrong]), 'J')}. The formula is valid only for a force drive of one mode, and its "
         "deflection. "
-        "Take total_dissipated_energy, or compare apparent_dissipated_energy with an experiment.",
+        "Use total_dissipated_energy, or compare apparent_dissipated_energy with an experiment.",
         "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998)",
         ("drive.excitation", "readout.kind"),
     )

@@ -69,11 +69,11 @@ def mode_left_out(seen: Evidence) -> Advice | None:
     about = (seen.of_mode(len(seen.problem.modes) - 1, "f0"), seen.of_tone(0, "frequency"))
     where = (
         f"Harmonic {order} of the drive is {detuning:.2g} line widths from mode {len(seen.problem.modes) + 1} of a rectangular "
-        "beam, which is left out"
+        "beam, which the case lacks"
     )
-    remedy = "Give the modes up to this one, as measured."
+    remedy = "Add the modes up to this one, as measured."
     if not seen.computed and detuning < LINE_WIDTHS and mode.Q >= SHARP:
-        text = f"{where}: taps may drive it, which a run tells. {remedy}"
+        text = f"{where}: taps may drive it; a run shows whether. {remedy}"
         return Advice("mode_left_out", detuning, LINE_WIDTHS, text, STARK, about)
     if not seen.deepest:
         return None
@@ -106,9 +106,9 @@ def static_vs_modal_k(seen: Evidence) -> Advice | None:
         missing * abs(mean) / A0,
         UNBENT,
         f"The mean force bends the lever by {shown(abs(mean), 'm')}, and a whole beam would bend by "
-        f"{shown(stiffer * abs(mean), 'm')} more: under a steady force {given} {percent(stiffer)} too stiff. Give one mode "
-        "more, or count this to zc.",
-        "H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995): k of mode 1 is 1.0302 times the static one",
+        f"{shown(stiffer * abs(mean), 'm')} more: under a static force {given} {percent(stiffer)} too stiff. Add one mode, "
+        "or add this bending to zc.",
+        "H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995): k of mode 1 is 1.0302 times the static k",
         (seen.of_mode(0, "k"),),
     )
 
@@ -133,7 +133,7 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
                 widths,
                 1.0,
                 f"The drive is {widths:.2g} line widths off resonance, and A0 is the free amplitude there: at f0 the same "
-                f"drive would give {shown(peak, 'm')}. If A0 was measured at resonance, give a smaller A0.",
+                f"drive would reach {shown(peak, 'm')}. If A0 was measured at resonance, enter a smaller A0.",
                 "the free response of the mode: F0 = k A0 sqrt((1 - r^2)^2 + (r/Q)^2)",
                 (seen.of_tone(number, "frequency"), seen.of_tone(number, "A0")),
             )
@@ -150,7 +150,7 @@ def small_amplitude(seen: Evidence) -> Advice | None:
         A0,
         limit,
         f"The free amplitude is {shown(A0, 'm')}, less than the diameter of an atom ({shown(limit, 'm')}): the tip then feels "
-        "single atoms, and all forces here take tip and sample for continuous. Use a larger A0, or read it as a trend.",
+        "single atoms, but all forces here treat tip and sample as continuous. Use a larger A0, or read it as a trend.",
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011): a0 is an atom's diameter over 2.5",
         (seen.of_tone(0, "A0"), "contact.a0"),
         "m",
@@ -169,7 +169,8 @@ def thermal_amplitude(seen: Evidence) -> Advice | None:
                 moved,
                 NOISY * tone.A0,
                 f"The thermal motion of mode {tone.mode + 1} is {shown(moved, 'm')} (rms), {percent(moved / tone.A0)} of its "
-                "free amplitude, and it is left out. Use a larger A0 or a stiffer cantilever, or take the result as a mean.",
+                "free amplitude, and the model neglects it. Use a larger A0 or a stiffer cantilever, or read the result as a "
+                "mean.",
                 EQUIPARTITION,
                 (seen.of_tone(number, "A0"), seen.of_mode(tone.mode, "k")),
                 "m",
@@ -196,7 +197,7 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
     else:
         limit, what = (
             math.sqrt(BLURRED * 8.0 / 15.0) * seen.closest,
-            f"the tip comes as near as {shown(seen.closest, 'm')}",
+            f"the closest distance is {shown(seen.closest, 'm')}",
         )
     if moved <= limit:
         return None
@@ -204,8 +205,9 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
         "thermal_motion_and_force",
         moved,
         limit,
-        f"The thermal motion is {shown(moved, 'm')} (rms), and {what}: it changes the mean force by more than 10 % and brings "
-        "jumps forward, and it is left out here. Use a stiffer cantilever, or take forces and jumps as rough.",
+        f"The thermal motion is {shown(moved, 'm')} (rms), and {what}: it changes the mean force by more than 10 %, and jumps "
+        f"come "
+        "earlier. The model neglects it. Use a stiffer cantilever, or read forces and jumps as rough.",
         EQUIPARTITION,
         (seen.of_mode(0, "k"), "medium.temperature"),
         "m",
@@ -226,7 +228,7 @@ def snap_in(seen: Evidence) -> Advice | None:
             count,
             0.0,
             f"At {count} of {held.size} points the sample pulls the tip and keeps it in contact: the lever has snapped in, and "
-            "its amplitude there is no tapping amplitude. Stay farther away, or use a larger A0 or a stiffer cantilever.",
+            "this amplitude is no tapping amplitude. Use larger distances, a larger A0 or a stiffer cantilever.",
             BURNHAM,
             about,
         )
@@ -241,7 +243,7 @@ def snap_in(seen: Evidence) -> Advice | None:
         nearest,
         at,
         f"A still lever of this spring constant snaps in at {shown(at, 'm')}, where the gradient of the attraction exceeds k, "
-        f"and the experiment goes down to {shown(nearest, 'm')}: near there the tip stops tapping. Stay farther away, or use a "
+        f"and the experiment goes down to {shown(nearest, 'm')}. There the tip stops tapping. Use larger distances or a "
         "stiffer cantilever.",
         BURNHAM,
         about,

@@ -57,10 +57,10 @@ def unusual_value(seen: Evidence) -> Advice | None:
         "unusual_value",
         value,
         limit,
-        f"No usual instrument or sample has {said}: in use are {shown(usual.low, usual.unit)} to "
-        f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if the value is "
-        "meant, the models may not be made for it.",
-        "instruments and samples in use, with a factor of ten to spare",
+        f"No usual instrument or sample has {said}: usual are {shown(usual.low, usual.unit)} to "
+        f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if it is "
+        "right, the models may not be valid.",
+        "usual instruments and samples, with a margin of a factor of ten",
         tuple(path for path, _, _ in odd),
         usual.unit,
     )
@@ -100,8 +100,8 @@ def nominal_lever(seen: Evidence) -> Advice | None:
         len(taken),
         0.0,
         f"{' and '.join(taken)} of {lever.name} {'are' if len(taken) > 1 else 'is'} the maker's nominal "
-        f"{'values' if len(taken) > 1 else 'value'}: {NOMINAL}, and write them beside the name.",
-        "tolerances of thickness: f0 goes as the thickness, k as its cube",
+        f"{'values' if len(taken) > 1 else 'value'}: {NOMINAL}, and write them after the name.",
+        "tolerances of thickness: f0 is proportional to the thickness, k to its cube",
         tuple(f"cantilever.{field}" for field in taken),
     )
 

@@ -27,7 +27,7 @@ def attraction_of_a_small_sphere(seen: Evidence) -> Advice | None:
         excess,
         SPHERE_ERROR,
         f"The attraction -HR/6d² of {force.name} is {percent(excess)} too large for a radius of {shown(radius, 'm')} at "
-        f"{shown(seen.closest, 'm')}, as near as the tip comes, and more farther out. Use van_der_waals with geometry = "
+        f"{shown(seen.closest, 'm')}, the closest distance, and more farther out. Use van_der_waals with geometry = "
         '"exact_sphere", beside hertz for the contact.',
         "H. C. Hamaker, Physica 4, 1058 (1937): the exact sphere is smaller by (1 + d/2R)^2",
         ("tip.radius", seen.path(force)),
@@ -53,7 +53,7 @@ def surface_potential(seen: Evidence) -> Advice | None:
         "surface_potential",
         highest,
         LINEAR,
-        f"The potential of the {surface} is {shown(highest, 'V')}, and the linear theory of this variant holds up to 25 mV: "
+        f"The potential of the {surface} is {shown(highest, 'V')}, but the linear theory of this variant holds up to 25 mV: "
         'it overestimates the double layer. Use variant = "gouy_chapman".',
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011): e psi < k_B T",
         (seen.path(force, field), seen.path(force, "variant")),
@@ -75,8 +75,8 @@ def debye_length_and_gap(seen: Evidence) -> Advice | None:
         seen.closest,
         force.screening,
         f"The gap closes to {shown(seen.closest, 'm')} with a Debye length of {shown(force.screening, 'm')}: nearer than one "
-        "Debye length the double layer depends on whether charge or potential stays constant, by a factor of two and more. "
-        'Use variant = "constant_charge_exact" where the charge does, or take the force there as rough.',
+        "Debye length, constant charge and constant potential differ by a factor of two and more. "
+        'Use variant = "constant_charge_exact" for constant charge, or read the force there as rough.',
         "R. Hogg, T. W. Healy, D. W. Fuerstenau, Trans. Faraday Soc. 62, 1638 (1966): the ratio of both is coth(d / 2 lambda)",
         (seen.path(force, "variant"), seen.path(force)),
         "m",
@@ -94,7 +94,7 @@ def debye_length_and_radius(seen: Evidence) -> Advice | None:
         error,
         SPHERE_ERROR,
         f"The Debye length is {percent(error)} of the tip radius, and the double layer of dlvo is too large by about that "
-        "share: it takes the tip for flat over a Debye length. Use a larger radius or more salt, or take it as rough.",
+        "share. It assumes a flat tip over a Debye length. Use a larger radius or more salt, or read the force as rough.",
         "S. Bhattacharjee, M. Elimelech, J. Colloid Interface Sci. 193, 273 (1997): the force of a sphere is smaller by "
         "1 - lambda/R",
         (seen.path(force), "tip.radius"),

@@ -28,9 +28,9 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
         "noise_near_fold",
         largest / usual,
         NEAR,
-        f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times that along "
-        "most of the curve. There it is no longer a small disturbance, and thermal motion may take the state to another one "
-        "before it ends: df.switching_rate says how often.",
+        f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times the usual "
+        "noise of the curve. It is no longer a small disturbance: thermal motion may switch the state before its end. "
+        "df.switching_rate computes the rate.",
         "linear noise grows as 1/(1 - |multiplier|)",
         ("noise.bandwidth",),
     )
@@ -49,8 +49,8 @@ def detector_limited(seen: Evidence) -> Advice | None:
         "detector_limited",
         share,
         SHARE,
-        f"{percent(share)} of the square of the amplitude's noise is the detector's own, not the lever's thermal motion: a "
-        "detector with less noise would show more, and a lower temperature would not.",
+        f"{percent(share)} of the square of the amplitude noise is detector noise, not thermal motion: a "
+        "better detector would help, a lower temperature would not.",
         "U. Dürig et al., J. Appl. Phys. 72, 1778 (1992)",
         ("noise.detector",),
     )
@@ -77,9 +77,9 @@ def fluid_memory(seen: Evidence) -> Advice | None:
         "fluid_memory",
         found,
         limit,
-        f"{where}, at a mode with Q = {mode.Q:.2g}. Mass and damping by the liquid depend on the frequency, and a mode has "
-        "them as at its resonance: amplitudes at twice that frequency and beyond are 7 to 13 % and some degrees off. "
-        'A cantilever.beam with fluid = "history" has them as they are.',
+        f"{where}, at a mode with Q = {mode.Q:.2g}. Mass and damping by the liquid depend on the frequency, so "
+        "amplitudes at twice this frequency and above are off by 7 to 13 % and some degrees. "
+        'Use a cantilever.beam with fluid = "history".',
         "J. E. Sader, J. Appl. Phys. 84, 64 (1998)",
         (seen.of_mode(tone.mode, "Q"), seen.of_tone(0, "frequency")),
     )
@@ -98,8 +98,8 @@ def thermal_switching(seen: Evidence) -> Advice | None:
         "thermal_switching",
         expected,
         OFTEN,
-        f"Thermal motion takes this state to the other one {rate:.2g} times a second ({shown(1.0 / rate, 's')} on average): a "
-        f"slow microscope does not stay on it until it ends. At {units.show(seen.problem.noise.temperature, 'K', 4)} jumps are "
+        f"Thermal motion switches this state {rate:.2g} times a second (after {shown(1.0 / rate, 's')} on average): a "
+        f"slow microscope does not follow it to its fold. At {units.show(seen.problem.noise.temperature, 'K', 4)} jumps are "
         "random, and their place depends on the speed.",
         "H. A. Kramers, Physica 7, 284 (1940)",
         ("medium.temperature",),

@@ -40,9 +40,9 @@ def sampling(seen: Evidence) -> Advice | None:
         "sampling",
         error / scale,
         CLOSURE,
-        f"The mean force and k times the mean deflection differ by {percent(error / scale)}, and a steady motion makes them "
-        "equal: the force changes too steeply for the samples, so forces, energies and perhaps the state itself are wrong. "
-        "Raise solver.points_per_period until this is gone.",
+        f"The mean force and k times the mean deflection differ by {percent(error / scale)}, but are equal in a steady "
+        "motion. The force changes too steeply for the samples, so forces, energies and perhaps the state itself are wrong. "
+        "Raise solver.points_per_period until this advice is gone.",
         "the mean of the equation of motion over a period: <F> = k <z>",
         ("solver.points_per_period",),
     )
@@ -63,9 +63,10 @@ def step_error(seen: Evidence) -> Advice | None:
         "step_error",
         found,
         SEEN,
-        f"The error of the steps acts on the tip like a force of {percent(found)} of the drive: phases are off by about "
-        f"{math.degrees(found):.2g}° and energies by {percent(found)} of what the drive can give; forces and the mean "
-        "deflection may be off by more. Raise solver.points_per_period until this is gone.",
+        f"The error of the steps acts on the tip like a force of {percent(found)} of the drive. Phases are off by about "
+        f"{math.degrees(found):.2g}° and energies by {percent(found)} of the largest energy from the drive; forces and the "
+        f"mean "
+        "deflection may be off by more. Raise solver.points_per_period until this advice is gone.",
         "the tip equation over a period, component by component",
         ("solver.points_per_period",),
     )
@@ -124,8 +125,8 @@ def contact_sampling(seen: Evidence) -> Advice | None:
         "contact_sampling",
         samples,
         SWINGS,
-        f"Held by the contact the tip moves at {shown(rate / (2.0 * math.pi), 'Hz')}, and a period of that has only "
-        f"{samples:.2g} samples: amplitudes, phases and forces may be off by percents, multipliers altogether. {way}.",
+        f"In contact the tip oscillates at {shown(rate / (2.0 * math.pi), 'Hz')}, and such a period has only "
+        f"{samples:.2g} samples: amplitudes, phases and forces may be off by percents, multipliers by more. {way}.",
         "the error terms of RK4 for a linear oscillator: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential "
         "Equations I, Springer (1993), chapter II",
         ("solver.points_per_period",),
@@ -182,9 +183,9 @@ def energy_gained(seen: Evidence) -> Advice | None:
         "energy_gained",
         given,
         GAINED * most,
-        f"The sample gives energy to the tip, up to {percent(given / most)} of what the drive can give in a period: no passive "
-        "sample does, so the samples are too few for a steep force. Raise solver.points_per_period, or mend a force of your "
-        "own that pushes a tip that goes more than one that comes.",
+        f"The sample adds energy to the tip, up to {percent(given / most)} of the largest energy from the drive. No passive "
+        "sample does: the force is too steep for the samples. Raise solver.points_per_period, or correct your own force if it "
+        "pushes a leaving tip more than an approaching tip.",
         CLEVELAND,
         ("solver.points_per_period", "forces"),
         "J",
@@ -208,8 +209,8 @@ def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
         "amplitude_beyond_the_drive",
         found,
         BEYOND * most,
-        f"The amplitude reaches {shown(found, 'm')}, and the drive can give {shown(most, 'm')} at most: the samples are too "
-        "few for a steep force, which then gives energy. Raise solver.points_per_period.",
+        f"The amplitude reaches {shown(found, 'm')}, but the drive can reach {shown(most, 'm')} at most: the force is "
+        "too steep for the samples, and adds energy. Raise solver.points_per_period.",
         CLEVELAND,
         ("solver.points_per_period", "forces"),
         "m",
@@ -228,8 +229,8 @@ def not_settled(seen: Evidence) -> Advice | None:
         "not_settled",
         moving,
         0,
-        f"{moving} of {status.size} points had not settled when the largest number of periods was reached, so their values "
-        "still depend on the start. Raise solver.max_periods, or look at one of them with a dwell.",
+        f"{moving} of {status.size} points had not settled after the largest number of periods, so their values "
+        "still depend on the start. Raise solver.max_periods, or examine one of them with a dwell.",
         "solver.settle_tolerance",
         ("solver.max_periods", "solver.settle_tolerance"),
     )

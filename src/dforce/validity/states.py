@@ -24,8 +24,8 @@ def coexisting_states(seen: Evidence) -> Advice | None:
         "coexisting_states",
         2,
         1,
-        f"{found}: which state an experiment shows depends on where the tip comes from, on noise and on the feedback. Compare "
-        "with the state that was measured, by its phase, or stay clear with another A0; basins tells the share of each.",
+        f"{found}. The state in an experiment depends on approach, noise and feedback. Identify the measured state by its "
+        "phase, or avoid this range with another A0; basins computes the share of each.",
         BISTABLE,
         ("experiment.zc", seen.of_tone(0, "A0")),
     )
@@ -61,7 +61,7 @@ def _ways_that_differ(seen: Evidence) -> str | None:
     apart = np.abs(motion[:, 0] - motion[:, 1]) > DISTINCT * seen.problem.tones[0].A0  # NaN is not apart
     if not apart.any():
         return None
-    ways, unit = ("approach and retract", "m") if seen.along == "zc" else ("the ways up and down", "Hz")
+    ways, unit = ("approach and retract", "m") if seen.along == "zc" else ("the sweeps up and down", "Hz")
     where = f"Between {shown(float(x[apart].min()), unit)} and {shown(float(x[apart].max()), unit)}"
     return f"{where} {ways} end in different states"
 
@@ -89,9 +89,9 @@ def set_point_met_twice(seen: Evidence) -> Advice | None:
                 "set_point_met_twice",
                 float(rise[top]),
                 least,
-                f"On the {way} the amplitude grows again from {shown(low, 'm')} to {shown(float(amplitude[top]), 'm')} towards "
-                f"{shown(float(zc[top]), 'm')}: a set point between these is met at several distances, and a feedback jumps "
-                "from one to the other. Choose a set point outside of this range, or another A0.",
+                f"On the {way} the amplitude steps up from {shown(low, 'm')} to {shown(float(amplitude[top]), 'm')} at zc = "
+                f"{shown(float(zc[top]), 'm')}: such set points occur at several distances, and a feedback jumps "
+                "between them. Choose a set point outside of this range, or another A0.",
                 BISTABLE,
                 ("experiment.zc", seen.of_tone(0, "A0")),
                 "m",
@@ -113,7 +113,7 @@ def set_point_unreachable(seen: Evidence) -> Advice | None:
                 float(high - low),
                 least,
                 f"On the {way} the amplitude falls from {shown(float(high), 'm')} to {shown(float(low), 'm')} between "
-                f"{shown(float(zc[i]), 'm')} and {shown(float(zc[i + 1]), 'm')}: a set point between these is met nowhere, and "
+                f"{shown(float(zc[i]), 'm')} and {shown(float(zc[i + 1]), 'm')}: set points between them do not exist, and "
                 "a feedback drives the tip through the jump. Choose a set point outside of this range.",
                 BISTABLE,
                 ("experiment.zc", seen.of_tone(0, "A0")),
@@ -141,8 +141,8 @@ def begins_in_contact(seen: Evidence) -> Advice | None:
         first,
         free + problem.a0,
         f"The approach begins at {shown(first, 'm')}, where the tip with a free amplitude of {shown(free, 'm')} touches the "
-        f"sample: {touches}. Which state it follows depends on the start, and an approach from far away may meet another "
-        f"one. Begin experiment.zc at {shown(far, 'm')}, or give it as shares of drive.A0.",
+        f"sample: {touches}. Its state depends on the start, and an approach from far away may lead to another "
+        f"state. Begin experiment.zc at {shown(far, 'm')}, or write it as shares of drive.A0.",
         BISTABLE,
         ("experiment.zc", seen.of_tone(0, "A0")),
         "m",

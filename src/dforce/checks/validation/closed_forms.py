@@ -15,7 +15,7 @@ from dforce.forces.dmt import DMT
 from dforce.instrument import Cantilever, Drive, Sample, Tip
 
 POINTS = 1024
-TEXT = "Formulas that neglect something small; the limit is the size of what they neglect."
+TEXT = "Formulas that neglect a small term; the limit is the size of this term."
 
 
 def _phase_of_a_conservative_force() -> Iterator[Check]:
@@ -29,7 +29,7 @@ def _phase_of_a_conservative_force() -> Iterator[Check]:
             a, lag = float(found.values["mode_amplitude"][0]), float(found.values["mode_phase"][0])
             expected = 180.0 - math.degrees(math.asin(a / case.problem.tones[0].A0))
             yield Check(
-                "phase of mode 1 by its amplitude",
+                "phase of mode 1 from its amplitude",
                 f"{name}, {1e9 * zc:g} nm",
                 lag,
                 expected,
@@ -37,7 +37,7 @@ def _phase_of_a_conservative_force() -> Iterator[Check]:
                 abs(lag - expected),
                 0.012,
                 "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998): φ = 180° - asin(A/A0) in net attraction",
-                "in degrees; drive 2 moves mode 1 too",
+                "in degrees; drive 2 also moves mode 1",
             )
 
 

@@ -20,9 +20,9 @@ STEP = 0.1e-9  # m
 JUMP = 6.0  # steps of the distance: more than any branch turns in one
 TEXT = (
     "An approach and a retract over random cases of DMT and Kelvin–Voigt, in sudden steps of 0.1 nm, once by periodic orbits "
-    "and once by transients: the curves are the same but for the points beside a jump, which may come one step sooner or "
-    "later, and so is the area between approach and retract. A jump is where the complex amplitude changes by more than six "
-    "steps of the distance from one point to the next."
+    "and once by transients. The curves agree except beside a jump, which may come one step sooner or later. The area between "
+    "approach and retract agrees, too. At a jump the complex amplitude changes by more than six steps of the distance from "
+    "one point to the next."
 )
 
 

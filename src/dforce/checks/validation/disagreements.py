@@ -20,14 +20,13 @@ SEED = 1
 DEFAULT, RESOLVED = 256, 2048  # samples per period
 ASKED, ASKED_ENERGY, ASKED_PHASE = 1e-4, 1e-5, 0.01
 TEXT = (
-    "Random cases over fixed sums of forces that together hold every force model: Q from 1 to 2000, free amplitudes from "
-    "0.1 to 100 nm, one mode or two. Where the motion repeats with the tones, it is found by RK4 at the default 256 samples "
-    "a period (more where a mode asks for it), again with 2048, and as the periodic orbit of the adaptive integrator, which "
-    "lands on every kink at a tolerance of 1e-11. For the forces that are written a second time by hand in plain Python, "
-    "SciPy's DOP853 finds and measures the orbit once more. Forces at their extremes are searched for between samples. A "
-    "disagreement is relative to the size named; limits are 1e-4, for energies 1e-5 of the drive's work, for phases 0.01°. "
-    "At the default sampling figures are reported without a limit: a contact of a few samples misses it, and the advice of "
-    "dForce says so."
+    "Random cases over fixed sums of forces that together contain every force model: Q from 1 to 2000, free amplitudes from "
+    "0.1 to 100 nm, one mode or two. A motion that repeats with the tones is solved by RK4 at the default 256 samples a "
+    "period (more if a mode needs it), and again with 2048. The adaptive integrator finds the same periodic orbit, with a step "
+    "on every kink and a tolerance of 1e-11. Some forces have a second version in plain Python, written by hand: for these, "
+    "SciPy's DOP853 finds and measures the orbit once more. Extremes of forces are searched between samples. A disagreement "
+    "is relative to the named size; limits are 1e-4, for energies 1e-5 of the drive's work, for phases 0.01°. Figures at the "
+    "default sampling have no limit: a contact of a few samples exceeds it, and the advice of dForce warns."
 )
 
 
@@ -58,7 +57,7 @@ def asked(name: str) -> float:
 
 
 GROUPS = {
-    "default": "RK4 at its default against the adaptive integrator",
+    "default": "RK4 with its default against the adaptive integrator",
     "resolved": "RK4 with 2048 samples a period against the adaptive integrator",
     "by_hand": "Adaptive integrator against DOP853 over laws written by hand",
     "balances": "Balances at 2048 samples a period",
@@ -85,7 +84,9 @@ class Tally:
             self.outcomes["motions without a reference: Newton's method with the adaptive integrator found none"] += 1
             return
         how = (
-            "found as periodic orbits" if fine.by_newton else "left to settle, for want of an orbit by Newton's method"
+            "found as periodic orbits"
+            if fine.by_newton
+            else "integrated until settled, without an orbit by Newton's method"
         )
         self.outcomes[f"steady motions {how}"] += 1
         for group, found in (("default", first), ("resolved", fine)):
@@ -94,7 +95,7 @@ class Tally:
             self.note("balances", closures(problem, fine.values, fine.mean_squares()), case)
         else:
             self.outcomes[
-                "of these, of a tip that is stuck (A below 0.01 A0): without balances, for want of a scale"
+                "of these, with a tip in permanent contact (A below 0.01 A0): without balances, as no scale exists"
             ] += 1
         common = window_length([tone.frequency for tone in problem.tones])
         by_hand = measured(problem, case.zc, exact.orbit, common)
@@ -110,7 +111,7 @@ class Tally:
     def checks(self) -> list[Check]:
         """Return the worst of each quantity in each comparison."""
         out = [
-            Check("What became of the cases", words, float(count), None, "1", 0.0, None)
+            Check("Outcome of the cases", words, float(count), None, "1", 0.0, None)
             for words, count in self.outcomes.most_common()
         ]
         for group, words in GROUPS.items():

@@ -29,8 +29,8 @@ SOURCES = {
     "mean force": "A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001): Σ 1/k_n ⟨F⟩ = ⟨z⟩",
     "virial": "J. R. Lozano, R. Garcia, Phys. Rev. Lett. 100, 076102 (2008): ½ k A [(1 - r²) A - (F/k) cos φ]",
     "energy": "J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998): π F A sin φ - π k r A²/Q",
-    "total energy": "the drives' work less that of the modes' damping",
-    "conserved energy": "a force of the distance alone takes nothing in a period",
+    "total energy": "work of the drives minus loss by the damping of the modes",
+    "conserved energy": "a force of the distance alone dissipates nothing in a period",
     "multipliers": "Liouville: for a force of the distance alone their product is exp(-Σ ω_n T / Q_n)",
 }
 SIZES = {
@@ -42,8 +42,8 @@ SIZES = {
     "multipliers": "1",
 }
 TEXT = (
-    "Balances that hold for every steady motion whatever the force, closed on the shipped examples at 4096 samples a period. "
-    "Each is relative to the size named; mean forces are meant to close to 1e-4, energies to 1e-5 of the drive's work."
+    "Balances of every steady motion, for any force, on the shipped examples at 4096 samples a period. Each is relative to "
+    "the named size. Mean forces must close to 1e-4, energies to 1e-5 of the drive's work."
 )
 POINTS = 4096
 EXAMPLES: tuple[tuple[str, float, Start], ...] = (

@@ -77,8 +77,8 @@ def _one_mass() -> Misprint:
         "(3)",
         r"m = 0.25\, m_c \text{ for all modes}",
         r"m_n = k_n / \omega_n^2",
-        "Exact for a uniform beam, but the paper's own numbers are of another: those of table 1 give "
-        f"m₂/m₁ = {ratio:.3f}, so that one mass for both would change k₂ or f₂.",
+        "Exact for a uniform beam, but the paper has another beam: from table 1 follows "
+        f"m₂/m₁ = {ratio:.3f}, so one mass for both would change k₂ or f₂.",
     )
 
 
@@ -90,7 +90,7 @@ def _quality_factor() -> Misprint:
         "(4)",
         r"Q_n = \frac{\omega_n}{\alpha_1 / \rho b h + \alpha_0 \omega_n^2}",
         r"Q_n = \frac{\omega_n}{\alpha_0 / \rho b h + \alpha_1 \omega_n^2}",
-        f"With α₁ in s and α₀ in kg/(m s), as equation 2 has them, the printed terms are in {printed[0]} and {printed[1]}; "
+        f"With α₁ in s and α₀ in kg/(m s), as in equation 2, the printed terms are in {printed[0]} and {printed[1]}; "
         f"exchanged both are in {right[0]}."
         if right[0] == right[1]
         else "",
@@ -122,8 +122,8 @@ def _sphere() -> Misprint:
         "(6), (7)",
         r"-\frac{H R}{6 d^2}",
         r"-\frac{2 H R^3}{3 d^2 (d + 2R)^2} \text{ where } d \ll R \text{ fails}",
-        f"Right for d ≪ R; for the paper's tip of 2 nm it is {100 * over[0]:.0f} % too large at contact and "
-        f"{100 * over[1]:.0f} % at 0.5 nm. (ε in equation 7 is the relative permittivity.)",
+        f"Right for d ≪ R. For the paper's tip of 2 nm it is {100 * over[0]:.0f} % too large at contact and "
+        f"{100 * over[1]:.0f} % at 0.5 nm. In equation 7 ε is the relative permittivity.",
     )
 
 
@@ -137,7 +137,7 @@ def _adhesion() -> Misprint:
         "(10), (11)",
         r"4 \pi R \gamma = \frac{H R}{6 a_0^2}",
         r"\text{the same, with } \gamma = \frac{H}{24 \pi a_0^2} = \tfrac{1}{2} W \text{ of like bodies}",
-        f"H and γ are one number: 0.8e-20 J is {1e3 * gamma:.4g} mJ/m². With twice this γ the force at contact jumps from "
+        f"H determines γ: 0.8e-20 J is {1e3 * gamma:.4g} mJ/m². With twice this γ the force at contact jumps from "
         f"{1e12 * outside:.1f} to {1e12 * doubled:.1f} pN.",
     )
 
@@ -151,8 +151,9 @@ def _jkr_branch() -> Misprint:
         "(12)",
         r"\bar\delta(\bar F) \text{ with } +2\sqrt{1 + \bar F}",
         r"\bar\delta = 3 q^4 - 4 q,\ \bar F = q^6 - 2 q^3,\ q \ge 3^{-1/3}",
-        f"The printed root ends at the largest pull, {1e9 * strongest:.3f} nN at δ = -u. A tip that is held by its position "
-        f"stays on to δ = -{depth:.4f} u, where the pull is {-1e9 * end:.3f} nN; that part has the other sign of the root.",
+        f"The printed root ends at the largest pull, {1e9 * strongest:.3f} nN at δ = -u. A tip at a controlled position "
+        f"stays in contact to δ = -{depth:.4f} u, where the pull is {-1e9 * end:.3f} nN; that part has the other sign of the "
+        f"root.",
     )
 
 
@@ -169,8 +170,8 @@ def _jkr_length() -> Misprint:
         "(13)",
         r"\bar\delta = \delta \left( \frac{\pi^2 \gamma^2 R}{3 E_\mathrm{eff}^2} \right)^{-1/3}",
         r"\bar\delta = \delta \left( \frac{3 \pi^2 \gamma^2 R}{16 E_\mathrm{eff}^2} \right)^{-1/3}",
-        f"The printed length is {printed / unit:.4f} times too long. Pressed in by 10,000 u the force over that of Hertz is "
-        f"{shares[0]:.4f} with it and {shares[1]:.4f} with the right one.",
+        f"The printed length is {printed / unit:.4f} times too long. At a depth of 10,000 u the force over Hertz's force is "
+        f"{shares[0]:.4f} with it and {shares[1]:.4f} with the right length.",
     )
 
 
@@ -184,7 +185,7 @@ def _jkr_force() -> Misprint:
         r"\bar F = \frac{F}{\pi \gamma R}",
         r"\bar F = \frac{F}{3 \pi \gamma R}",
         f"The largest pull is (3/2)πWR = {pull / scale:.4f} πγR with W = 2γ; by the printed unit it would be πγR. "
-        "No other meaning of γ mends (13) and (14) at once.",
+        "No other meaning of γ corrects (13) and (14) at once.",
     )
 
 
@@ -235,8 +236,9 @@ def _thin_sample() -> Misprint:
         r"\frac{8 E_\mathrm{eff}}{3 \pi} \tan\theta\, \delta^2 \left[ 1 + 1.7795 \frac{2}{\pi^2} X + 50.67 X^2 \right]",
         r"\frac{2 E_\mathrm{eff}}{\pi} \tan\theta\, \delta^2 "
         rf"\left[ 1 + {first:.4f} X + {second:.4f} X^2 + \ldots \right]",
-        f"X = tan θ δ/h, ν = 0.5. Force over that of a thick sample by the contact's integral equation: {text}. The prefactor "
-        f"8/3π holds 1/(1 - ν²) already: with E_eff it is {prefactor:.4f} times too large.",
+        f"X = tan θ δ/h, ν = 0.5. Force relative to a thick sample, from the integral equation of the contact: {text}. The "
+        f"prefactor "
+        f"8/3π already contains 1/(1 - ν²): with E_eff it is {prefactor:.4f} times too large.",
     )
 
 
@@ -246,8 +248,8 @@ def _viscous() -> Misprint:
         "(20)",
         r"-\eta \sqrt{R}\, \delta\, \frac{d\delta}{dt}",
         r"+\eta \sqrt{R \delta}\, \frac{d\delta}{dt}",
-        f"As printed in {printed}; with δ under the root in {right}, which is the newton. The sign is that of dδ/dt of the "
-        "indentation: a viscous contact resists being pressed in.",
+        f"As printed in {printed}; with δ under the root in {right}, the newton. Its sign is the sign of dδ/dt of the "
+        "indentation: a viscous contact resists compression.",
     )
 
 
@@ -270,8 +272,8 @@ def _standard_linear_solid() -> Misprint:
         r"F = -\frac{E_0 \eta}{E_0 + E_\infty} \left( \sqrt{R \delta}\, \dot\delta - \frac{\dot F}{E_0} \right)",
         r"\dot F + \frac{F}{\tau} = E_0 \dot H + \frac{E_\infty}{\tau} H, \quad H = \tfrac{4}{3} \sqrt{R}\, \delta^{3/2}",
         "Held at a depth the printed equation is F = (η/(E₀ + E∞)) dF/dt: the force grows, by "
-        f"{math.exp(10.0):.0f} in ten of its own times. The right one relaxes: of what was pressed in at once "
-        f"{held[-1] / held[49]:.3f} is left after ten τ, which is E∞/E₀, and Hertz' force with E∞ to "
+        f"{math.exp(10.0):.0f} in ten of its own times. The right equation relaxes: of the initial force "
+        f"{held[-1] / held[49]:.3f} is left after ten τ, equal to E∞/E₀, and to Hertz' force with E∞ within "
         f"{abs(held[-1] / hertz - 1.0):.0e}. (Valid while the contact grows; then Ting's integral.)",
     )
 
@@ -282,7 +284,7 @@ def _settling() -> Misprint:
         "text",
         r"2 \text{ to } 5 \text{ times } Q/\pi \text{ periods}",
         r"\text{at least } 6\, Q/\pi + 30, \text{ and a test}",
-        f"The transient falls by 1/e in Q/π periods, as the paper says; two to five of these leave {left[0]:.0f} to "
+        f"The transient falls by 1/e in Q/π periods, as in the paper; two to five of these leave {left[0]:.0f} to "
         f"{left[1]:.1f} % of it, six {100.0 * math.exp(-6.0):.2f} %.",
     )
 

@@ -30,9 +30,9 @@ POINTS = (32, 64, 128, 256, 512, 1024)
 SMOOTH = np.array([10.6e-9, 10.8e-9, 11e-9])  # the tip stays outside contact
 TEXT = (
     "Errors after four periods, as root mean squares over a dozen distances, against the adaptive integrator at a tolerance "
-    "of 1e-13; the order is the slope of their logarithms. RK4 cuts its steps at kinks and jumps of the force, so these cost "
-    "no order. A force that starts like a root does: Hertz' force starts like δ^1.5, where a step errs by h^2.5. Viscous drag "
-    "starts like δ^0.5, where a step would err by h^1.5, and is taken in parts."
+    "of 1e-13. The order is the slope of their logarithms. RK4 cuts its steps at kinks and jumps of the force, so these cost "
+    "no order. A force that starts like a root does: Hertz' force starts like δ^1.5, with an error of h^2.5 in this step. "
+    "Viscous drag starts like δ^0.5, with an error of h^1.5, so its first step is taken in parts."
 )
 
 
@@ -84,7 +84,7 @@ SLOPES = (
         (1e-5, 1e-6, *TIGHT[:4]),
         0.75,
         1.25,
-        "its own order changes on the way",
+        "its order changes within the range",
     ),
 )
 

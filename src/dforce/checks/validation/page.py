@@ -22,7 +22,7 @@ def validation_page(result: Mapping[str, Any]) -> str:
         When it is another table.
     """
     if not {"parts", "machine", "quick", "seconds"} <= {*result}:
-        raise ParameterError("result is not what dforce.checks.validation.validate returns")
+        raise ParameterError("result is not from dforce.checks.validation.validate")
     blocks = ["# Validation", _introduction(result), _summary(result), *_missed(result)]
     for part in result["parts"]:
         blocks += [f"## {part['title']}", part["text"]]
@@ -33,10 +33,10 @@ def validation_page(result: Mapping[str, Any]) -> str:
 
 def _introduction(result: Mapping[str, Any]) -> str:
     machine = ", ".join(f"{key} {value}" for key, value in result["machine"].items())
-    which = "the quick part: `dforce validate --quick`" if result["quick"] else "all of it: `dforce validate`"
+    which = "the quick part: `dforce validate --quick`" if result["quick"] else "all checks: `dforce validate`"
     return (
-        f"What dForce computes, held against published equations, exact balances and independent integrators. This page is "
-        f"{which}, which took {result['seconds']:.0f} s; it writes every figure here. ({machine})"
+        f"Results of dForce, compared with published equations, exact balances and independent integrators. This page is "
+        f"{which}. It took {result['seconds']:.0f} s and prints every figure here. ({machine})"
     )
 
 
@@ -115,7 +115,7 @@ def _disagreements(checks: Sequence[Row]) -> str:
     if not any(check["source"] for check in checks):
         return table(("outcome", "cases"), [(check["name"], f"{check['found']:.0f}") for check in checks])
     rows = [(c["name"], small(c["error"]), small(c["limit"]), c["source"], c["note"], verdict(c)) for c in checks]
-    return table(("quantity", "worst", "limit", "the case that gave it", "relative to; all cases", ""), rows)
+    return table(("quantity", "worst", "limit", "the worst case", "relative to; all cases", ""), rows)
 
 
 def _pivot(part: Mapping[str, Any]) -> Iterable[str]:
@@ -134,8 +134,8 @@ def _pivot(part: Mapping[str, Any]) -> Iterable[str]:
 
 def _cases(part: Mapping[str, Any]) -> Iterable[str]:
     if part["cases"]:
-        yield "### The cases named above"
-        yield "Each is a whole case: saved to a file, `dforce run` takes it."
+        yield "### The cases above"
+        yield "Each is a complete case: save it to a file for `dforce run`."
         for name, text in part["cases"].items():
             yield f"{name[:1].upper()}{name[1:]}:"
             yield f"```toml\n{text.rstrip()}\n```"

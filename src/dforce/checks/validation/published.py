@@ -15,9 +15,9 @@ from dforce.checks.validation.recipes import FORCE_RECIPES
 TABLES = ("forces", "layer", "lever", "motion")
 RECIPES = {**FORCE_RECIPES, **MOTION_RECIPES}
 TEXT = (
-    "Each value was computed from the equation named, or by two independent integrators, outside dForce. A value is met "
-    "when dForce gives it to half a unit of the last digit written; where another limit holds, the note says why. Motions "
-    "are those of the adaptive integrator, settled to 1e-11 of A0."
+    "Each value was computed outside dForce, from the named equation or by two independent integrators. dForce must agree to "
+    "half a unit of the last digit; a note explains any other limit. The motions come from the adaptive integrator, settled "
+    "to 1e-11 of A0."
 )
 
 

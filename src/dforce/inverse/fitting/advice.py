@@ -26,7 +26,7 @@ NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
 COARSE = 0.3  # standard deviations
 BOUND = 1e-3
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
-SPEC = "this fit's own numbers"
+SPEC = "numbers of this fit"
 
 
 def advice_on(found: Fitted) -> list[Advice]:
@@ -45,7 +45,9 @@ def _doubts(found: Fitted) -> Advice | None:
     told = [text for text in doubts(found.data.attrs) if not text.endswith(FAR_FORCES)]
     if not told:
         return None
-    return Advice("doubted_data", float(len(told)), 0.0, f"the measured curve is doubted: {'; '.join(told)}.", SPEC, ())
+    return Advice(
+        "doubted_data", float(len(told)), 0.0, f"doubts about the measured curve: {'; '.join(told)}.", SPEC, ()
+    )
 
 
 def _lost(found: Fitted) -> Advice | None:
@@ -53,8 +55,8 @@ def _lost(found: Fitted) -> Advice | None:
     if not lost:
         return None
     text = (
-        f"the best fit has no such state at {lost} of {int(found.data.used.sum())} points, so it is no success. "
-        "Values and errors are biased; leave out more points beside the jump (margin), or look at the model."
+        f"the best fit has no such state at {lost} of {int(found.data.used.sum())} points, so the fit failed there. "
+        "Values and errors are biased. Leave out more points beside the jump (margin), or check the model."
     )
     return Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
 
@@ -66,10 +68,10 @@ def _chi2(found: Fitted) -> Advice | None:
     if abs(reduced - 1.0) < MOST_CHI2 * width:
         return None
     why = (
-        "the model does not describe the data within their noise, so the errors are lower bounds. Look at the residuals: "
+        "the model does not describe the data within their noise, so the errors are lower bounds. Check the residuals: "
         "another force, base excitation, a drift or a wrong phase offset"
         if reduced > 1.0
-        else "the noise is smaller than the data say. The errors are too large by its root"
+        else "the noise is smaller than assumed. The errors are too large by the square root of chi2"
     )
     limit = 1.0 + math.copysign(MOST_CHI2 * width, reduced - 1.0)
     return Advice(
@@ -84,9 +86,9 @@ def _minima(found: Fitted) -> Advice | None:
     told = "; ".join(f"chi2 {one.chi2:.1f} at {_place(found, one)}" for one in others)
     inside = len(not_excluded(found.minima)) - 1
     joined = {
-        0: "The intervals of 95 % do not cover these values, which are excluded by less than 3 standard deviations",
-        len(others): "The data do not decide between them, and the intervals of 95 % cover all",
-    }.get(inside, f"The data do not decide between the lowest {inside + 1}, whose values the intervals of 95 % cover")
+        0: "The intervals of 95 % do not cover these values, but they are excluded by less than 3 standard deviations",
+        len(others): "The data do not distinguish them, and the intervals of 95 % cover all",
+    }.get(inside, f"The data do not distinguish the lowest {inside + 1}, and the intervals of 95 % cover their values")
     text = f"chi2 has more than one minimum: {found.best.chi2:.1f} at the values of this fit, and {told}. {joined}."
     names = tuple(
         one.name
@@ -112,7 +114,7 @@ def _bounds(found: Fitted) -> Advice | None:
     names = [one.name for one, is_near in zip(found.unknowns, near, strict=True) if is_near]
     if not names:
         return None
-    text = f"{', '.join(names)} lies at a bound of its range. Its error means nothing, and the data want it beyond."
+    text = f"{', '.join(names)} lies at a bound of its range. Its error is meaningless: the best value is beyond the bound."
     return Advice("at_bound", float(len(names)), 0.0, text, SPEC, tuple(names))
 
 
@@ -120,8 +122,8 @@ def _unseen(found: Fitted) -> Advice | None:
     if not found.unseen:
         return None
     text = (
-        f"not seen by these data: {', '.join(found.unseen)}. The value tells nothing, and has no error; dforce fit "
-        "--identify says which measurement would see it."
+        f"not constrained by these data: {', '.join(found.unseen)}. The value is meaningless and has no error. dforce fit "
+        "--identify finds a measurement that constrains it."
     )
     return Advice("not_seen", float(len(found.unseen)), 0.0, text, SPEC, tuple(found.unseen))
 
@@ -130,7 +132,7 @@ def _products(found: Fitted) -> Advice | None:
     products = known_products(found.certain.dead, found.unknowns)
     if not products:
         return None
-    text = f"only products are known: {', '.join(products)}. Leave one of the parameters out, or give it a prior."
+    text = f"the data constrain only products: {', '.join(products)}. Remove one of the parameters, or add a prior."
     return Advice("only_products", float(len(products)), 0.0, text, SPEC, ())
 
 
@@ -144,7 +146,7 @@ def _untold(found: Fitted) -> Advice | None:
     if not names:
         return None
     worst = float(max(error for error in errors if math.isfinite(error)))
-    text = f"{', '.join(names)} is not told by this curve: its error is above 50 %."
+    text = f"{', '.join(names)} is not constrained by this curve: its error is above 50 %."
     return Advice("not_told", worst, NOT_TOLD, text, SPEC, tuple(names))
 
 
@@ -154,7 +156,7 @@ def _together(found: Fitted) -> Advice | None:
         return None
     i, j = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
     pair = found.unknowns[int(i)].name, found.unknowns[int(j)].name
-    text = f"{pair[0]} and {pair[1]} are known only together: their correlation is {correlation.max():.4f}."
+    text = f"{pair[0]} and {pair[1]} are constrained only together: their correlation is {correlation.max():.4f}."
     return Advice("only_together", float(correlation.max()), TOGETHER, text, SPEC, pair)
 
 
@@ -163,6 +165,6 @@ def _sampling(found: Fitted) -> Advice | None:
         return None
     text = (
         f"twice as many samples a period change the curve by up to {found.coarse:.2g} standard deviations. "
-        "Give more: solver.points_per_period."
+        "Raise solver.points_per_period."
     )
     return Advice("sampling", found.coarse, COARSE, text, SPEC, ("solver.points_per_period",))

@@ -29,7 +29,7 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.period_map import MOTION
-from dforce.solvers.problem_batch import Lot
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static_walk import AT_ONCE
 from dforce.solvers.settling import apart, polished, settled
 from dforce.solvers.states import States
@@ -99,11 +99,15 @@ class ModelBranches:
         settings: SolverSettings,
         tones: int,
         finer: int = 1,
-        watch: Callable[[], None] | None = None,
+        check_cancelled: Callable[[], None] | None = None,
     ) -> None:
         if settings.method != "periodic":
             settings = SolverSettings(points_per_period=settings.points_per_period)
-        self.settings, self.stretches, self.watch = settings, list(stretches), watch or (lambda: None)
+        self.settings, self.stretches, self.check_cancelled = (
+            settings,
+            list(stretches),
+            check_cancelled or (lambda: None),
+        )
         self.samples = finer * sample_count(problem, settings)
         self.count = sum(len(stretch.heights) for stretch in stretches)
         self.tones, self.columns = tones, 2 * tones
@@ -116,14 +120,14 @@ class ModelBranches:
         self.is_smooth = block.is_smooth
 
     def _block(self, problems: Sequence[Problem]) -> Block:
-        lot = Lot.of(problems)
+        batch = ProblemBatch.of(problems)
         block = Block(
-            lot,
+            batch,
             lambda case, zc: (problems[case].at_height(zc), zc),
             self.settings,
             1,
             self.samples,
-            self.watch,
+            self.check_cancelled,
             whole=True,
         )
         block.predicted, block.wanted = PREDICTED, MOTION
@@ -171,10 +175,10 @@ class ModelBranches:
         values = stretch.heights + offsets[:, None]
         first = values[:, 0]
         if stretch.kind == FROM_FREE:
-            first = np.maximum(first, FAR * block.lot.length)
-            start = _motions(block, block.lot.at_heights(first).free())
+            first = np.maximum(first, FAR * block.batch.length)
+            start = _motions(block, block.batch.at_heights(first).free())
         else:
-            start = _motions(block, moving(block.lot.at_heights(first), stretch.amplitude, stretch.phase - turns))
+            start = _motions(block, moving(block.batch.at_heights(first), stretch.amplitude, stretch.phase - turns))
         found = polished(block, every, start, first)
         near = AT_ONCE if stretch.kind == FROM_FREE else AS_MEASURED
         good = (found.done == 1) & (apart(found.last_x, start.x) < near)
@@ -228,7 +232,7 @@ class ModelBranches:
         out.x[case, known], out.monodromy[case, known] = branch.x[i, :done], branch.monodromy[i, :done]
         out.memory[case, known], out.branch[case, known] = branch.memory[i, :done], branch.branch[i, :done]
         if done < len(places):
-            away = np.abs(values - branch.last_value[i]) / block.lot.length[case]
+            away = np.abs(values - branch.last_value[i]) / block.batch.length[case]
             out.values[case, places[done:]] = beyond(end, read, away[:done], away[done:])
         return True
 
@@ -239,7 +243,7 @@ class ModelBranches:
     def read(self, block: Block, cases: Any, at: Array, rows: Array) -> Array:
         """Return amplitudes (m) and phases (degrees) from what was measured at some distances (m), (motions, 2 tones)."""
         even = weights(block.frequencies, block.common)
-        found = finish_each(block.lot.example, 1, rows, even, *block.tables_of(cases, at))
+        found = finish_each(block.batch.example, 1, rows, even, *block.tables_of(cases, at))
         return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
 
     def slopes(
@@ -339,13 +343,13 @@ def free_response(problem: Problem) -> tuple[Array, Array]:
     return np.abs(turned), phase_lag(turned)
 
 
-def moving(lot: Lot, amplitude: Array, phase: Array) -> Array:
+def moving(batch: ProblemBatch, amplitude: Array, phase: Array) -> Array:
     """Return scaled motions whose modes follow their tones with amplitudes (m) and lags (degrees), (problems, size)."""
-    out = kernel.base_in_motion(lot.example, lot.tones)
-    for j, tone in enumerate(lot.example.tones[: len(amplitude)]):
-        turn = (amplitude[j] / lot.length) * np.exp(1j * (lot.tones[:, j, 1] - np.radians(phase[j])))
+    out = kernel.base_in_motion(batch.example, batch.tones)
+    for j, tone in enumerate(batch.example.tones[: len(amplitude)]):
+        turn = (amplitude[j] / batch.length) * np.exp(1j * (batch.tones[:, j, 1] - np.radians(phase[j])))
         out[:, 2 * tone.mode] += turn.real
-        out[:, 2 * tone.mode + 1] -= turn.imag * lot.tones[:, j, 0]
+        out[:, 2 * tone.mode + 1] -= turn.imag * batch.tones[:, j, 0]
     return np.asarray(out)
 
 

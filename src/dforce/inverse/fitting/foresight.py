@@ -60,39 +60,39 @@ def identify(
     errors: Mapping[str, Any] | None = None,
     helps: bool = True,
 ) -> xr.Dataset:
-    """Return which parameters a tapping curve can tell, and how well, before it is measured.
+    """Return the parameters that a tapping curve constrains, with their errors, before the measurement.
 
-    The errors are those of a fit to such a curve (Cramér and Rao), from the branches of the case and their derivatives.
+    The errors are the Cramér–Rao bound of a fit to such a curve, from the branches of the case and their derivatives.
 
     Parameters
     ----------
     case
-        Instrument, sample and forces, at the values expected.
+        Instrument, sample and forces, at the expected values.
     zc
-        Average distances: an array (m), a list of texts, or a grid; left out: 101 from 1.15 to 0.3 times the free amplitude.
+        Average distances: an array (m), a list of texts, or a grid; default: 101 from 1.15 to 0.3 times the free amplitude.
     free
-        Paths of the parameters to tell; left out: those of the table `[fit]`.
+        Paths of the parameters; default: from the table `[fit]`.
     errors
-        Noise: `amplitude` (m) and `phase` (degrees), with `_2` of tone 2; left out: 0.2 % of the free amplitude, 0.3 degrees.
+        Noise: `amplitude` (m) and `phase` (degrees), with `_2` for tone 2; default: 0.2 % of the free amplitude, 0.3 degrees.
     helps
-        Whether what would help is tried, too: other free amplitudes, and a second tone on a lever of one mode.
+        Whether to try improvements: other free amplitudes, and a second tone on a lever with one mode.
 
     Returns
     -------
     xarray.Dataset
-        Over `curve` (approach alone, approach and retract, each branch alone, and what might help), `known` (``sample``: the
+        Over `curve` (approach alone, approach and retract, each branch alone, and improvements), `known` (``sample``: the
         instrument exactly; ``prior``: free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees; ``all``: these are
         free, too) and `parameter`: `error` (relative of positive parameters, else m or degrees), `verdict`; `worst_pair` and
-        `worst_correlation`; `products`, where only products are known.
+        `worst_correlation`; `products`, if only products are constrained.
 
     Raises
     ------
     ParameterError
-        As :func:`dforce.fit` for the parameters, and for distances at which nothing is found.
+        As in :func:`dforce.fit` for the parameters, and for distances without any state.
     """
     names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
     if not names:
-        raise ParameterError('free must name the parameters to tell, such as ["sample.youngs_modulus"]')
+        raise ParameterError('free must name the parameters to fit, such as ["sample.youngs_modulus"]')
     curves = dict(_rows(_branches(case, zc, names, errors or {}), ""))
     if helps:
         for words, factor in OTHERS.items():
@@ -142,7 +142,7 @@ def _distances(case: Case, zc: object) -> Array:
     grid = Approach(zc=zc).distances()
     found = np.unique(np.asarray(grid, dtype=float))[::-1]
     if len(found) < 2:
-        raise ParameterError("zc is one distance; a curve has many")
+        raise ParameterError("zc is one distance; a curve needs several")
     return found
 
 
@@ -169,7 +169,7 @@ def _branches(case: Case, zc: object, free: Sequence[str], errors: Mapping[str, 
             used[mine[used[mine]][-MARGIN:]] = False
     if not used.any():
         raise ParameterError(
-            "the case has no steady motion of one period at these distances, so there is no curve to fit"
+            "the case has no steady motion of one period at these distances, so no curve exists to fit"
         )
     slopes = model.slopes(varied, predicted) / data.sigma[:, None]
     first = np.flatnonzero(used & (kinds == FROM_FREE))
@@ -205,7 +205,7 @@ def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
     curves = ModelBranches(case.problem, [], case.solver, len(case.problem.tones))
     block = Block.of_one(case.problem, curves.settings, 1, points=curves.samples)
     count = len(block.memory_scale), block.hysteresis
-    start = States(block.lot.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
+    start = States(block.batch.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
     walk = Walk(block, along[None], start, lambda points: None)
     walk.run()
     if not walk.jumps[0] or not walk.points.is_orbit[0, -1]:
@@ -330,7 +330,7 @@ def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
         elif math.isinf(error):
             out.append("only a product")
         elif one.is_log and error > NOT_TOLD:
-            out.append("not told by this curve")
+            out.append("not constrained by this curve")
         elif correlation[i].max(initial=0.0) > TOGETHER:
             out.append("only together with another")
         else:
@@ -340,25 +340,25 @@ def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
 
 @checked
 def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
-    """Return as text what curves can tell: a row each, with the relative errors of positive parameters.
+    """Return a table of curves as text, with the relative errors of positive parameters.
 
-    An error in brackets is so large that the parameter is not told. Below stands the pair of parameters that each curve
-    tells apart least.
+    An error in brackets is so large that the parameter is not constrained. Below is the most correlated pair of parameters of
+    each curve.
 
     Parameters
     ----------
     result
-        What :func:`identify` returns.
+        The result of :func:`identify`.
     known
-        What is known of the instrument: ``sample``, ``prior`` or ``all``.
+        Knowledge of the instrument: ``sample``, ``prior`` or ``all``.
 
     Raises
     ------
     ParameterError
-        When it is no such result.
+        When the result is not from :func:`identify`.
     """
     if result.attrs.get("kind") != "identify" or known not in result["known"].values:
-        raise ParameterError("this result does not say what a curve can tell; df.identify(case, free=[...]) does")
+        raise ParameterError("this result is not from df.identify; call df.identify(case, free=[...])")
     part = result.sel(known=known)
     names = [
         name
@@ -376,8 +376,8 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
     lines = ["\n\n".join(aligned(part) for part in [*in_parts(rows), pairs])]
     mine = [line for line in result.attrs["products"].splitlines() if f", {known}: " in line]
     if any(cell.startswith("(") for row in rows for cell in row):
-        lines.append("in brackets: so large that the parameter is not told")
-    return "\n".join([*lines, *(f"only products are known: {line}" for line in mine)])
+        lines.append("in brackets: so large that the parameter is not constrained")
+    return "\n".join([*lines, *(f"only products are constrained: {line}" for line in mine)])
 
 
 def _short(names: Sequence[str]) -> list[str]:

@@ -32,7 +32,7 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
         return given
     if given is None:
         if not asked.file:
-            raise ParameterError('there is no measured curve: name its file, or write [data] file = "curve.csv"')
+            raise ParameterError('the measured curve is missing: name its file, or write [data] file = "curve.csv"')
         given = named(asked.file, "data.file", case.folder)
     data = read_measured(given, **reading_of(asked))
     return data if CALIBRATED in data.attrs else calibrate(data, case, **calibration_of(asked))

@@ -28,38 +28,38 @@ def fit_many(
     progress: Progress | bool | None = None,
     **settings: Any,
 ) -> xr.Dataset:
-    """Return the fits of many curves, each from the same start; one that cannot be fitted does not stop the others.
+    """Fit many curves, each from the same start; a failed curve does not stop the others.
 
     Parameters
     ----------
     case, free, settings
-        As of :func:`fit`.
+        As in :func:`fit`.
     curves
-        Measured curves, or their files, by their names; a file of several curves gives each of them a number.
+        Measured curves, or their files, by name; the curves of one file get numbers.
     progress
-        Called with the number of curves that are done.
+        Called with the number of finished curves.
 
     Returns
     -------
     xarray.Dataset
         Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
-        and `message`, a sentence where a curve could not be fitted; the places `x` and `y` (m) of a map. Curves that were
-        not done when it was stopped are left out, and ``attrs["interrupted"]`` is 1.
+        and `message`, a sentence for each failed curve; the places `x` and `y` (m) of a map. A stopped result omits the
+        unfinished curves, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------
     ParameterError
-        When none was fitted.
+        When no curve was fitted.
     KeyboardInterrupt
-        When it was stopped before the first was done.
+        When stopped before the end of the first fit.
     """
     asked = settings_of(case, free, settings)
     done: dict[str, xr.Dataset | str] = {}
     stopped = True
-    with late_stop_waits(), watched(progress, case.title) as tell, until_stopped():
+    with late_stop_waits(), watched(progress, case.title) as report_progress, until_stopped():
         every = _every(case, curves)
         for number, (name, curve) in enumerate(every.items()):
-            tell(number, len(every), name)
+            report_progress(number, len(every), name)
             try:
                 if isinstance(curve, Exception):
                     raise curve
@@ -75,7 +75,7 @@ def fit_many(
             done[name] = one
         else:
             stopped = False
-            tell(len(every), len(every), "")
+            report_progress(len(every), len(every), "")
     if stopped and not done:
         raise KeyboardInterrupt
     return together(done, case).assign_attrs({"interrupted": 1} if stopped else {})

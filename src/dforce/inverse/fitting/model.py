@@ -64,16 +64,22 @@ class CurveModel:
         data: MeasuredPoints,
         finer: int = 1,
         which: Any = None,
-        watch: Callable[[], None] | None = None,
+        check_cancelled: Callable[[], None] | None = None,
     ) -> None:
-        self.case, self.unknowns, self.data, self.finer, self.watch = case, list(unknowns), data, finer, watch
+        self.case, self.unknowns, self.data, self.finer, self.check_cancelled = (
+            case,
+            list(unknowns),
+            data,
+            finer,
+            check_cancelled,
+        )
         used = np.flatnonzero(data.used)
         self.points = used if which is None else used[which]
         self.measured, self.sigma = data.values[self.points], data.spread[self.points]
         self.tones = data.tones
         stretches = [_stretch(data, self.points, kind) for kind in (FROM_FREE, BEHIND_JUMP)]
         self.stretches = [stretch for stretch in stretches if len(stretch.places)]
-        self.curves = ModelBranches(case.problem, self.stretches, case.solver, self.tones, finer, watch)
+        self.curves = ModelBranches(case.problem, self.stretches, case.solver, self.tones, finer, check_cancelled)
 
     def problem(self, values: Array) -> Problem:
         """Return the problem at values of the unknowns."""

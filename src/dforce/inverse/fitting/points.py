@@ -153,9 +153,7 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
         When a variable, an error or the noise is missing, for numbers that are none, and where nothing is left to fit.
     """
     if data.attrs.get("kind") == "fit":
-        raise ParameterError(
-            "the data are a fit; give the measured curve that it was made of, or do it again (fit_again)"
-        )
+        raise ParameterError("the data are a fit; pass its measured curve, or repeat the fit (fit_again)")
     height, amplitude, phase = _column(data, "height"), [_column(data, "amplitude")], [_column(data, "phase")]
     if "amplitude_2" in data or "phase_2" in data:
         amplitude.append(_column(data, "amplitude_2"))
@@ -181,7 +179,7 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
     if reading.branch != "measured":
         used &= _on_branch(found, branch, used, reading.branch)
     if used.sum() < FEWEST:
-        raise ParameterError(f"{int(used.sum())} points are left to fit, and at least {FEWEST} are needed")
+        raise ParameterError(f"{int(used.sum())} points are left to fit; at least {FEWEST} are needed")
     return replace(found, branch=branch, used=used)
 
 
@@ -193,7 +191,7 @@ def _column(data: xr.Dataset, name: str) -> Array:
         raise ParameterError(f"'{name}' of the data has {values.ndim} dimensions; a measured curve has one, `point`")
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
-        raise ParameterError(f"'{name}' of the data is no number at point {int(bad[0]) + 1}; leave that point out")
+        raise ParameterError(f"'{name}' of the data is not a number at point {int(bad[0]) + 1}; leave that point out")
     return values
 
 
@@ -201,7 +199,7 @@ def _error(data: xr.Dataset, reading: PointSelection, name: str, unit: str) -> f
     given = (reading.errors or {}).get(name, data.attrs.get(f"{name}_error"))
     if given is None:
         raise ParameterError(
-            f"the data do not say how large the noise of '{name}' is: calibrate them (df.calibrate), or give errors, such as "
+            f"the noise of '{name}' is unknown: calibrate the data (df.calibrate), or write errors, such as "
             f'{{"{name}": {"0.05e-9" if unit == "m" else "0.3"}}} in {unit}'
         )
     value = float(given)
@@ -224,7 +222,7 @@ def _of_the_unit(value: float, data: xr.Dataset, name: str, unit: str) -> float:
     if 0.0 < MISTYPED * span < value:
         raise ParameterError(
             f"the error of '{name}' is {units.show(value, unit, 4)}, more than {MISTYPED:g} times the "
-            f"{units.show(span, unit, 4)} that the curve spans; was the unit left out?"
+            f"{units.show(span, unit, 4)} span of the curve; is the unit missing?"
         )
     return value
 
@@ -247,7 +245,7 @@ def _chosen(data: xr.Dataset, height: Array, reading: PointSelection) -> Any:
         chosen &= np.any([(height >= low) & (height <= high) for low, high in map(sorted, reading.height)], axis=0)
     if reading.direction:
         if "direction" not in data.variables:
-            raise ParameterError("the data do not say which points are approach and which are retract")
+            raise ParameterError("the data do not distinguish approach and retract; add a column 'direction'")
         chosen &= np.asarray(data["direction"].values).astype(str) == reading.direction
     return chosen
 
@@ -353,7 +351,7 @@ def _ranges(given: Any) -> list[tuple[float, float]]:
     for pair in given if several else [given]:
         if not _is_list(pair) or len(pair) != 2:
             raise ParameterError(
-                f"use.height = {shorten(given)} is no range, such as ['5 nm', '40 nm'], and no list of ranges"
+                f"use.height = {shorten(given)} is neither a range, such as ['5 nm', '40 nm'], nor a list of ranges"
             )
         low, high = (number_of("use.height", value, "m") for value in pair)
         out.append((low, high))

@@ -17,22 +17,22 @@ if TYPE_CHECKING:
 
 @checked
 def fit_again(result: xr.Dataset, progress: Progress | bool | None = None) -> xr.Dataset:
-    """Return a fit done again from its own result: from the same case, settings and data.
+    """Repeat a fit from its own result, with the same case, settings and data.
 
     Parameters
     ----------
     result
-        What :func:`fit` returned.
+        The result of :func:`fit`.
     progress
         See :func:`dforce.run`.
 
     Raises
     ------
     ParameterError
-        When the result is no fit, or of a version of dForce whose cases are not understood.
+        When the result is not a fit, or is from an incompatible version of dForce.
     """
     check_fit(result)
     text = result.attrs.get("start_case")
     if not isinstance(text, str):
-        raise ParameterError("the result does not say how the fit was asked for")
+        raise ParameterError("the result does not contain the settings of its fit")
     return fit(Case.from_toml(text), data_of(result), progress=progress)

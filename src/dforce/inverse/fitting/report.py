@@ -27,24 +27,24 @@ LITTLE = 0.01  # of an error: what is passed on from given values is not told wh
 
 @checked
 def fit_report(result: xr.Dataset) -> str:
-    """Return what a fit found as text: data, statistics, parameters, correlations, and what to know; of many fits a table.
+    """Return a fit as text: data, statistics, parameters, correlations and advice; for many fits a table.
 
     Raises
     ------
     ParameterError
-        When the result is no fit.
+        When the result is not a fit.
     """
     if result.attrs.get("kind") == "fits":
         return _table(result)
     check_fit(result)
     lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
     if result.attrs.get("interrupted"):
-        lines.append("stopped before it was done; this is the best that was met")
+        lines.append("stopped early; these are the best values so far")
     lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", _heading(result), *_parameters(result)]
     if rows := _minima(result):
-        lines += ["", "minima that the data do not exclude, all within the intervals of 95 %", *rows]
+        lines += ["", "minima not excluded by the data, all within the intervals of 95 %", *rows]
     if given := _given(result):
-        lines += ["", "errors from what is given, to be added in squares", *given]
+        lines += ["", "errors from fixed values, to be added in squares", *given]
     if drawn := _bootstrap(result):
         lines += ["", *drawn]
     if pairs := _correlations(result):
@@ -72,14 +72,14 @@ def _table(result: xr.Dataset) -> str:
         chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}"
         rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}"))
         if bool(one["advised"]):
-            below.append(f"with advice, which a fit of it alone tells: {curve}")
+            below.append(f"with advice; fit this curve alone to read it: {curve}")
     return "\n\n".join([*(aligned(part) for part in in_parts(rows)), *(["\n".join(below)] if below else [])])
 
 
 def check_fit(result: xr.Dataset) -> None:
     """Raise ParameterError for a result that is no fit."""
     if result.attrs.get("kind") != "fit":
-        raise ParameterError("this result is no fit; df.fit(case, data, free=[...]) gives one")
+        raise ParameterError("this result is not a fit; get a fit from df.fit(case, data, free=[...])")
 
 
 def _data_lines(result: xr.Dataset) -> list[str]:
@@ -95,7 +95,7 @@ def _data_lines(result: xr.Dataset) -> list[str]:
     ]
     unsure = float(result.attrs.get("height_error", 0.0))
     if unsure:
-        lines.append(f"noise: heights are known to {unsure * 1e9:.2g} nm, which counts where the curve is steep")
+        lines.append(f"noise: heights have an error of {unsure * 1e9:.2g} nm, important on steep parts of the curve")
     correlation = float(result.attrs.get("neighbor_correlation", 0.0))
     if correlation > CORRELATED:
         wider = math.sqrt((1.0 + correlation) / (1.0 - correlation))
@@ -122,10 +122,10 @@ def _parameters(result: xr.Dataset) -> list[str]:
         one = result.sel(parameter=name)
         value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
         if not bool(one["seen"]):
-            rows.append((name, f"{value} {unit}".strip(), "not seen by these data", ""))
+            rows.append((name, f"{value} {unit}".strip(), "not constrained by these data", ""))
             continue
         if math.isinf(float(one["error"])):
-            rows.append((name, f"{value} {unit}".strip(), "only a product is known", ""))
+            rows.append((name, f"{value} {unit}".strip(), "only a product is constrained", ""))
             continue
         told = _both_sides(one, error, unit)
         if "offset" not in name and math.isfinite(float(one["error"])):
@@ -142,7 +142,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
 def _heading(result: xr.Dataset) -> str:
     """Return above the parameters what they hold for: curves with other k or R are as good."""
     held = str(result.attrs.get("holds_for", ""))
-    return f"parameters, for {held}; with other values the forces scale, and chi2 stays" if held else "parameters"
+    return f"parameters, for {held}; with other values the forces scale, and chi2 is the same" if held else "parameters"
 
 
 def _minima(result: xr.Dataset) -> list[str]:
@@ -198,10 +198,10 @@ def _bootstrap(result: xr.Dataset) -> list[str]:
         if bool(one["seen"]):
             _, error, unit = shown(float(one["value"]), float(one["bootstrap_error"]), str(one["unit"].values))
             ratio = float(one["bootstrap_error"]) / float(one["error"])
-            rows.append((name, f"+- {error} {unit}".rstrip(), f"{ratio:.2f} times that of the covariance"))
+            rows.append((name, f"+- {error} {unit}".rstrip(), f"{ratio:.2f} times the error from the covariance"))
     block = int(result.attrs["bootstrap_block"])
     words = "one by one" if block == 1 else f"in blocks of {block} points"
-    heading = f"errors by bootstrap: {result.sizes['draw']} fits to residuals drawn anew {words}"
+    heading = f"errors by bootstrap: {result.sizes['draw']} fits to redrawn residuals {words}"
     return [heading, *("  " + line for line in aligned(rows).splitlines())]
 
 
@@ -223,10 +223,10 @@ def _noise(fit: xr.Dataset, name: str) -> Any:
 
 @checked
 def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
-    r"""Return how well several models describe the same data.
+    r"""Compare several models on the same data.
 
-    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`. Models whose AIC is
-    above the least by less than 6 are not excluded.
+    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`. Models with an AIC within
+    6 of the lowest are not excluded.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
         same = all(one[name].shape == every[0][name].shape and (one[name] == every[0][name]).all() for name in columns)
         alike = all(np.array_equal(_noise(one, name), _noise(every[0], name)) for name in NOISE)
         if not same or not alike:
-            raise ParameterError("these fits are of different points or errors, so their chi2 cannot be compared")
+            raise ParameterError("these fits have different points or errors, so their chi2 cannot be compared")
     order = np.argsort([one.attrs["aic"] for one in every], kind="stable")
     names = [list(fits)[i] for i in order]
     table = {

@@ -51,20 +51,19 @@ def fit(
 ) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
-    Minimized is :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
-    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, its
-    drive and read-out included. Each branch is followed as it was measured, slowly and never across a jump; where a jump
-    lies is no data.
+    The fit minimizes :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
+    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, with
+    its drive and detector. Each branch is followed slowly, in the direction of the measurement and never across a jump. The
+    place of a jump is not used.
 
     Parameters
     ----------
     case
-        Instrument, sample and forces, where the fit starts; its table `[fit]` gives the defaults of all settings.
+        Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
-        A file, which is read and calibrated as the table `[data]` says; left out, the one that it names; or a curve over
-        `point`, as :func:`dforce.calibrate` returns it: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees
-        of lag, 90 when free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion,
-        -1 behind a jump),
+        A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
+        result of :func:`dforce.calibrate`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
+        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
         `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
@@ -81,20 +80,20 @@ def fit(
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
         in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and what repeats the fit. Stopped, it holds the best that was met, and ``attrs["interrupted"]`` is 1;
-        stopped on its way to the minimum it has no errors.
+        case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
+        ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises
     ------
     ParameterError
-        For parameters that the case does not have or use, parameters of which only a product can be known, more of them
-        than the data can tell, and data that lack something.
+        For parameters without effect in the case, parameters constrained only as a product, too many parameters for the data,
+        and incomplete data.
     """
     asked = settings_of(case, free, settings)
     data = measured_curve(case, data)
-    with late_stop_waits() as stop, watched(progress, case.title) as tell:
-        found = fitted(case, data, asked, tell)
-        tell(USUAL_RUNS, USUAL_RUNS, "")
+    with late_stop_waits() as stop, watched(progress, case.title) as report_progress:
+        found = fitted(case, data, asked, report_progress)
+        report_progress(USUAL_RUNS, USUAL_RUNS, "")
     found.interrupted |= stop.is_heard
     return to_dataset(found, data)
 
@@ -107,7 +106,7 @@ def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, o
     return Fit(**given) if case.fit is None else case.fit.replace(**given)
 
 
-def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitted:
+def fitted(case: Case, data: xr.Dataset, settings: Fit, report_progress: Progress) -> Fitted:
     """Return what a fit finds."""
     use = case.data.use if case.data is not None else {}
     reading = checked_reading(
@@ -115,7 +114,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
     )
     read = measured(data, reading)
     if read.tones > len(case.problem.tones):
-        raise ParameterError(f"tone {read.tones} was measured, and the case has {len(case.problem.tones)} tone")
+        raise ParameterError(f"the curve has tone {read.tones}, but the case has only {len(case.problem.tones)} tone")
     nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)
     unknowns = make_unknowns(case, read.tones, settings.free, nuisance, priors, settings.bounds, settings.start)
     unknowns = with_free_part(unknowns, read, set(settings.priors))
@@ -129,35 +128,41 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, tell: Progress) -> Fitte
             case = case.replace(one.path, one.prior[0])
     for name in settings.profile:
         if name not in names:
-            raise ParameterError(f"profile has '{shorten(name)}', which is not fitted")
-    return _FitRun(case, settings, read, unknowns, tell).run()
+            raise ParameterError(f"profile has '{shorten(name)}', but the fit does not vary it")
+    return _FitRun(case, settings, read, unknowns, report_progress).run()
 
 
 class _FitRun:
     """The way of a fit from its starts to its errors; what is there when it is stopped is kept."""
 
     def __init__(
-        self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], tell: Progress
+        self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], report_progress: Progress
     ) -> None:
-        self.case, self.settings, self.data, self.unknowns, self.tell = case, settings, data, unknowns, tell
+        self.case, self.settings, self.data, self.unknowns, self.report_progress = (
+            case,
+            settings,
+            data,
+            unknowns,
+            report_progress,
+        )
         self.runs, self.chi2 = 0, np.inf
         self.starts: list[Start] = []
         self.minima: list[Minimum] = []
-        self.model = CurveModel(case, unknowns, data, watch=self.watch)
+        self.model = CurveModel(case, unknowns, data, check_cancelled=self.check_cancelled)
         self.met: Minimum | None = None
         self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
 
-    def watch(self) -> None:
+    def check_cancelled(self) -> None:
         note = f"chi2 {self.chi2:.6g}" if np.isfinite(self.chi2) else "looking for starts"
-        self.tell(min(self.runs, USUAL_RUNS - 1), USUAL_RUNS, note)
+        self.report_progress(min(self.runs, USUAL_RUNS - 1), USUAL_RUNS, note)
 
     def on_run(self, objective: Objective) -> None:
         best = objective.best
         self.runs, self.chi2 = self.runs + 1, min(self.chi2, best.chi2)
         if objective.model is self.model and (self.met is None or best.chi2 < self.met.chi2):
             self.met = best
-        self.watch()
+        self.check_cancelled()
 
     def run(self) -> Fitted:
         """Return what was found."""
@@ -211,7 +216,7 @@ class _FitRun:
     def _find(self) -> None:
         given = set(self.settings.start)
         first = first_guess(self.data, self.unknowns, given)
-        self.watch()
+        self.check_cancelled()
         self.starts = searched(self.model, first) if self.settings.search else [Start(first, np.nan)]
         self.minima = refined(self.model, self.starts, self.on_run)
         self._leave_unseen()
@@ -220,7 +225,7 @@ class _FitRun:
         """Put parameters that the data do not see back to where they started, and minimize over the others once more."""
         best = self.minima[0]
         if best.prediction is None:
-            raise ParameterError("the case allows none of the values that the fit tried; look at its bounds and start")
+            raise ParameterError("no value of the fit is valid in the case; check its bounds and start")
         certain = certainty(self._derivatives(), self.unknowns)
         if certain.seen.all():
             return
@@ -239,7 +244,7 @@ class _FitRun:
             best, finer = self.minima[0], 2 * self.model.finer
             if best.prediction is None:
                 return change
-            fine = CurveModel(self.case, self.unknowns, self.data, finer, watch=self.watch)
+            fine = CurveModel(self.case, self.unknowns, self.data, finer, check_cancelled=self.check_cancelled)
             there = fine.predict(best.varied)
             both = ~(there.lost | best.prediction.lost)
             apart = (fine.residuals(there) - self.model.residuals(best.prediction))[both]
@@ -264,7 +269,7 @@ class _FitRun:
 
         def done(so_far: Bootstrap) -> None:
             self.redrawn = so_far
-            self.tell(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
+            self.report_progress(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
 
         seen = np.flatnonzero(self._certainty()[0].seen).tolist()
         bootstrap(self.model, self.minima[0], seen, count, done)

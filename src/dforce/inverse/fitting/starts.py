@@ -142,10 +142,10 @@ def _evenly(model: CurveModel, stretch: BranchPoints, reach: float) -> CurveMode
     along = np.linspace(high, low, POINTS) if stretch.kind == FROM_FREE else np.linspace(low, high, POINTS)
     # nearer by so much the amplitude is less by about as much
     amplitude = np.maximum(stretch.amplitude - reach * (stretch.kind == BEHIND_JUMP), 0.1 * stretch.amplitude)
-    other = CurveModel(model.case, model.unknowns, model.data, model.finer, np.arange(0), model.watch)
+    other = CurveModel(model.case, model.unknowns, model.data, model.finer, np.arange(0), model.check_cancelled)
     other.stretches = [BranchPoints(stretch.kind, np.arange(POINTS), along, amplitude, stretch.phase)]
     other.curves = ModelBranches(
-        model.case.problem, other.stretches, model.case.solver, model.data.tones, model.finer, model.watch
+        model.case.problem, other.stretches, model.case.solver, model.data.tones, model.finer, model.check_cancelled
     )
     return other
 
@@ -173,7 +173,12 @@ def refined(model: CurveModel, starts: list[Start], on_run: Callable[[Objective]
     far: list[Minimum] = []
     if len(starts) > 1:
         rough = CurveModel(
-            model.case, model.unknowns, model.data, model.finer, np.arange(0, len(model.points), 3), model.watch
+            model.case,
+            model.unknowns,
+            model.data,
+            model.finer,
+            np.arange(0, len(model.points), 3),
+            model.check_cancelled,
         )
         for points in (rough, model):
             minima = [Objective(points, start.varied, on_run=on_run).minimize(ROUGH, MOST_ROUGH) for start in starts]

@@ -121,11 +121,13 @@ def make_unknowns(
     names += [name for name in priors if name not in names]
     doubled = [name for name in names if names.count(name) > 1]
     if doubled:
-        raise ParameterError(f"'{shorten(doubled[0])}' is given twice")
+        raise ParameterError(f"'{shorten(doubled[0])}' appears twice")
     for known, what in ((priors, "priors"), (bounds, "bounds"), (starts, "start")):
         for name in known:
             if name not in names:
-                raise ParameterError(f"{what} has '{shorten(name)}', which is not fitted{nearest(str(name), names)}")
+                raise ParameterError(
+                    f"{what} has '{shorten(name)}', but the fit does not vary it{nearest(str(name), names)}"
+                )
     unknowns = [_made(case, tones, str(name)) for name in names]
     places: dict[tuple[str | int, ...], str] = {}
     for one in unknowns:
@@ -150,7 +152,9 @@ def given_values(case: Case, tones: int, given: Mapping[str, object], fitted: Se
     out = []
     for name, value in given.items():
         if name in fitted:
-            raise ParameterError(f"given has '{shorten(name)}', which is fitted; what is known of it belongs in priors")
+            raise ParameterError(
+                f"given has '{shorten(name)}', but the fit varies it; write its known value under priors"
+            )
         one = _made(case, tones, name)
         out.append(replace(one, prior=value_and_error(f"given.{name}", value, one.unit)))
     return out
@@ -162,18 +166,28 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
     tone = 1 if name.endswith("_2") and base in NUISANCE and not number else 0
     word = base if tone else name
     if word in NUISANCE and tone >= tones:
-        raise ParameterError(f"'{name}' is of tone 2, and {tones} tone was measured")
+        raise ParameterError(f"'{name}' belongs to tone 2, but the data have {tones} tone")
     free_amplitude = case.problem.tones[tone].A0
     every = -math.inf, math.inf
     if word == "zc_offset":
         size = case.problem.tones[0].A0
         return Unknown(name, HEIGHT, "", 0, "m", r"z_\mathrm{off}", "zc minus the measured height", 0.0, *every, size)
     if word == "phase_offset":
-        doc = "measured phase minus that of the case"
+        doc = "measured phase minus the phase of the case"
         return Unknown(name, PHASE, "", tone, DEGREE, r"\phi_\mathrm{off}", doc, 0.0, *every, 1.0)
     if word == "amplitude_scale":
         return Unknown(
-            name, SCALE, "", tone, "1", "s_A", "measured amplitude over that of the case", 1.0, 0.0, math.inf, 0.0
+            name,
+            SCALE,
+            "",
+            tone,
+            "1",
+            "s_A",
+            "measured amplitude over the amplitude of the case",
+            1.0,
+            0.0,
+            math.inf,
+            0.0,
         )
     path = name if word != "A0" else _amplitude_path(case, tone)
     quantity = case.quantity(path)
@@ -181,7 +195,7 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
     if value is None and path.endswith("A0"):
         value = free_amplitude
     if value is None:
-        raise ParameterError(f"{path} is not given in the case, so that the fit has nothing to start from")
+        raise ParameterError(f"{path} is not in the case, so the fit has no start value; write it into the case")
     _refuse_unused(case, path)
     start, (low, high) = float(value), quantity.bounds()
     return Unknown(
@@ -211,7 +225,7 @@ def _scale(path: str, quantity: ParameterQuantity, start: float, low: float) -> 
     if start > 0.0 and (low >= 0.0 or quantity.unit in OFTEN):
         return 0.0
     if low >= 0.0:
-        raise ParameterError(f"{path} starts at {start:g}; a fit varies its logarithm, so give a start above 0")
+        raise ParameterError(f"{path} starts at {start:g}; a fit varies its logarithm: write a start above 0")
     return abs(start) or 1.0
 
 
@@ -220,13 +234,17 @@ def _refuse_unused(case: Case, path: str) -> None:
     drift, section = case.cantilever.drift, path.partition(".")[0]
     given = {"cantilever.Q": "Q", "drive.A0": "A0", "drive.base_amplitude": "A0"}.get(path)
     if drift is not None and given and getattr(drift, given):
-        raise ParameterError(f"cantilever.drift.{given} says {given} at each distance, so the data cannot tell {path}")
+        raise ParameterError(
+            f"cantilever.drift.{given} sets {given} at each distance, so the data do not constrain {path}"
+        )
     if section not in ("tip", "sample", "contact", "medium"):
         return
     used = values_used([type(force) for force in case.forces])
     if path not in used and section != "medium":
         forces = ", ".join(force.name for force in case.forces) or "none"
-        raise ParameterError(f"{path} is not used by the forces of this case ({forces}), so the data cannot tell it")
+        raise ParameterError(
+            f"{path} has no effect on the forces of this case ({forces}), so the data do not constrain it"
+        )
 
 
 def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any], starts: Mapping[str, Any]) -> Unknown:
@@ -275,13 +293,13 @@ def refuse_products(unknowns: Sequence[Unknown]) -> None:
             break
         if path == "tip.radius":
             raise ParameterError(
-                f"tip.radius and {strengths[0]} cannot both be fitted: a curve tells only their product, such as "
-                "E sqrt(R), H R; give priors for tip.radius, or leave it out"
+                f"tip.radius and {strengths[0]} cannot both be fitted: a curve constrains only their product, such as "
+                "E sqrt(R), H R; write priors for tip.radius, or remove it"
             )
         if path.startswith("cantilever") and path.endswith(".k"):
             raise ParameterError(
-                f"{path} and {strengths[0]} cannot both be fitted: a curve tells forces over k only; give priors for "
-                f"{path}, from a thermal spectrum, or leave it out"
+                f"{path} and {strengths[0]} cannot both be fitted: a curve constrains only forces over k; write priors for "
+                f"{path}, from a thermal spectrum, or remove it"
             )
 
 

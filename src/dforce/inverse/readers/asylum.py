@@ -67,7 +67,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
         from igor2 import binarywave
     except ImportError:
         raise ResultError(
-            f"{name} is a binary wave of Igor, which igor2 reads: python -m pip install 'dforce[readers]'"
+            f"{name} is a binary wave of Igor and needs igor2: python -m pip install 'dforce[readers]'"
         ) from None
     if not _fits(content):
         raise ResultError(f"{name} is damaged or was cut short")
@@ -79,7 +79,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
         raise ResultError(f"{name} is damaged or was cut short") from error
     named = [_text(label) for label in (labels[1] if len(labels) > 1 else []) if label]
     if values.ndim != 2 or values.dtype.kind not in "fiu" or values.shape[1] != len(named):
-        raise ResultError(f"{name} holds no channels with names, as a curve of Asylum's software does")
+        raise ResultError(f"{name} contains no named channels, unlike a curve of Asylum's software")
     notes = _notes(_text(note))
     columns = []
     for number, label in enumerate(named):
@@ -132,10 +132,11 @@ READER = Reader(
         "sensitivity": "AmpInvOLS",
         "instrument": "MicroscopeModel",
     },
-    how="by igor2, with the extra `dforce[readers]`",
-    seen="no: made by ourselves, after the layout of the format",
+    how="with igor2, the extra `dforce[readers]`",
+    seen="no: test files follow the layout of the format",
     export=(
-        "**Asylum Research (Igor).** Needed only without the extra `readers`. Save the waves of the force curve (`ZSnsr`, "
+        "**Asylum Research (Igor).** Text is needed only without the extra `readers`. Save the waves of the force curve "
+        "(`ZSnsr`, "
         "`Amp`, `Phase`) with *Data, Save Waves, Save Delimited Text*. `Amp` is in m, `ZSnsr` grows toward the sample: "
         '`height_grows="toward"`.'
     ),

@@ -25,10 +25,11 @@ READER = Reader(
     amplitude_by_version=True,
     not_read={b"\\*File list": NANOSCOPE, b"\\*Force file list": NANOSCOPE},
     how="`..._Ex` and `..._Rt` side by side",
-    seen="no: headings after published exports of force curves",
+    seen="no: headings from published exports of force curves",
     export=(
         "**Bruker (NanoScope Analysis).** Export the curve as ASCII with both *Extend* and *Retract* and with units in the "
-        "headings. Amplitudes are rms or zero to peak by version, so `amplitude_is` is asked for: compare the free amplitude "
-        "with the one you set."
+        "headings. Amplitudes are rms or zero to peak by version, so dForce asks for `amplitude_is`: compare the free "
+        "amplitude "
+        "with your setting."
     ),
 )

@@ -30,7 +30,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
             named.append(Column(title, unit if said is None else known_unit(said), values))
         tables.append(MeasuredTable(tuple(named), notes))
     if not tables:
-        raise ResultError(f"{name} has no group with data sets of one length, which the columns of a curve are")
+        raise ResultError(f"{name} has no group with data sets of equal length, the columns of a curve")
     return tables
 
 
@@ -39,7 +39,7 @@ READER = Reader(
     endings=(".h5", ".hdf5"),
     is_one=is_hdf5,
     read=read,
-    not_read={b"CDF": "is netCDF of the older kind (3), which is not read"},
+    not_read={b"CDF": "is netCDF of the old version 3; convert it to version 4"},
     how="a data set for each quantity, its unit in the attribute `units`; each group is a curve",
-    seen="no: there is no common layout",
+    seen="no: no common layout exists",
 )

@@ -50,11 +50,11 @@ READER = Reader(
     names={"height": "height_piezo"},  # "Height (measured)" is the sensor
     notes={"k": "springConstant"},
     amplitude_by_version=True,
-    not_read={b"PK\x03\x04": "is an archive, as JPK writes them; export the curve as text (ASCII)"},
+    not_read={b"PK\x03\x04": "is an archive of JPK; export the curve as text (ASCII)"},
     how="headings in comments, a block for each segment",
-    seen="no: headings after published readers",
+    seen="no: headings from published readers",
     export=(
         "**JPK (Data Processing).** Export the force curve as text with *Height (measured)*, lock-in amplitude and lock-in "
-        "phase. `Height` alone is the command of the piezo. `amplitude_is` is asked for."
+        "phase. `Height` alone is the command of the piezo. dForce asks for `amplitude_is`."
     ),
 )

@@ -86,7 +86,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
     except (ArithmeticError, LookupError, ValueError, configparser.Error) as error:
         raise ResultError(f"{name} is damaged or was cut short") from error
     if not tables:
-        raise ResultError(f"{name} holds no spectroscopy, only images")
+        raise ResultError(f"{name} contains no spectroscopy, only images")
     return tables
 
 
@@ -110,7 +110,7 @@ def _parts(content: bytes) -> tuple[configparser.ConfigParser, list[Channel], by
                 raise ValueError("more channels than a file has")
     blocks = content[end + len(END) :]
     if len(blocks) != start:
-        raise ValueError("the blocks are not those that the sections tell")
+        raise ValueError("the blocks differ from the list of sections")
     return settings, channels, blocks
 
 
@@ -150,7 +150,7 @@ def _part(group: list[Channel], blocks: bytes, line: int) -> dict[tuple[str, str
     for channel in group:
         found[channel.keys["Dim2Name"], channel.keys.get("Dim2Unit", "")] = channel.row(blocks, line)
     if not all(math.isfinite(value) for column in found.values() for value in column[:1]):
-        raise ValueError("a range that is no number")
+        raise ValueError("a range that is not a number")
     if len({len(column) for column in found.values()}) != 1:
         raise ValueError("channels of different lengths")
     return found
@@ -167,7 +167,8 @@ READER = Reader(
     how="each row of a spectroscopy is a curve",
     seen="heights and numbers: one file (FlexAFM, software 3.10); amplitude and phase: no",
     export=(
-        "**Nanosurf.** The `.nid` itself is read. Heights of the file seen grow toward the sample, the way back is stored in "
-        "the order of the way in, and both are turned. An amplitude in volts needs `sensitivity`."
+        "**Nanosurf.** dForce reads the `.nid` itself. In the tested file heights grow toward the sample, and the retract is "
+        "in "
+        "the order of the approach; both are reversed. An amplitude in volts needs `sensitivity`."
     ),
 )

@@ -49,14 +49,16 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
             )
         ]
     if is_kind(result, "fit"):
-        raise ResultError(f"{name} is a fit, and no measured curve; dforce fit does it again, with its curve")
+        raise ResultError(f"{name} is a fit, not a measured curve; dforce fit repeats it with its curve")
     if "zc" not in result.dims or "tone" not in result.dims or not {"amplitude", "phase"} <= set(result.data_vars):
         raise ResultError(
-            f"{name} is a result of dForce, but no approach: it has no amplitude and phase against zc, and no thermal spectrum"
+            f"{name} is a result of dForce without amplitude and phase against zc, and without a thermal spectrum"
         )
     more = set(map(str, result["amplitude"].dims)) - {"zc", "direction", "tone"}
     if more:
-        raise ResultError(f"{name} holds curves of many cases, over {', '.join(sorted(more))}; choose one with .isel")
+        raise ResultError(
+            f"{name} contains curves of many cases, over {', '.join(sorted(more))}; choose one with .isel"
+        )
     return [_table(result)]
 
 
@@ -100,6 +102,6 @@ READER = Reader(
     is_one=is_sealed,
     read=read,
     height_grows={"height": "away"},
-    how="an approach, both directions, or a measured curve that was kept",
+    how="an approach, both directions, or a saved measured curve",
     seen="yes",
 )

@@ -145,13 +145,13 @@ def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, list[int]]:
         if rows and (best is None or (len(rows), -rank) > best[:2]):
             best = len(rows), -rank, style, rows
     if best is None:
-        raise ResultError(f"{name} holds no table of numbers{_word_between([lines[place] for place in sample])}")
+        raise ResultError(f"{name} contains no table of numbers{_word_between([lines[place] for place in sample])}")
     style, rows = best[2], best[3]
     if len(rows) * len(style.cells(lines[rows[0]].text)) > MOST_CELLS:
-        raise ResultError(f"{name} holds more than {MOST_CELLS} numbers, which is no curve")
+        raise ResultError(f"{name} contains more than {MOST_CELLS} numbers, too many for a curve")
     width, known = _width(lines, rows, style), set(rows)
     if width > MOST_COLUMNS:
-        raise ResultError(f"{name} has {width} columns; more than {MOST_COLUMNS} are no curve")
+        raise ResultError(f"{name} has {width} columns; a curve has at most {MOST_COLUMNS}")
     broken = [
         place
         for place in plain
@@ -170,7 +170,7 @@ def _word_between(lines: Sequence[TextLine]) -> str:
             words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
             if words and len(cells) - len(words) >= 2:
                 return (
-                    f": '{shorten(words[0], 30)}' in line {line.number} is no number; leave out columns of words, but those of "
+                    f": '{shorten(words[0], 30)}' in line {line.number} is not a number; remove columns of words, except "
                     "directions"
                 )
     return ""
@@ -189,14 +189,14 @@ def _refuse_broken(lines: Sequence[TextLine], place: int, last: int, width: int,
     if len(cells) != width:
         raise ResultError(f"{name} has {len(cells)} cells in line {line.number} and {width} in the others")
     raise ResultError(
-        f"{name} has '{shorten(words[0] if words else line.text, 30)}' in line {line.number}, which is no number"
+        f"{name} has '{shorten(words[0] if words else line.text, 30)}' in line {line.number}, which is not a number"
     )
 
 
 def _cut(line: TextLine, name: str) -> ResultError:
     return ResultError(
-        f"{name} ends in the middle of line {line.number}: it was cut short; "
-        "copy it again, or remove that line to read what is left"
+        f"{name} ends in the middle of line {line.number}: the file is incomplete; "
+        "copy it again, or remove this line to read the rest"
     )
 
 
@@ -209,8 +209,8 @@ def _refuse_cut(text: str, lines: Sequence[TextLine], rows: Sequence[int], style
         raise _cut(lines[-1], name)
     if len(ends[-1]) < min(map(len, ends[:-1])):
         raise ResultError(
-            f"{name} ends without a line end at '{shorten(ends[-1], 30)}', which is shorter than every other number of its "
-            "column: it may have been cut short; end the line, or remove it"
+            f"{name} ends without a line end at '{shorten(ends[-1], 30)}', shorter than every other number of its "
+            "column: the file may be incomplete; end the line, or remove it"
         )
 
 
@@ -227,8 +227,8 @@ def _headings(lines: Sequence[TextLine], first: int, style: Style, name: str) ->
             found = [cell for cell in style.cells(line.text) if cell]
             if len(found) > 1 and len(found) != width and len(found) * 2 == width and style.separator == ",":
                 raise ResultError(
-                    f"{name} has {len(found)} headings above {width} columns: commas stand both between the numbers and in "
-                    "them, which cannot be told apart; export it with semicolons or tabs"
+                    f"{name} has {len(found)} headings above {width} columns: commas separate the numbers and are also in "
+                    "them; export it with semicolons or tabs"
                 )
             break
     return [f"column {number}" for number in range(1, width + 1)]

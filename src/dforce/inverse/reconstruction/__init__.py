@@ -31,14 +31,15 @@ def reconstruct(
     phase_error: float | str | None = None,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset:
-    r"""Return the force against distance behind a tapping curve, or one of frequency shifts, without a model of it.
+    r"""Return the force against distance from a tapping curve, or from frequency shifts, without a model.
 
-    The virial of each point, which amplitude and phase give exactly, is the mean of force times motion along the tip's path,
+    The virial of each point follows exactly from amplitude and phase. It is the mean of force times motion along the tip's
+    path,
 
     .. math:: V_i = \langle F(d_i(\theta))\, A_i \cos\theta \rangle,
 
-    linear in F. Least squares find the most likely smooth force that explains all points, whatever branch they lie on;
-    the paths are those of the real lever, harmonics and mean deflection included, found anew with each force.
+    linear in F. Least squares yield the most likely smooth force for all points, on any branch. The paths belong to the lever,
+    with harmonics and mean deflection, and are updated with each force.
 
     Parameters
     ----------
@@ -47,12 +48,12 @@ def reconstruct(
         `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag, 90 when free), optional `direction` and
         `branch`; `amplitude_error`, `phase_error`, `free_amplitude`, `k`, `f0` and `Q` among its attributes. A curve of
         phase-locked motions has `frequency_shift` (Hz), counted from the free lock at the same phase, and
-        `frequency_shift_error`; `drive_force` (N) where the loss is wanted, `phase` where it is not 90 degrees.
+        `frequency_shift_error`; `drive_force` (N) for the loss, `phase` if it is not 90 degrees.
     case
-        The instrument of a measured curve that does not say its own.
+        The instrument of a measured curve, if the curve lacks it.
     amplitude_error, phase_error
-        Standard deviation of a point's amplitude (m) and phase (degrees), or text with a unit; left out: what the curve
-        says, and for a result what its computation leaves.
+        Standard deviation of a point's amplitude (m) and phase (degrees), or text with a unit; default: from the curve, and for
+        a result the error of its computation.
     progress
         See :func:`dforce.run`.
 
@@ -60,15 +61,15 @@ def reconstruct(
     -------
     xarray.Dataset
         Over `distance`: `force` (N) with `force_error`, its parts `force_noise` and `gap_error`, `resolution` (m),
-        `force_status` (determined, blind, uncertain), `classic_force` by each `formula` in use, `damping` (kg/s) where the
-        sample takes energy, and `law_force` where the curve was computed from a known law. Where no motion turned the force is
-        NaN. Over `point`: the points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high`.
+        `force_status` (determined, blind, uncertain), `classic_force` by each `formula` in use, `damping` (kg/s) if the sample
+        dissipates energy, and `law_force` if the law is known. Without turning points the force is NaN. Over `point`: the
+        points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high`.
 
     Raises
     ------
     ParameterError
-        When the curve is none, has too few points, points out of order or with numbers that cannot be, more than one tone,
-        or says too little about the instrument.
+        When the argument is not a curve, has too few points, unordered points, impossible numbers or more than one tone, or
+        lacks values of the instrument.
 
     Notes
     -----
@@ -81,13 +82,13 @@ def reconstruct(
     error = np.sqrt(sum(((one.virial - balance.virial) / share) ** 2 for one, share in shifted))
     _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial / error)
     lossy = bool(np.isfinite(balance.energy).all())
-    with watched(progress, case.title) as tell, one_blas_thread():
-        inverse = invert(reading, balance, shifted, lossy, lambda done: tell(done - 1, ROUNDS, ""))
-        tell(ROUNDS, ROUNDS, "")
+    with watched(progress, case.title) as report_progress, one_blas_thread():
+        inverse = invert(reading, balance, shifted, lossy, lambda done: report_progress(done - 1, ROUNDS, ""))
+        report_progress(ROUNDS, ROUNDS, "")
     most = _most_together(inverse.rows.closest, [gap.high for gap in inverse.gaps])
     if most < LEAST_POINTS:
         raise ParameterError(
-            f"the points lie on both sides of a jump, at most {most} of them together; a force needs {LEAST_POINTS} or more"
+            f"a jump divides the points, with at most {most} on one side; a force needs {LEAST_POINTS} or more"
         )
     return dataset_of(inverse, reading, case, curve, bool(case.forces) and "status" in curve)
 
@@ -103,10 +104,10 @@ def _refuse_what_tells_nothing(low: Any, seen: Any) -> None:
     """Raise ParameterError where no virial is five times its error, and where all points turn at one distance."""
     if np.abs(seen).max() < SEEN:
         raise ParameterError(
-            "amplitude and phase are those of a free lever throughout, within their errors: there is no force to find"
+            "amplitude and phase equal the free lever everywhere, within their errors: the curve contains no force"
         )
     if np.ptp(low) <= 0.0:
-        raise ParameterError("all points turn at the same distance, so the curve tells no force against distance")
+        raise ParameterError("all points turn at the same distance, so the curve contains no force against distance")
 
 
 def _most_together(closest: Any, borders: list[float]) -> int:

@@ -79,7 +79,7 @@ def invert(
     balance: Balance,
     shifted: list[tuple[Balance, float]],
     lossy: bool,
-    watch: Callable[[int], None],
+    report_progress: Callable[[int], None],
 ) -> Inverse:
     """Return the force behind the points of a curve.
 
@@ -91,7 +91,7 @@ def invert(
         What they tell with one measured quantity moved by a share of its error, and that share: for the errors of the force.
     lossy
         Whether a drag may be looked for.
-    watch
+    report_progress
         Called with the number of each round.
     """
     motions, count = balance.motions, len(balance.virial)
@@ -107,7 +107,7 @@ def invert(
         started, before, done = (paths, off), np.inf, False
         while not done and rounds < ROUNDS:
             rounds += 1
-            watch(rounds)
+            report_progress(rounds)
             law = _laid_anew(law, low, closest(motions, paths), law.width)
             error = np.hypot(np.hypot(_virial_error(law, balance, shifted, paths), rounding), doubt * size)
             if rounds == WIDTH_ROUND:

@@ -135,7 +135,7 @@ def _lagging(mode: ModeNumbers, cotangent: Array) -> Array:
 
     for one in each:
         if not ahead(low, one) > 0.0 > ahead(high, one):
-            raise ParameterError("the curve holds a phase that the lever has nowhere near its resonance")
+            raise ParameterError("the curve contains a phase that the lever has nowhere near its resonance")
     found = [brentq(ahead, low, high, args=(one,), xtol=1e-12 * mode.f0, rtol=1e-14) for one in each]
     return np.array(found)[where]
 
@@ -166,11 +166,11 @@ def read_points(
     computed = "zc" in data.variables and "status" in data.variables
     if not computed and "height" not in data.variables:
         raise ParameterError(
-            "this is no curve over the distance: it has neither zc and status, as results of approach and branches, "
+            "this is not a curve over the distance: it has neither zc and status, as results of approach and branches, "
             "nor height, as a measured curve"
         )
     if data.attrs.get("kind") == "fit":
-        raise ParameterError("this is a fit; give the measured curve that it was made of")
+        raise ParameterError("this is a fit; pass its measured curve")
     reading, case = _computed(data, case) if computed else _measured(data, case)
     given = {"amplitude": amplitude_error, "phase": None if phase_error is None else float(np.deg2rad(phase_error))}
     errors = dict(reading.errors)
@@ -179,7 +179,7 @@ def read_points(
             errors[name] = np.full(len(reading.height), value)
     for name in ("amplitude", "phase"):
         if name not in errors:
-            raise ParameterError(f"the data do not say their {name}_error, so no error of the force follows; give it")
+            raise ParameterError(f"the data have no {name}_error, needed for the error of the force; pass it")
         if not (np.isfinite(errors[name]).all() and (errors[name] > 0.0).all()):
             raise ParameterError(f"{name}_error is not above 0")
     reading = CurvePoints(**{**vars(reading), "errors": errors})
@@ -190,7 +190,7 @@ def read_points(
 def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     """Return the points of a result that settled and repeat every period."""
     if case is not None:
-        raise ParameterError("a result carries its case; give none")
+        raise ParameterError("a result contains its case; pass no case")
     case = case_of(data)
     dims = set(data["amplitude"].dims) - {"tone"} if "amplitude" in data else set()
     if "zc" in data.dims and dims - {"direction"} == {"zc"}:
@@ -199,7 +199,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     elif dims == {"point"} and "branch" in data:
         walk, group = data.rename(point="place"), data["branch"].values
     else:
-        raise ParameterError("this result is no single curve over the distance; choose one with .isel or .sel")
+        raise ParameterError("this result is not a single curve over the distance; choose one with .isel or .sel")
     walk = walk.transpose("place", ...)
     good = repeats(walk["status"].values)
     if "repeat_periods" in walk:
@@ -236,7 +236,7 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         values = np.asarray(data[name].values, dtype=float)
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
-            raise ParameterError(f"'{name}' has no finite number at point {bad[0] + 1}; leave such points out")
+            raise ParameterError(f"'{name}' has no finite number at point {bad[0] + 1}; remove such points")
         return values
 
     group = np.zeros(count, dtype=int)
@@ -251,7 +251,7 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     if locked:
         errors.setdefault("phase", np.full(count, 1e-12))  # held: the controller's own business
         if "shift" not in errors:
-            raise ParameterError("the data do not say their frequency_shift_error, so no error of the force follows")
+            raise ParameterError("the data have no frequency_shift_error, needed for the error of the force")
     _check_order(column("height", np.nan), group, float(data.attrs.get("height_error", 0.0)))
     reading = CurvePoints(
         column("height", np.nan),
@@ -279,7 +279,8 @@ def _check_order(height: Array, group: Any, error: float) -> None:
             )
         if error == 0.0 and np.any(step == 0.0):
             raise ParameterError(
-                f"point {places[np.flatnonzero(step == 0.0)[0] + 1] + 1} has the height of the one before; average such points"
+                f"point {places[np.flatnonzero(step == 0.0)[0] + 1] + 1} has the height of the point before; average such "
+                f"points"
             )
 
 
@@ -295,7 +296,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     missing += ["free_amplitude"] * (free is None)
     if missing or free is None:
         raise ParameterError(
-            f"the data do not say {' and '.join(missing)} of the instrument; give a case, or calibrate the data"
+            f"the data lack {' and '.join(missing)} of the instrument; pass a case, or calibrate the data"
         )
     drive = {"A0": float(free)} | (
         {"frequency": float(data.attrs["drive_frequency"])} if "drive_frequency" in data.attrs else {}
@@ -315,11 +316,11 @@ def _check(reading: CurvePoints, case: Case) -> None:
             f"the curve has {len(problem.tones)} tones; a force is reconstructed from curves of one tone"
         )
     if count < LEAST_POINTS:
-        raise ParameterError(f"the curve has {count} points that can be used; a force needs {LEAST_POINTS} or more")
+        raise ParameterError(f"the curve has {count} usable points; a force needs {LEAST_POINTS} or more")
     if reading.amplitude.min() <= 0.0:
         raise ParameterError("the curve has an amplitude that is not above 0")
     if reading.shift is not None and (len(problem.modes) > 1 or problem.shaken is not None):
-        raise ParameterError("a curve of frequency shifts is taken for a lever of one mode, driven by a force")
+        raise ParameterError("a curve of frequency shifts needs a lever of one mode, driven by a force")
     free = float(abs(problem.detected_free[0]))
     largest = float(reading.amplitude.max())
     if reading.shift is None and problem.tones[0].frequency == problem.modes[0].f0 and largest > 1.05 * free:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 DETERMINED, BLIND, UNCERTAIN = 0, 1, 2
 SENTENCES = (
     "the curve determines the force",
-    "no motion turned at this distance, so the curve does not tell the force",
+    "no turning point at this distance: the force is unknown",
     "the error of the force is above a tenth of its range: behind a gap, or by noise",
 )
 BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
@@ -171,27 +171,27 @@ def _known(case: Case, distance: Array) -> Array:
 
 def _doubts(source: xr.Dataset) -> list[str]:
     """Return what may be wrong with the curve itself."""
-    return [f"the measured curve is doubted: {text}" for text in doubts(source.attrs)]
+    return [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
 
 
 def _notes(inverse: Inverse, reading: CurvePoints, span: float) -> list[str]:
     """Return what a reader must know of the result, a sentence each."""
     found = [
-        f"no motion turned between {units.show(gap.low, 'm', 3)} and {units.show(gap.high, 'm', 3)}: the curve does not tell "
-        "the force there, and tells it with a larger error below"
+        f"No turning points from {units.show(gap.low, 'm', 3)} to {units.show(gap.high, 'm', 3)}: force unknown there, "
+        "less certain below."
         for gap in inverse.gaps
     ]
     if not inverse.fit.reached:
         per = inverse.fit.chi2 / len(reading.height)
         found.append(
-            f"chi2 is {per:.3g} times the number of points: the errors given are too small, or no force of the distance alone "
+            f"chi2 is {per:.3g} times the number of points: the errors are too small, or no force of the distance alone "
             "explains the curve"
         )
     moved = float(np.max(inverse.off / np.abs(inverse.balance.virial).max()))
     if moved > UNSETTLED:
         found.append(
             f"the paths did not settle: the last round still changed a virial by {100.0 * moved:.2g} % of the largest one, "
-            "which its error contains; the force is steep against the lever"
+            "and its error includes this. The force is steep relative to the lever"
         )
     virial = np.abs(inverse.balance.virial)
     far = float(virial[np.argmax(reading.height)] / virial.max())
@@ -203,7 +203,7 @@ def _notes(inverse: Inverse, reading: CurvePoints, span: float) -> list[str]:
         )
     if inverse.damping is not None:
         found.append(
-            "the sample takes energy; the damping holds for a drag on the tip, not for adhesion hysteresis, whose loss "
+            "the sample dissipates energy; the damping is valid for a drag on the tip, not for adhesion hysteresis: its loss "
             "belongs to the whole path"
         )
     return found
