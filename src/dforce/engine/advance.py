@@ -31,6 +31,7 @@ SAFE, SHRINK, GROWTH = 0.9, 0.25, 5.0
 BEYOND = 1.3  # times the way to the next kink at the present speed: longest step towards it
 LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends
 CREST = 1e-6  # of the largest force: more than this beyond both ends of a step is a crest of the force
+SWITCHED, MOST_TRIES = 1e-12, 60  # rad: how close behind a switch a step ends; attempts at it
 MOST_STEPS = 4000  # in an interval
 DISTANCE_STEP, RATE_STEP = 1e-15, 1e-6  # m, and share of the unit of speed: differences of the law
 BESIDE = 1e-20  # m: how far beside a kink a law is asked at least
@@ -394,12 +395,13 @@ def switch_value(lane: Any, laws: Any, numbers: Any, latched: Any, first: int, f
 
 
 @njit(**OPTIONS)
-def any_switch(lane: Any, laws: Any, numbers: Any, latched: Any, first: int, d: float, v: float) -> bool:
-    """Say whether a latch changes at a distance and velocity."""
+def largest_switch(lane: Any, laws: Any, numbers: Any, latched: Any, first: int, d: float, v: float) -> float:
+    """Return the largest switch of all forces at a distance and velocity."""
+    largest = -np.inf
     for f in range(laws.address.shape[0]):
-        if laws.address[f, 2] != 0 and switch_value(lane, laws, numbers, latched, first, f, d, v) > 0.0:
-            return True
-    return False
+        if laws.address[f, 2] != 0:
+            largest = max(largest, switch_value(lane, laws, numbers, latched, first, f, d, v))
+    return largest
 
 
 @njit(**OPTIONS)
@@ -612,7 +614,7 @@ def march(
         if left - h < 1e-3 * h:
             h = left
         begun, aim, level, tries = kind, NOTHING, 0.0, 0
-        low_s, high_s, error = 0.0, 0.0, 0.0
+        low_s, high_s, low_g, high_g, error = 0.0, 0.0, 0.0, 0.0, 0.0
         while True:
             steps += 1
             if steps > MOST_STEPS:
@@ -636,26 +638,37 @@ def march(
                 if error > 1.0 and h > SMALLEST:
                     h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
                     continue
+                if switches:  # one that changes on the way, not at the kink itself
+                    before = level + (2.0 if v1 < 0.0 else -2.0) * LANDED * length
+                    high_g = largest_switch(lane, laws, numbers, latched, first, before, v1)
+                    if high_g > 0.0:
+                        low_g = largest_switch(lane, laws, numbers, latched, first, lane.state[D0], v0)
+                        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
+                        continue
                 break
             if aim == SWITCH:
-                if any_switch(lane, laws, numbers, latched, first, d1, v1):
-                    high_s = h
-                else:
-                    low_s = h
-                tries += 1
-                if high_s - low_s < 1e-13 or tries > 60:
-                    if h == high_s:
+                value = largest_switch(lane, laws, numbers, latched, first, d1, v1)
+                if value > 0.0:
+                    if h == high_s or h - low_s < SWITCHED or tries > MOST_TRIES:
                         break
-                    h = high_s
-                    continue
-                h = 0.5 * (low_s + high_s)
-                if high_s - low_s < 2e-13:
+                    high_s, high_g, low_g = h, value, 0.5 * low_g
+                else:
+                    low_s, low_g, high_g = h, value, 0.5 * high_g
+                tries += 1
+                h = low_s + (high_s - low_s) * low_g / (low_g - high_g)  # Illinois
+                if high_s - low_s < SWITCHED or tries > MOST_TRIES:
                     h = high_s
                 continue
             if aim == TURN or aim == PEAK:
                 if error > 1.0 and h > SMALLEST:
                     h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
                     continue
+                if switches:
+                    high_g = largest_switch(lane, laws, numbers, latched, first, d1, v1)
+                    if high_g > 0.0:
+                        low_g = largest_switch(lane, laws, numbers, latched, first, lane.state[D0], v0)
+                        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
+                        continue
                 break
             leaves = d1 < lane.state[LOW] or d1 > lane.state[HIGH]
             turned = lane.state[HEADING] * v1 < 0.0
@@ -680,10 +693,12 @@ def march(
             if error > 1.0 and h > SMALLEST:
                 h *= max(SHRINK, min(0.9, fit))
                 continue
-            if switches and any_switch(lane, laws, numbers, latched, first, d1, v1):
-                low_s, high_s, tries, aim = 0.0, h, 0, SWITCH
-                h = 0.5 * h
-                continue
+            if switches:
+                high_g = largest_switch(lane, laws, numbers, latched, first, d1, v1)
+                if high_g > 0.0:
+                    low_g = largest_switch(lane, laws, numbers, latched, first, lane.state[D0], v0)
+                    low_s, high_s, tries, aim, h = 0.0, h, 0, SWITCH, 0.5 * h
+                    continue
             break
         if measured and aim != PEAK and aim != SWITCH and not crested:
             share = crest(lane.force, lane.state[F1], sums[F_MIN], sums[F_MAX])
