@@ -117,7 +117,7 @@ def answers(count: int, seconds: float) -> Answers:
 
 async def _answers(server: Server, count: int, seconds: float) -> Answers:
     async with contextlib.AsyncExitStack() as stack:
-        first = await stack.enter_async_context(_person(server, 0))
+        first = await stack.enter_async_context(person_at(server, 0))
         async with asyncio.timeout(STARTING):
             for value in np.linspace(LOW, HIGH, 5):
                 await first.ask(float(value))
@@ -125,7 +125,7 @@ async def _answers(server: Server, count: int, seconds: float) -> Answers:
                     await asyncio.sleep(0.05)
         first.times.clear()
         before = server.memory  # what is loaded once is no part of a session
-        others = [await stack.enter_async_context(_person(server, seed)) for seed in range(1, count)]
+        others = [await stack.enter_async_context(person_at(server, seed)) for seed in range(1, count)]
         persons = [first, *others]
         await asyncio.gather(*(person.work(seconds) for person in persons))
         until = time.perf_counter() + PATIENCE
@@ -218,10 +218,14 @@ class Person:
         return abs(self.shown - self.last) > NEAR
 
     async def ask(self, value: float) -> None:
-        """Type a value."""
+        """Type a value, and note when."""
         self.last = value
         self.asked[value] = time.perf_counter()
-        arguments = json.dumps({"text": f"{value}", "unit": "nm"})
+        await self.type(f"{value}")
+
+    async def type(self, text: str) -> None:
+        """Type a text into the field."""
+        arguments = json.dumps({"text": text, "unit": "nm"})
         event = {"id": self.field, "client_id": self.client, "listener_id": self.listener, "args": [arguments]}
         await self.socket.emit("event", event)
         # the server keeps what a page has not confirmed
@@ -237,7 +241,7 @@ class Person:
 
 
 @contextlib.asynccontextmanager
-async def _person(server: Server, seed: int) -> AsyncIterator[Person]:
+async def person_at(server: Server, seed: int) -> AsyncIterator[Person]:
     """Give a person with the page open, and let them leave."""
     person = Person(server, seed)
     await person.open()

@@ -4,7 +4,8 @@
 
 SIGTERM as often as asked for, and Ctrl-C as often, reach a run whose kernels are not compiled yet, a sweep, a fit and basins,
 each over the result of an earlier run. A stop counts where the program ends within ten seconds with exit code 130 or 143,
-and the file is whole: the old one, or a new one. Processes that are left five seconds later are counted apart.
+and the file is whole: the old one, or a new one. Processes that are left five seconds later are counted apart. On a busy
+machine the processor time that a program takes until its end shows how long it would last on a quiet one.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -45,9 +47,10 @@ class Stop:
 
 @dataclass(frozen=True)
 class Ended:
-    """What became of it: the seconds until the end, the exit code, whether the file is whole, processes that are left."""
+    """What became of it: the seconds until the end, those of a processor, exit code, whole file, processes that are left."""
 
     seconds: float
+    used: float
     code: int | None
     whole: bool
     left: int
@@ -97,10 +100,12 @@ def stopped(words: list[str], stop: Stop, folder: Path) -> Ended | None:
             [sys.executable, "-c", PROGRAM, *words, "--quiet"], cwd=folder, env=environment | {"DFORCE_MARK": mark},
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
+        before = used_by_children()
         time.sleep(stop.after)
         if running.poll() is not None:
             running.communicate()
             return None
+        before += used_by(running.pid)
         running.send_signal(stop.number)
         begun = time.monotonic()
         try:
@@ -108,12 +113,24 @@ def stopped(words: list[str], stop: Stop, folder: Path) -> Ended | None:
         except subprocess.TimeoutExpired:
             running.kill()
             said = running.communicate()[1]
-        seconds, load = time.monotonic() - begun, os.getloadavg()[0]
+        seconds, used, load = time.monotonic() - begun, used_by_children() - before, os.getloadavg()[0]
         time.sleep(LATER)
         left = processes(mark)
         for number in left:
             os.kill(number, signal.SIGKILL)
-    return Ended(seconds, running.returncode, is_whole(folder / words[-1]), len(left), load, said.strip())
+    return Ended(seconds, used, running.returncode, is_whole(folder / words[-1]), len(left), load, said.strip())
+
+
+def used_by(process: int) -> float:
+    """Return the processor time (s) of a process that runs, on Linux."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def used_by_children() -> float:
+    """Return the processor time (s) of all programs that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def processes(mark: str) -> list[int]:
@@ -157,8 +174,10 @@ def main() -> None:
         "--within", type=float, default=SOON, help="s until the end; 10 on a machine that does nothing else"
     )
     asked = parser.parse_args()
-    row = "{:<10} {:<8} {:>8} {:>8} {:>5} {:>6} {:>6} {:>5}  {}"
-    print(row.format("program", "signal", "after s", "ended s", "code", "whole", "left", "load", ""), flush=True)
+    row = "{:<10} {:<8} {:>8} {:>8} {:>6} {:>5} {:>6} {:>6} {:>5}  {}"
+    print(
+        row.format("program", "signal", "after s", "ended s", "CPU s", "code", "whole", "left", "load", ""), flush=True
+    )
     every: list[Ended] = []
     with tempfile.TemporaryDirectory() as name:
         words = prepare(Path(name))
@@ -171,6 +190,7 @@ def main() -> None:
             cells = (
                 f"{stop.after:.1f}",
                 f"{ended.seconds:.1f}",
+                f"{ended.used:.1f}",
                 ended.code,
                 ended.whole,
                 ended.left,
@@ -180,6 +200,7 @@ def main() -> None:
     good, left = sum(one.is_good(asked.within) for one in every), sum(one.left > 0 for one in every)
     slowest = max(one.seconds for one in every)
     print(f"{good} of {len(every)} stops ended within {asked.within:g} s with the file whole; slowest {slowest:.1f} s")
+    print(f"processor time until the end: {max(one.used for one in every):.1f} s at most")
     print(f"processes left {LATER:g} s later: after {left} of {len(every)} stops")
     sys.exit(good < len(every))
 

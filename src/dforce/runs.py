@@ -7,17 +7,18 @@ import importlib
 import math
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 from dforce.case import Case, load_case
 from dforce.core.errors import ParameterError, checked
 from dforce.core.progress import ProgressBar
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import at_end, late_stop_waits
+from dforce.core.units import Frequencies, Length, Lengths, Time
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep, ThermalSpectrum
-from dforce.experiments.base import Progress
+from dforce.experiments.base import Progress, Start
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
@@ -112,8 +113,66 @@ def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None 
     return data
 
 
+class MotionSettings(TypedDict, total=False):
+    """A setting of all experiments with a driven tip."""
+
+    harmonics: int | None
+
+
+class CurveSettings(MotionSettings, total=False):
+    """Settings of a curve along a parameter."""
+
+    protocol: Literal["quasi_static", "stepwise"] | None
+    carry_state: bool | None
+    start: Start | Mapping[str, Length] | None
+
+
+class ApproachSettings(CurveSettings, total=False):
+    """Settings of an approach, as under `[experiment]`."""
+
+    direction: Literal["approach", "retract", "both"] | None
+    set_point: Lengths | None
+
+
+class DwellSettings(MotionSettings, total=False):
+    """Settings of a dwell, as under `[experiment]`."""
+
+    start: Start | Mapping[str, Length] | None
+    record: Literal["settled", "all"] | None
+    recorded_periods: int | None
+
+
+class BranchesSettings(MotionSettings, total=False):
+    """Settings of branches, as under `[experiment]`."""
+
+    parameter: str | None
+    start: float | str | None
+    stop: float | str | None
+    largest_step: float | None
+    max_points: int | None
+    search: int | None
+    set_point: Lengths | None
+
+
+class FrequencySettings(CurveSettings, total=False):
+    """Settings of a frequency sweep, as under `[experiment]`."""
+
+    direction: Literal["up", "down", "both"] | None
+
+
+class BasinsSettings(MotionSettings, total=False):
+    """Settings of basins, as under `[experiment]`."""
+
+    amplitude: Lengths | None
+    phase: Lengths | None
+    deflection: Lengths | None
+    velocity: Lengths | None
+
+
 @checked
-def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
+def approach(
+    case: Case, zc: Lengths | None = None, progress: Progress | bool | None = None, **settings: Unpack[ApproachSettings]
+) -> xr.Dataset:
     """Return amplitude, phase and every other quantity against the average distance.
 
     Parameters
@@ -127,7 +186,7 @@ def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None
     settings
         Other keys of the experiment: `direction` (``"approach"``, ``"retract"``, ``"both"``), `protocol`
         (``"quasi_static"``: so slow that the motion stays on its state until the state ends; ``"stepwise"``: sudden steps),
-        `carry_state`, `start`, `harmonics`.
+        `carry_state`, `start`, `set_point`, `harmonics`.
 
     Returns
     -------
@@ -136,11 +195,13 @@ def approach(case: Case, zc: Any = None, progress: Progress | bool | None = None
         point at the start of a period; also `repeat_periods`. If the motion jumps: the distances `jump_zc`, with direction and
         the amplitudes before and after.
     """
-    return run(_with_experiment(case, Approach, {"zc": zc} | settings), progress)
+    return run(_with_experiment(case, Approach, {"zc": zc, **settings}), progress)
 
 
 @checked
-def dwell(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
+def dwell(
+    case: Case, zc: Length | None = None, progress: Progress | bool | None = None, **settings: Unpack[DwellSettings]
+) -> xr.Dataset:
     """Return the motion at one average distance: traces over time, spectrum and every scalar quantity.
 
     Parameters
@@ -154,11 +215,13 @@ def dwell(case: Case, zc: Any = None, progress: Progress | bool | None = None, *
     settings
         Other keys of the experiment: `start`, `record`, `recorded_periods`, `harmonics`.
     """
-    return run(_with_experiment(case, Dwell, {"zc": zc} | settings), progress)
+    return run(_with_experiment(case, Dwell, {"zc": zc, **settings}), progress)
 
 
 @checked
-def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
+def branches(
+    case: Case, zc: Lengths | None = None, progress: Progress | bool | None = None, **settings: Unpack[BranchesSettings]
+) -> xr.Dataset:
     """Return all steady states along the distance or another parameter, stable and unstable, through folds.
 
     Parameters
@@ -178,16 +241,20 @@ def branches(case: Case, zc: Any = None, progress: Progress | bool | None = None
     -------
     xarray.Dataset
         Along the dimension `point`: the scalars of an approach, the parameter, `branch` (number of the connected curve),
-        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `escape` (m, distance of a stable state from the nearest
-        unstable state), `motion`, `repeat_periods` and the Floquet multipliers. Along `search`: the values `searched` and
-        `index_sum`, which is 1 if no single state is missing; ``attrs["completeness"]`` is a sentence about it.
+        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `motion`, `repeat_periods` and the Floquet multipliers.
+        `escape` is the distance (m) of a stable state from the nearest unstable state. Along `search`: the values `searched`
+        and `index_sum`, which is 1 if no single state is missing; ``attrs["completeness"]`` is a sentence about it.
     """
-    return run(_with_experiment(case, Branches, {"zc": zc} | settings), progress)
+    return run(_with_experiment(case, Branches, {"zc": zc, **settings}), progress)
 
 
 @checked
 def frequency_sweep(
-    case: Case, frequency: Any = None, zc: Any = None, progress: Progress | bool | None = None, **settings: Any
+    case: Case,
+    frequency: Frequencies | None = None,
+    zc: Length | None = None,
+    progress: Progress | bool | None = None,
+    **settings: Unpack[FrequencySettings],
 ) -> xr.Dataset:
     """Return amplitude, phase and every other quantity against the drive frequency, at constant driving force.
 
@@ -208,11 +275,13 @@ def frequency_sweep(
         Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `protocol`, `carry_state` and `start` as
         in :func:`approach`, `harmonics`.
     """
-    return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc} | settings), progress)
+    return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc, **settings}), progress)
 
 
 @checked
-def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, **settings: Any) -> xr.Dataset:
+def basins(
+    case: Case, zc: Length | None = None, progress: Progress | bool | None = None, **settings: Unpack[BasinsSettings]
+) -> xr.Dataset:
     """Return the steady state that each start at one distance leads to, and the share of each state.
 
     Parameters
@@ -233,11 +302,11 @@ def basins(case: Case, zc: Any = None, progress: Progress | bool | None = None, 
         `reached`, the number of the state over the two axes of the starts, 0 without a settled motion. Along the dimension
         `state`, ordered by `share`: the scalars of a dwell and `share`.
     """
-    return run(_with_experiment(case, Basins, {"zc": zc} | settings), progress)
+    return run(_with_experiment(case, Basins, {"zc": zc, **settings}), progress)
 
 
 @checked
-def thermal_spectrum(case: Case, duration: Any = None, progress: Progress | bool | None = None) -> xr.Dataset:
+def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progress | bool | None = None) -> xr.Dataset:
     r"""Return the thermal spectrum of a free lever at the detector, and its spring constants by usual calibrations.
 
     The record is simulated, exactly at its samples. If the lever includes the memory of the fluid, the density is
@@ -283,7 +352,7 @@ def thermal_spectrum(case: Case, duration: Any = None, progress: Progress | bool
     return run(_with_experiment(case, ThermalSpectrum, {"duration": duration}), progress)
 
 
-def _with_experiment(case: Case, kind: type[Experiment], settings: dict[str, Any]) -> Case:
+def _with_experiment(case: Case, kind: type[Experiment], settings: Mapping[str, object]) -> Case:
     given = {key: value for key, value in settings.items() if value is not None}
     if isinstance(case.experiment, kind):
         return case.replace(experiment=case.experiment.replace(**given))

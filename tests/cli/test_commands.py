@@ -553,3 +553,22 @@ main()
 def test_a_stop_while_the_program_loads_ends_it_in_one_sentence(sent):
     done = subprocess.run([sys.executable, "-c", LOADING.format(number=int(sent))], capture_output=True)
     assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"dforce: stopped\n")
+
+
+def test_measured_data_are_copied_with_the_cases_that_fit_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["examples", "--data"])
+    assert done.exit_code == 0, done.output
+    for name in ("air", "liquid", "stiff"):
+        case = df.load_case(f"{name}.toml")
+        assert case.data.file == f"{name}.csv"
+        assert Path(case.data.file).exists()
+        assert case.fit.free
+    assert CliRunner().invoke(app, ["thermal", "thermal.csv", "--json"]).exit_code == 0
+    assert CliRunner().invoke(app, ["examples", "--data"]).exit_code == 0  # the same files again
+    Path("air.csv").write_text("mine", encoding="utf-8")
+    refused = CliRunner().invoke(app, ["examples", "--data"])
+    assert refused.exit_code == 2
+    assert "'air.csv' is there already, with other content" in refused.stderr
+    assert Path("air.csv").read_text(encoding="utf-8") == "mine"
+    assert CliRunner().invoke(app, ["examples", "stiff", "--data"]).exit_code == 2

@@ -83,6 +83,36 @@ def test_states_at_a_set_point_are_kept_alone():
     assert df.summary(df.read("map.nc"))
 
 
+def test_cases_whose_curves_do_not_meet_the_set_point_are_named():
+    Path("map.toml").write_text(CASE.replace("over = {", 'over = { "drive.A0" = ["6 nm", "8 nm", "16 nm"],'))
+    done = dforce("sweep", "map.toml", "-o", "map.nc", "--at-set-point", "80 %", "--set", "experiment.zc.start=9 nm")
+    assert done.exit_code == 0, done.output
+    assert "set point not met: A0 = 16 nm, youngs_modulus = 500 MPa;" in done.stdout and "; 1 more\n" in done.stdout
+    none = dforce("sweep", "map.toml", "-o", "none.nc", "--at-set-point", "0.1")
+    assert "set point not met: A0 = 6 nm" in none.stdout and "crossing 0" in none.stdout
+    assert dforce("check", "none.nc").exit_code == 0
+
+
+@pytest.mark.parametrize("share", [[], ["--at-set-point", "0.8"]])
+def test_the_check_of_a_sweep_repeats_the_advice_of_its_cases_and_makes_none_of_all_together(share):
+    Path("map.toml").write_text(CASE.replace("over = {", 'over = { "cantilever.k" = ["0.5 N/m", "2 N/m"],'))
+    done = dforce("sweep", "map.toml", "-o", "map.nc", *share)
+    assert "dforce check map.nc" in done.stderr
+    checked = dforce("check", "map.nc", "--json")
+    assert checked.exit_code == 0, checked.output
+    carried = json.loads(df.read("map.nc").attrs["advice_pieces"])
+    assert [piece["name"] for piece in json.loads(checked.stdout)["advice"]] == [piece["name"] for piece in carried]
+    assert not {"step_error", "sampling"} & {piece["name"] for piece in carried}
+
+
+def test_a_sweep_that_goes_on_claims_no_time_for_points_that_it_did_not_compute():
+    for output in ("map.zarr", "map.nc"):
+        assert " points in " in dforce("sweep", "map.toml", "-o", output, "--keep", "amplitude").stdout
+        again = dforce("sweep", "map.toml", "-o", output, "--keep", "amplitude", "--resume")
+        assert again.exit_code == 0 and "nothing was computed" in again.stderr
+        assert "36 points, over " in again.stdout
+
+
 def test_a_store_is_written_read_and_repeated():
     done = dforce("sweep", "map.toml", "-o", "map.zarr", "--keep", "amplitude,phase", "--plot", "map.png", "--json")
     assert done.exit_code == 0, done.output

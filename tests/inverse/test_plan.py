@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
+from dforce.inverse._plan_words import missing_damping
 from dforce.plot import plans
 
 
@@ -281,6 +282,22 @@ def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})
     assert "the states on approach and retract" in found.attrs["findings"]
     assert found.sizes["state"] == 1
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [
+        (hertz(1e9), ["dissipates no energy"]),
+        (SOFT, ["squeezed between lever and sample"]),
+        (SOFT.replace(forces=[{"model": "hertz"}]), ["dissipates no energy", "squeezed between lever and sample"]),
+        (SOFT.replace("cantilever.Q", 30.0), []),
+    ],
+)  # fmt: skip
+def test_a_plan_names_the_damping_that_a_case_leaves_out(case, said):
+    found = list(missing_damping(case))
+    assert len(found) == len(said)
+    for text, words in zip(found, said, strict=True):
+        assert words in text
 
 
 def test_a_setting_without_room_is_not_recommended_and_a_sentence_says_what_would_help(tmp_path: Path):

@@ -7,7 +7,7 @@ import xarray as xr
 import dforce as df
 from dforce.checks.validation.draws import draw
 from dforce.observables.deviation import DEVIATIONS, deviations
-from dforce.results.status import keep_promise
+from dforce.results.status import keep_promise, repeats
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import ProblemBatch
 
@@ -115,6 +115,13 @@ def test_no_motion_is_called_ok_beyond_its_accuracy(case):
         error = off(found, exact, case.problem).max()
         assert error < case.solver.accuracy
         assert error / 3.0 < float(found.error_estimate) < case.solver.accuracy
+
+
+@pytest.mark.xfail(strict=True, reason="steps longer than the wall is wide make the motion seem not to repeat")
+@pytest.mark.parametrize("settings", [[], ["solver.points_per_period=1024", "solver.accuracy=1e-4"]])
+def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):
+    case = WALL.replace("solver", {}).set(*settings)
+    assert repeats(df.run(case).status)
 
 
 def test_an_estimate_above_the_accuracy_is_never_ok(monkeypatch):

@@ -220,26 +220,45 @@ def neighbors(result, block):
         yield i, found.done[0] == 1 and np.abs(found.last_x[0] - x[i + 1]).max() < 1e-3
 
 
-@pytest.mark.parametrize("number", range(24, 32))
-def test_neighbors_on_different_states_have_a_jump_between_them(number):
+def soft_or_stiff(number):
+    """Return a random case of DMT."""
     rng = np.random.default_rng([7, number])
     A0, R, f0, k, Q, modulus, hamaker = (
         np.exp(rng.uniform(*np.log(limits)))
         for limits in ((5e-9, 60e-9), (5e-9, 40e-9), (5e4, 4e5), (1, 50), (50, 800), (2e8, 2e10), (1e-20, 3e-19))
     )  # fmt: skip
-    case = df.Case(
+    return df.Case(
         cantilever=df.Cantilever(f0=f0, k=k, Q=Q), drive=df.Drive(A0=A0), tip=df.Tip(radius=R),
         sample=df.Sample(youngs_modulus=modulus), forces=[df.forces.DMT(hamaker=hamaker)],
     )  # fmt: skip
-    block = Block.of_one(case.problem, case.solver, 10)
+
+
+# with 256 samples the map has dozens of small folds of its own there, at which the state seems to end; with 1024 it has none
+SMALL_FOLDS = pytest.mark.xfail(
+    strict=True, reason="small folds of the steps' own end a state that goes on behind them"
+)
+FOLDED = [pytest.param(number, marks=SMALL_FOLDS) for number in (9, 17)]
+
+
+@pytest.mark.parametrize("number", [*range(24, 32), *FOLDED])
+def test_neighbors_on_different_states_have_a_jump_between_them(number):
+    case = soft_or_stiff(number)
+    A0, block = case.problem.tones[0].A0, Block.of_one(case.problem, case.solver, 10)
     for way, zc in (("approach", np.linspace(1.3, 0.3, 24) * A0), ("retract", np.linspace(0.3, 1.3, 24) * A0)):
         found = df.approach(case, zc=zc, direction=way)
         listed = found.jump_zc.values if "jump_zc" in found else np.empty(0)
         for i, same in neighbors(found, block):
             low, high = sorted(found.zc.values[[i, i + 1]])
-            between = ((listed >= low) & (listed <= high)).any()
-            moved = abs(np.diff(found.motion.values[[i, i + 1], 0])[0])
-            assert same or between or moved < 0.04 * A0
+            assert same or ((listed >= low) & (listed <= high)).any()
+
+
+@pytest.mark.parametrize("number", [25, *FOLDED])
+def test_a_jump_lies_where_many_samples_have_it(number):
+    case = soft_or_stiff(number)
+    A0 = case.problem.tones[0].A0
+    curves = (case, case.replace("solver.points_per_period", 4096))
+    found, exact = (df.approach(one, zc=np.linspace(0.3, 1.3, 24) * A0, direction="retract").jump_zc for one in curves)
+    np.testing.assert_allclose(found, exact, rtol=0, atol=case.solver.accuracy * A0)
 
 
 def test_escape_falls_like_a_square_root_towards_a_fold():

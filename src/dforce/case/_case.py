@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -69,6 +69,13 @@ class Case(Parameters):
     """
 
     title_of: ClassVar[str] = "case"
+    hints: ClassVar[Mapping[str, str]] = {
+        "tones": "write [[drive.tones]]",
+        "modes": "write [[cantilever.modes]]",
+        "excitation": 'write excitation = "base" under [drive]',
+        "lever": "write [cantilever]",
+        "material": "write sample",
+    }
 
     title: str = words("", max_length=300, description="title of the case, in a line")
     plugins: Part[tuple[str, ...]] = file_name(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
@@ -22,10 +23,17 @@ def examples(
     write: Annotated[
         Path | None, option("--write", "FILE.toml", "Write the example to a new file, to change it.")
     ] = None,
+    data: Annotated[
+        bool, typer.Option("--data", help="Copy the measured curves that are shipped, each with a case that fits it.")
+    ] = False,
     json: Json = False,
 ) -> int:
     """List the examples, or show or write one."""
     known = df.examples()
+    if data:
+        if name is not None or write is not None:
+            raise df.ParameterError("--data copies all measured files; leave out the name and --write")
+        return _copy_data(json)
     if name is None:
         if write is not None:
             raise df.ParameterError("--write needs the name of an example")
@@ -38,6 +46,27 @@ def examples(
         print_json(vars(example))
     else:
         typer.echo(example.text, nl=not example.text.endswith("\n"))
+    return DONE
+
+
+def _copy_data(json: bool) -> int:
+    """Copy measured curves, a thermal spectrum and the cases that fit the curves into the working folder."""
+    shipped = {file.name: file.read_bytes() for file in (resources.files("dforce.library") / "measured").iterdir()}
+    for name in sorted(shipped):
+        if Path(name).exists() and Path(name).read_bytes() != shipped[name]:
+            raise df.ResultError(f"'{name}' is there already, with other content; go to an empty folder")
+    for name, content in shipped.items():
+        write_whole(Path(name), content)
+    if json:
+        print_json({"files": sorted(shipped)})
+        return DONE
+    typer.echo(f"written: {', '.join(sorted(shipped))}")
+    for line in (
+        "fit a curve: dforce fit stiff.toml -o fit.nc --plot fit.png",
+        "reconstruct its force: dforce reconstruct stiff.csv --case stiff.toml -o force.nc --plot force.png",
+        "tune the lever: dforce thermal thermal.csv",
+    ):
+        typer.echo(line)
     return DONE
 
 
@@ -56,7 +85,11 @@ def _list(json: bool) -> int:
     terminal = console()
     terminal.print(table, soft_wrap=False)
     terminal.print()
-    for hint in ("run an example: dforce run NAME", "change an example: dforce examples NAME --write my-case.toml"):
+    for hint in (
+        "run an example: dforce run NAME",
+        "change an example: dforce examples NAME --write my-case.toml",
+        "copy measured curves: dforce examples --data",
+    ):
         terminal.print(wrapped(hint, width()))
     return DONE
 

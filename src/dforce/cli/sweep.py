@@ -18,6 +18,7 @@ from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, 
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
+from dforce.findings.motions import set_point_not_met
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,7 +118,7 @@ def sweep(
     if printed.json:
         print_json(_answer(source, result, output, plot, seconds, code))
     elif not printed.quiet:
-        for line in _lines(source, result, seconds):
+        for line in _lines(source, result, "" if resume else f" in {seconds:.3g} s"):
             typer.echo(line)
         typer.echo(f"written: {', '.join(str(path) for path in (output, plot) if path is not None)}")
         for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
@@ -134,16 +135,19 @@ def sweep(
     return code
 
 
-def _lines(source: Source, result: xr.Dataset, seconds: float) -> list[str]:
+def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
     """Return what a sweep gave, in lines for a reader."""
     sizes = ", ".join(f"{name} {size}" for name, size in result.sizes.items())
     points = int(result["status"].size)
     done = points - counted(result).get(df.Status.NOT_COMPUTED, 0)
     share = f"{points}" if done == points else f"{done} of {points}"
     lines = [source.case.title] if source.case.title else []
+    if "crossing" in result.dims:
+        missing = set_point_not_met(result)
+        lines += [f"{missing.label}: {missing.text}"] if missing.value else []
     states = [_shown(result, state) for state in _states(result)]
     more = [f"and {len(states) - MOST_LINES} more states"] if len(states) > MOST_LINES else []
-    return [*lines, f"{share} points in {seconds:.3g} s, over {sizes}", *states[:MOST_LINES], *more]
+    return [*lines, f"{share} points{took}, over {sizes}", *states[:MOST_LINES], *more]
 
 
 def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:

@@ -38,11 +38,12 @@ PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
     "float": (lambda given: _is_number(given), "a number"),
     "Progress": (lambda given: callable(given) and not isinstance(given, type), "a function"),
     "Callable": (lambda given: callable(given) and not isinstance(given, type), "a function"),
-    "Mapping": (lambda given: isinstance(given, Mapping), "a table"),
+    "Mapping": (lambda given: isinstance(given, Mapping) and not hasattr(given, "dims"), "a table"),  # no Dataset
     "dict": (lambda given: isinstance(given, dict), "a table"),
 }
 SEVERAL = ("Sequence", "Collection", "Iterable")
-ANYTHING = ("Any", "object", "ArrayLike")
+# what is read by the parameters of a case, which say themselves what they take
+ANYTHING = ("Any", "object", "ArrayLike", "Length", "Lengths", "Frequencies", "Time", "Start", "Literal")
 LONGEST = 60  # characters that a message repeats
 
 
@@ -73,7 +74,7 @@ def kind_of(annotation: str) -> ArgumentKind | None:
     LookupError
         For an annotation that is not known here.
     """
-    if annotation in ANYTHING:
+    if annotation.partition("[")[0] in ANYTHING:
         return None
     if annotation in CLASSES:
         module, name, words, source = CLASSES[annotation]
@@ -133,17 +134,48 @@ def taken(function: Callable[..., Any]) -> dict[str, tuple[ArgumentKind, ...]]:
 
 def _annotations(function: Callable[..., Any]) -> dict[str, str]:
     """Return the annotation of each argument, those of a table of arguments (Unpack) by their own names."""
-    found = {}
-    for name, parameter in inspect.signature(function).parameters.items():
-        given = "" if parameter.annotation is parameter.empty else str(parameter.annotation)
-        if parameter.kind is not parameter.VAR_KEYWORD:
-            found[name] = given
-        elif given.startswith("Unpack["):
-            table = vars(sys.modules[function.__module__])[given[len("Unpack[") : -1]]
-            found |= {key: hint.__forward_arg__ for key, hint in table.__annotations__.items()}
-        else:
-            found[name] = ""
-    return found
+    return {
+        name: "" if parameter.annotation is parameter.empty else str(parameter.annotation)
+        for name, parameter in full_signature(function).parameters.items()
+    }
+
+
+@functools.cache
+def full_signature(function: Callable[..., Any]) -> inspect.Signature:
+    """Return a signature in which a table of arguments (Unpack) is written out, each by its own name."""
+    signature = inspect.signature(function)
+    found = []
+    for parameter in signature.parameters.values():
+        given = str(parameter.annotation)
+        if parameter.kind is not parameter.VAR_KEYWORD or not given.startswith("Unpack["):
+            found.append(parameter)
+            continue
+        table = vars(sys.modules[function.__module__])[given[len("Unpack[") : -1]]
+        found += [
+            inspect.Parameter(key, parameter.KEYWORD_ONLY, default=None, annotation=hint.__forward_arg__)
+            for key, hint in table.__annotations__.items()
+        ]
+    return signature.replace(parameters=found)
+
+
+def miscall(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mapping[str, object]) -> tuple[str, str]:
+    """Return a sentence on a call with too many or too few arguments or a name that the function lacks, and that name."""
+    parameters = full_signature(function).parameters
+    placed, rest = _places(function)
+    if len(args) > len(placed) and not rest:
+        others = [name for name in parameters if name not in placed]
+        hint = f"; name the others, such as {others[0]}=..." if others else ""
+        names = ", ".join(placed) or "none"
+        return f"{function.__name__} takes at most {len(placed)} arguments without their names ({names}){hint}", ""
+    if not any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+        unknown = next((name for name in kwargs if name not in parameters), "")
+        if unknown:
+            return f"{function.__name__} has no argument '{unknown}'", unknown
+    given = {*placed[: len(args)], *kwargs}
+    for name, one in parameters.items():
+        if one.default is one.empty and name not in given and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
+            return f"{function.__name__} needs the argument '{name}'", ""
+    return "", ""
 
 
 @functools.cache

@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Callable, Iterable
 from typing import ParamSpec, TypeVar
 
-from dforce.core.argument_kinds import misfit
+from dforce.core.argument_kinds import full_signature, miscall, misfit
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -17,15 +17,15 @@ SAYS_SOMETHING = 3  # letters; fewer begin too many names
 
 
 class DForceError(Exception):
-    """Base of every error that dForce raises on purpose; its message is a sentence for the user."""
+    """Base of the errors of dForce for the user; its message is one sentence."""
 
 
 class ParameterError(DForceError, ValueError):
-    """A value, key or name that a user gave cannot be accepted."""
+    """A value, key or name from the user cannot be accepted."""
 
 
 class UnitError(ParameterError):
-    """A text with a unit cannot be read, or its unit measures something else."""
+    """A text with a unit cannot be read, or its unit has another dimension."""
 
 
 class CaseError(DForceError, ValueError):
@@ -51,11 +51,16 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def careful(*args: P.args, **kwargs: P.kwargs) -> R:
+        sentence, unknown = miscall(function, args, kwargs)
+        if sentence:
+            raise ParameterError(sentence + (nearest(unknown, full_signature(function).parameters) if unknown else ""))
         found = misfit(function, args, kwargs)
         if found is not None:
             raise ParameterError(found)
         return function(*args, **kwargs)
 
+    if any(str(kind).startswith("Unpack[") for kind in function.__annotations__.values()):
+        careful.__signature__ = full_signature(function)  # type: ignore[attr-defined]
     return careful
 
 

@@ -24,6 +24,7 @@ from dforce.core import files, units
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.core.marks import may_be_read
 from dforce.core.refusals import refusal
+from dforce.core.signatures import ParametersType, signature_of
 
 TOLD = 6  # digits of a number in a sentence
 # The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
@@ -187,15 +188,15 @@ def param(
     Parameters
     ----------
     default
-        Text with a unit, an SI number, None (optional), or left out (the user must give it).
+        Text with a unit, an SI number, None (optional), or missing (a required value).
     unit
-        SI unit; taken from the default or the bounds where they are text, else ``"1"``.
+        SI unit; by default from the text of default or bounds, else ``"1"``.
     symbol
         Symbol of the field, as LaTeX without dollars.
     doc
-        One phrase that says what it is.
+        One phrase with the meaning.
     low, high, above, below
-        Bounds: `low` and `high` are allowed values themselves, `above` and `below` are not.
+        Bounds: `low` and `high` are allowed values, `above` and `below` are not.
     """
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:
@@ -257,7 +258,7 @@ def _stored_unit(unit: str) -> str:
     return PREFIXED.get(unit, unit)
 
 
-class Parameters(pydantic.BaseModel):
+class Parameters(pydantic.BaseModel, metaclass=ParametersType):
     """A frozen set of parameters; the base of everything that a user gives.
 
     Unknown names are errors with the nearest known name; quantities accept SI numbers and text with a unit.
@@ -278,7 +279,17 @@ class Parameters(pydantic.BaseModel):
         Mapping[str, tuple[str, ...]]
     ] = {}  # groups of fields of which a user gives one, by what it is called
 
-    def __init__(self, **data: Any) -> None:
+    hints: ClassVar[Mapping[str, str]] = {}  # what to write in the place of names that other programs use
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        cls.__signature__ = signature_of({name: cls.model_fields[name] for name in cls.keys()})  # noqa: SIM118
+
+    def __init__(self, *unnamed: Any, **data: Any) -> None:
+        """Take the parameters by name."""
+        if unnamed:
+            raise ParameterError(self._by_name(unnamed[0]))
         try:
             super().__init__(**data)
         except pydantic.ValidationError as error:
@@ -286,6 +297,18 @@ class Parameters(pydantic.BaseModel):
 
     # Inside another model pydantic then validates without __init__, so that an error keeps its whole path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    @classmethod
+    def _by_name(cls, given: object) -> str:
+        """Return how something is given that came without a name."""
+        keys = cls.keys()
+        key = "name" if isinstance(given, str) and "name" in keys else keys[0]
+        value = repr(given) if isinstance(given, str | int | float) else "..."
+        return f"{cls.__name__} takes its parameters by name: write {cls.__name__}({key}={shorten(value)})"
+
+    def __dir__(self) -> list[str]:
+        """Return the fields, and the names that dForce gives the class: none of pydantic's."""
+        return sorted({*dir(type(self)), *self.keys()})
 
     def __setattr__(self, name: str, value: object) -> None:
         self._refuse_change(name)
@@ -349,7 +372,7 @@ class Parameters(pydantic.BaseModel):
             if key in cls.shared_fields():
                 raise ParameterError(f"takes '{key}' from the instrument: set {cls.shared_fields()[key]} instead")
             if key not in cls.model_fields:
-                hint = nearest(shorten(str(key), 40), cls.keys())
+                hint = f"; {cls.hints[key]}" if key in cls.hints else nearest(shorten(str(key), 40), cls.keys())
                 raise ParameterError(f"has no parameter '{shorten(str(key), 40)}'{hint}")
         return data
 

@@ -32,7 +32,8 @@ def refusal(error: pydantic.ValidationError, model: type[pydantic.BaseModel], ro
         field = _field(model, steps)
         meaning = f" ({field.description})" if field is not None and field.description else ""
         return ParameterError(f"{path}{meaning} is missing")
-    return ParameterError(f"{path} {_words(first)}")
+    table = first["type"] == "tuple_type" and isinstance(first["input"], dict)
+    return ParameterError(f"{path} {_words(first)}{f'; write [[{path}]] in a file' if table else ''}")
 
 
 def _words(problem: Any) -> str:

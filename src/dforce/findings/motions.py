@@ -119,7 +119,7 @@ def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
         for name, label in (("amplitude", "amplitude"), ("phase", "phase lag")):
             if name in sweep:  # one case of a sweep may keep neither
                 yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
-    if "amplitude" in sweep or "amplitude_ratio" in sweep:
+    if name_along in sweep.dims and ("amplitude" in sweep or "amplitude_ratio" in sweep):
         found = jumps(sweep, way)
         texts = [f"{number(jump.at, _unit(along), str(along.name))}{_change(sweep, jump)}" for jump in found[:3]]
         texts += [f"{len(found) - 3} more"] if len(found) > 3 else []
@@ -160,6 +160,8 @@ def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
         yield _values_of(dataset[name])
     cases = math.prod(dataset.sizes[name] for name in over)
     yield Finding("cases", "cases", str(cases), float(cases), "1")
+    if "crossing" in dataset.dims:
+        yield set_point_not_met(dataset)
     along = goes_along(dataset)
     for way, each in _ways(dataset):
         for name in ("amplitude", "phase"):
@@ -177,6 +179,18 @@ def sweep(dataset: xr.Dataset) -> Iterator[Finding]:
                 none = bool(is_none(_with_scales(each.isel(where)), name))
                 yield finding(name, label, float(found), _unit(found), way, f" at {place}", none)
         yield _points(each, way)
+
+
+def set_point_not_met(dataset: xr.Dataset) -> Finding:
+    """Name the cases of a sweep whose curves do not meet its set point."""
+    over = swept(dataset)
+    met = dataset["zc"].notnull().any("crossing") | (dataset["status"] == Status.NOT_COMPUTED)
+    places = np.argwhere(~met.transpose(*over).values)
+    texts = [
+        ", ".join(f"{dim} = {_one(dataset[dim][i])}" for dim, i in zip(over, at, strict=True)) for at in places[:3]
+    ]
+    texts += [f"{len(places) - 3} more"] if len(places) > 3 else []
+    return Finding("not_met", "set point not met", "; ".join(texts) or "none", float(len(places)), "1")
 
 
 def _set_points(dataset: xr.Dataset) -> tuple[float, ...]:

@@ -44,3 +44,8 @@ __all__ = [  # noqa: PLE0604
 def __getattr__(name: str) -> Any:
     """Answer an unknown model with the nearest known one."""
     raise AttributeError(f"dforce.forces has no model '{name}'{nearest(name, _models)}")
+
+
+def __dir__() -> list[str]:
+    """Return the classes of forces and what goes with them, without the modules of this folder."""
+    return __all__

@@ -7,7 +7,7 @@ from math import pi, sqrt
 from typing import Any, ClassVar
 
 from dforce.core.parameters import Number, param, shared
-from dforce.forces._contract import Force
+from dforce.forces._contract import OF_ADHESION, Force
 
 Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
 DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))
@@ -23,14 +23,12 @@ class JKR(Force):
     :math:`\bar F = F / 3\pi\gamma R`, contact radius :math:`(9\pi\gamma R^2 / 4 E_\mathrm{eff})^{1/3}
     q^2` and surface energy :math:`\gamma` of one of two like bodies (work of adhesion :math:`W =
     2\gamma`). The tip snaps into contact at :math:`d = a_0`, where the force falls to
-    :math:`-\tfrac{8}{3}\pi\gamma R`, and stays on the branch until :math:`\delta = -3^{2/3} u`, where it
-    comes off with :math:`-\tfrac{5}{3}\pi\gamma R`: the end at a prescribed distance, which a stiff or
-    moving lever reaches. Where nothing attracts outside contact, the sample takes :math:`22.516318693\, (\gamma^5 R^4
-    / E_\mathrm{eff}^2)^{1/3}` a cycle.
+    :math:`-\tfrac{8}{3}\pi\gamma R`. It stays on the branch until :math:`\delta = -3^{2/3} u`, where it detaches with
+    :math:`-\tfrac{5}{3}\pi\gamma R`: the end at a prescribed distance, for a stiff or moving lever. Without attraction outside
+    contact, the sample dissipates :math:`22.516318693\, (\gamma^5 R^4 / E_\mathrm{eff}^2)^{1/3}` a cycle.
 
-    Outside contact there is no force, or with a Hamaker constant :math:`-H R/6 d^2`, never more than in
-    first contact. Valid for large Tabor numbers, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and
-    contact radii small against R.
+    Outside contact the force is zero, or with a Hamaker constant :math:`-H R/6 d^2`, limited to its value at first contact.
+    Valid for large Tabor numbers, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and contact radii small relative to R.
     """
 
     name = "jkr"
@@ -42,6 +40,7 @@ class JKR(Force):
     radius: float = shared("tip.radius")
     E_eff: float = shared("contact.E_eff")
     a0: float = shared("contact.a0")
+    hints: ClassVar[Mapping[str, str]] = OF_ADHESION
     surface_energy: Number = param(
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )

@@ -14,6 +14,12 @@ from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
 from dforce.instrument.lever import MOST_MODES, ModeNumbers
 from dforce.instrument.readout import Readout
 
+SEVERAL_TONES = (
+    'several tones are tables [[drive.tones]] in a file, drive = { tones = [{ A0 = "10 nm" }, { A0 = "1 nm" }] }'
+)
+BASE_OR_FORCE = (
+    'write excitation = "base" for a shaken base (acoustic drive), "force" for a magnetic or photothermal drive'
+)
 FARTHEST = 1000.0  # free amplitudes: a base that has to move more cannot drive its mode
 
 if TYPE_CHECKING:
@@ -166,6 +172,18 @@ class Drive(Parameters):
         doc="share of the fluid that moves with the base; 0: fluid at rest, 1: the whole cell moves",
     )
     piezo: Part[Piezo | None] = part(None, description="resonance of the piezo that drives the base")
+
+    hints: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("kind", "type", "base", "acoustic"), BASE_OR_FORCE
+    ) | dict.fromkeys(("A1", "A2", "A01", "A02", "f2"), SEVERAL_TONES)
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _several_tones(cls, data: object) -> object:
+        A0 = data.get("A0") if isinstance(data, dict) else None
+        if isinstance(data, list | tuple) or isinstance(A0, list | tuple):
+            raise ParameterError(f"{'has several A0' if A0 is not None else 'is a list'}; {SEVERAL_TONES}")
+        return data
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:

@@ -11,7 +11,7 @@ from dforce.case import Case
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Dwell
-from dforce.inverse._plan_words import sentences
+from dforce.inverse._plan_words import missing_damping, sentences
 from dforce.inverse.wishes import SLOPE, Goal, Wishes
 from dforce.maps.axes import Axis
 from dforce.results.dataset import describe
@@ -105,6 +105,7 @@ def result_of(
         data = data.assign_attrs(interrupted=1)
     else:
         said = sentences(axes, shares, wishes, judged, marks["recommended"], bool(rest.walked))
+        said += [] if allowed.any() else missing_damping(case)
         data = data.assign_attrs(findings="\n".join(said))
     return _with_dwell(case, axes, judged, marks.get("recommended"), data)
 

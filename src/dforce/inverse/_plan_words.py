@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.case import Case
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
+from dforce.instrument.lever import DENSEST
 from dforce.inverse.wishes import Wishes
 from dforce.maps.axes import Axis
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 WALKED = "the stable states on the branches of each case"
 MET = "the states on approach and retract; with fewer cases also the states on the branches"
 DIGITS = 3
+LIQUID = 10.0  # quality factor below which a lever is in a liquid
 
 
 def sentences(
@@ -38,6 +41,21 @@ def sentences(
             "between.",
         ]
     return [*said, f"No setting is allowed. The search covered {ranges}.", *_ratios(axes, wishes, judged)]
+
+
+def missing_damping(case: Case) -> Iterator[str]:
+    """Say which damping of sample and liquid a case leaves out: where no setting is allowed, it may decide."""
+    if not any(force.dissipative for force in case.problem.forces):
+        yield (
+            "The sample of this case dissipates no energy. Soft samples do: add a force with viscosity, such as kelvin_voigt "
+            "or sls."
+        )
+    beam, lowest = case.cantilever.beam, min(mode.Q for mode in case.problem.modes)
+    if (lowest < LIQUID or (case.medium.density or 0.0) > DENSEST) and (beam is None or beam.tip_height is None):
+        yield (
+            "The damping by the liquid squeezed between lever and sample is left out: describe the lever by cantilever.beam "
+            "with tip_height, or write the Q measured close to the sample."
+        )
 
 
 def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:

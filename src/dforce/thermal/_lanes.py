@@ -14,6 +14,7 @@ from dforce.core.arrays import Complexes
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
+from dforce.core.units import Length
 from dforce.instrument.noise import detector_readings, time_constant
 from dforce.observables.complex_numbers import phase_lag
 from dforce.procedures.motion import motion_of
@@ -130,7 +131,7 @@ def _lag(c: Complexes) -> Any:
     return phase_lag(c)
 
 
-def start_of(case: Case | xr.Dataset, zc: object) -> tuple[Case, Problem, float, Motion]:
+def start_of(case: Case | xr.Dataset, zc: Length | None) -> tuple[Case, Problem, float, Motion]:
     """Return case, problem, distance (m) and the motion without noise that a case settles to, or that a point keeps."""
     if isinstance(case, Case):
         quiet = case.solver.replace(method="periodic", integrator="rk4", settle="converged")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
+from dforce.results.curves import swept
 from dforce.validity import contact, drive, dynamics, inputs, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
@@ -60,6 +61,8 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
         if "over" in case.attrs:
             return advice_in(case)
         seen = Evidence(case_of(case), case)
+    elif result is not None and swept(result):
+        return advice_in(result)
     else:
         seen = Evidence(case, result)
     pieces = FORCES_ALONE if seen.is_force_curve else PIECES

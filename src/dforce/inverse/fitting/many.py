@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from dforce.case import Case
 from dforce.core.errors import DForceError, checked
 from dforce.core.stopping import late_stop_waits, until_stopped
 from dforce.inverse.fitting.load import measured_curves
 from dforce.inverse.fitting.result import together
-from dforce.inverse.fitting.run import fit, settings_of
+from dforce.inverse.fitting.run import FitSettings, fit, settings_of
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def fit_many(
     curves: Mapping[str, Any],
     free: Sequence[str] | None = None,
     progress: Progress | bool | None = None,
-    **settings: Any,
+    **settings: Unpack[FitSettings],
 ) -> xr.Dataset:
     """Fit many curves, each from the same start; a failed curve does not stop the others.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 import numpy as np
 
@@ -41,13 +41,29 @@ POOR = 10.0  # of chi2 for each number: a worse model tells no errors, and ends 
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
 
 
+class FitSettings(TypedDict, total=False):
+    """Settings of a fit, as under `[fit]`."""
+
+    nuisance: Sequence[str] | None
+    priors: Mapping[str, object] | None
+    bounds: Mapping[str, object] | None
+    start: Mapping[str, object] | None
+    given: Mapping[str, object] | None
+    errors: Mapping[str, object] | None
+    branch: Literal["measured", "attractive", "repulsive"] | None
+    margin: int | None
+    search: bool | None
+    profile: Sequence[str] | None
+    bootstrap: int | None
+
+
 @checked
 def fit(
     case: Case,
     data: xr.Dataset | str | os.PathLike[str] | None = None,
     free: Sequence[str] | None = None,
     progress: Progress | bool | None = None,
-    **settings: Any,
+    **settings: Unpack[FitSettings],
 ) -> xr.Dataset:
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
@@ -62,9 +78,9 @@ def fit(
         Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
         A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
-        result of :func:`dforce.calibrate`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
-        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
-        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
+        result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag,
+        90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1 before, -1 behind a
+        jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
@@ -79,8 +95,8 @@ def fit(
     xarray.Dataset
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
-        in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
+        in standard deviations. The attributes contain `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the
+        best case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
         ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises

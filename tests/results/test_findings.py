@@ -98,6 +98,14 @@ def test_a_sweep_of_dwells_is_summed_up():
     assert "jumps" not in found and "amplitude_tone1" not in found
 
 
+def test_states_at_a_set_point_are_summed_up_and_cases_without_any_are_named():
+    case = df.example("hysteresis").replace("experiment.zc", {"start": "22 nm", "stop": "5 nm", "points": 50})
+    states = df.sweep(case, over={"drive.A0": ["6 nm", "36 nm"]}, at_set_point=0.8)
+    assert by_name(states)["not_met"].text == "A0 = 36 nm"
+    assert by_name(states.isel(A0=0))["min_force"].value == float(states.min_force.min())
+    assert by_name(df.at_set_point(df.approach(case)))["peak_force"].value > 0.0
+
+
 def test_one_case_of_a_sweep_has_the_free_amplitude_of_its_own():
     assert by_name(sweep().isel(A0=0), "approach")["free_amplitude_tone1"].value == pytest.approx(5e-9)
 

@@ -18,9 +18,10 @@ pytestmark = [
 BEHIND = "import sys, time; from pathlib import Path; from dforce.kernel import behind; behind.end_in_time(); "
 BEHIND += "Path('began').touch(); time.sleep(3.0); Path('done').touch()"
 PROGRAM = f"""
-import sys, time
+import signal, sys, time
 from pathlib import Path
 from dforce.core.stopping import heard, sigterm_as_ctrl_c
+signal.signal(signal.SIGINT, signal.default_int_handler)  # as in a terminal, also where the tests run in the background
 from dforce.kernel import behind
 with sigterm_as_ctrl_c():
     try:

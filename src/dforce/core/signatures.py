@@ -1,0 +1,91 @@
+"""What completion and `help` show of classes of parameters: their own names, and the kinds of values that they take."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin
+
+import pydantic
+from pydantic.fields import FieldInfo
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(pydantic.BaseModel)
+
+# what a signature calls a number with a unit; it may be given in SI or as text
+WORDS_OF_UNITS = {
+    "1": "Number",
+    "m": "Length",
+    "Hz": "Frequency",
+    "s": "Time",
+    "rad": "Angle",
+    "N/m": "Stiffness",
+    "Pa": "Pressure",
+    "Pa s": "Viscosity",
+    "J": "Energy",
+    "J/m^2": "SurfaceEnergy",
+    "V": "Voltage",
+    "K": "Temperature",
+    "kg/m^3": "Density",
+}
+OF_PYDANTIC = frozenset(name for name in dir(pydantic.BaseModel) if not name.startswith("__"))
+
+
+class Shown(str):
+    """A word in a signature, without quotes."""
+
+    __slots__ = ()
+    __repr__ = str.__str__
+
+
+class ParametersType(ModelMetaclass):
+    """The class of classes of parameters: what completion and `help` show of them."""
+
+    def __dir__(cls) -> list[str]:
+        """Return the names that dForce gives a class: none of pydantic's, nor of Python's own."""
+        own = (name for name in super().__dir__() if not name.startswith("_") and name not in OF_PYDANTIC)
+        return sorted({*own, "__init__"})
+
+
+def signature_of(fields: Mapping[str, FieldInfo]) -> inspect.Signature:
+    """Return the call that makes an object of fields: by name, each with the kind of value that it takes."""
+    shown = [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if field.is_required() else _default(field.default),
+            annotation=Shown(_taken(field)),
+        )
+        for name, field in fields.items()
+    ]
+    return inspect.Signature(shown)
+
+
+def _default(value: object) -> object:
+    return Shown(f"{type(value).__name__}()") if isinstance(value, pydantic.BaseModel) else value
+
+
+def _taken(field: FieldInfo) -> str:
+    """Return what may be given for a field: numbers by what they measure."""
+    unit = getattr(field.json_schema_extra, "unit", None)
+    number = "float" if unit is None else WORDS_OF_UNITS.get(unit, "Quantity")
+    return " | ".join(dict.fromkeys(_kinds_in(field.annotation, number)))
+
+
+def _kinds_in(annotation: Any, number: str) -> list[str]:
+    """Return the names of what an annotation allows, None left out, floats under their own word."""
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if annotation in (type(None), float):
+        return [number] if annotation is float else []
+    if origin is Literal:
+        return [repr(word) for word in inner]
+    if origin is tuple:
+        return [f"list[{' | '.join(_kinds_in(inner[0], number))}]"]
+    if origin in (dict, list):
+        return [origin.__name__]
+    parts = inner[:1] if origin is Annotated else inner
+    if parts:
+        return [name for part in parts for name in _kinds_in(part, number)]
+    return [getattr(annotation, "__name__", str(annotation))]
