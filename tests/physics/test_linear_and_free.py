@@ -56,7 +56,9 @@ def from_rest(case, periods):
 
 # The steps of RK4 turn the phase by (2 pi / points)^4 / 120 a radian: 3e-10 in 50 periods of 2048 points.
 @pytest.mark.parametrize(
-    "solver", [{"points_per_period": 2048}, {"integrator": "engine"}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str
+    "solver",
+    [{"points_per_period": 2048}, {"integrator": "engine"}, {"integrator": "adaptive"}, {"integrator": "lsoda"}],
+    ids=str,
 )
 def test_start_from_rest_has_the_reference_values(solver):
     case = single(df.Drive(A0="10 nm"), **solver)

@@ -6,7 +6,7 @@ Each law is compiled alone, once, with the functions that it calls; what calls i
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,7 +64,9 @@ def text_of(force: Force) -> str:
     latched = ["latched"] if force.switch is not None else []
     located = ["zc"] if "zc" in force.leading() else []
     motion = ["d[i]", "rate[i]", "t[i]"]
-    calls = {"law": ("out[i] += ", force.law_function(), [*motion, *memory, *latched, *located])}
+    calls: dict[str, tuple[str, Callable[..., Any], list[str]]] = {
+        "law": ("out[i] += ", force.law_function(), [*motion, *memory, *latched, *located])
+    }
     if force.evolve is not None:
         calls["evolve"] = ("", force.evolve, [*motion, *memory, "out[i]"])
     if force.switch is not None:
@@ -98,10 +100,12 @@ def laws_of(forces: Sequence[Force]) -> Laws:
     return Laws(address, place, not all(force.is_of_distance_alone for force in forces))
 
 
-@intrinsic
-def call_block(context, address, count, d, rate, t, memory, latched, zc, numbers, out):  # type: ignore[no-untyped-def]
+def _call_block(
+    context: Any, address: Any, count: Any, d: Any, rate: Any, t: Any, memory: Any, latched: Any, zc: Any, numbers: Any,
+    out: Any,
+) -> Any:  # fmt: skip
     """Call a compiled block function; arrays are given by their address."""
-    arguments, result = sigutils.normalize_signature(TYPES)
+    arguments, result = sigutils.normalize_signature(TYPES)  # type: ignore[no-untyped-call]
     addresses = [types.intp if kind == types.voidptr else kind for kind in arguments]
 
     def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
@@ -116,3 +120,6 @@ def call_block(context, address, count, d, rate, t, memory, latched, zc, numbers
         return target.get_dummy_value()
 
     return result(address, *addresses), generate
+
+
+call_block: Callable[..., None] = intrinsic(_call_block)

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from dforce.core.arrays import Array, Complexes
-from dforce.engine.advance import (
+from dforce.engine.compiled import engine
+from dforce.engine.lanes import (
     D_MIN,
     F_MAX,
     F_MIN,
@@ -22,11 +23,10 @@ from dforce.engine.advance import (
     Z_MAX,
     Z_MIN,
     Lanes,
-    advance,
 )
 from dforce.engine.laws import Laws, laws_of
 from dforce.kernel import base_of, drive_of, stiffness_of
-from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, parameter_count
+from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE
 from dforce.observables import measure
 from dforce.problem import Problem
 
@@ -159,13 +159,18 @@ class Marcher:
             np.zeros((count, 2), np.int64),
         )
         before = deviation[..., 0].reshape(count, 1, size).copy()
-        advance(lanes, self.laws, parameter_count(modes, 0))
+        engine()(lanes, self.laws)
         ends = np.concatenate([before, lanes.ends], axis=1)
         rows = np.empty((count, intervals, 0))
         if harmonics is not None:
             rows = measured(start.numbers, free, ratios, phases, ends, harmonics, lanes.sums)
         return Marched(
-            ends + still, lanes.memory, lanes.latched, deviation[..., 1:].reshape(count, size, columns), rows, lanes.samples
+            ends + still,
+            lanes.memory,
+            lanes.latched,
+            deviation[..., 1:].reshape(count, size, columns),
+            rows,
+            lanes.samples,
         )
 
     def _limits(self, numbers: Array, limits: tuple[float, float, float]) -> Array:

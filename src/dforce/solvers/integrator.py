@@ -312,8 +312,11 @@ class Engine(Integrator):
     def _marched(self, motion: Motion, periods: int, **wanted: Any) -> Marched:
         from dforce.engine.marching import Start
 
-        rows = (np.array([row]) for row in (self.p, self.tones, self._places, motion.y, motion.memory, motion.latched))
-        return self._marcher.march(Start(*rows, motion.period), periods, self._limits, **wanted)
+        p, x = np.array([self.p]), np.array([motion.y])
+        start = Start(
+            p, self.tones[None], self._places[None], x, motion.memory[None], motion.latched[None], motion.period
+        )
+        return self._marcher.march(start, periods, self._limits, **wanted)
 
     def _end(self, found: Marched, period: int) -> Motion:
         return Motion(tuple(found.path[0, -1].tolist()), found.memory[0], found.branch[0], period)
