@@ -76,7 +76,7 @@ def faults(sentence: str) -> list[str]:
 # ---------------------------------------------------------------------------------------------------- text to sentences
 _END = re.compile(r"(?<=[.!?])[)\"'”*_]*\s+(?=[\"'“(*_`]*[A-Z0-9`{§]|d[Ff]orce|[a-z]+`|[a-z_]+:)")
 _SHORT = re.compile(
-    r"\b(?:e\.g|i\.e|cf|vs|Fig|Eq|Eqs|Sec|Ref|Refs|No|al|approx|resp|Phys|Rev|Appl|Lett|Nanotechnol|Beilstein J|J|[A-Z])\.$"
+    r"\b(?:e\.g|i\.e|cf|vs|Fig|Eq|Eqs|Sec|Ref|Refs|No|al|approx|resp|Phys|Rev|Appl|Lett|Nanotechnol|Beilstein J|J|[A-PR-Z])\.$"
 )
 
 

@@ -23,8 +23,9 @@ PLAIN_CASES = ("title", "shows", "unsaid")  # what a shipped case shows to users
 
 
 def pages():
-    """Give the sentences of the README and of the pages."""
-    yield from of_page(ROOT / "README.md", ROOT)
+    """Give the sentences of the README, of CONTRIBUTING and of the pages."""
+    for name in ("README.md", "CONTRIBUTING.md"):
+        yield from of_page(ROOT / name, ROOT)
     for path in sorted((ROOT / "docs").rglob("*.md")):
         if not set(MADE) & set(path.relative_to(ROOT / "docs").parts) and path.name != "validation.md":
             yield from of_page(path, ROOT)
