@@ -35,6 +35,7 @@ from dforce.engine.tableau import FIFTH, STAGES, THIRD, A, B, C
 
 PLAIN, LEAVING, ARRIVING = 0, 1, 2  # how a step counts its time
 DISTANCE_STEP, RATE_STEP = 1e-15, 1e-6  # m, and share of the unit of speed: differences of the law
+MEMORY = 1e3  # times the error allowed in the motion: that in a memory, as a share of its scale
 BESIDE = 1e-20  # m: how far beside a kink a law is asked at least
 
 
@@ -207,7 +208,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         for j in range(STAGES):
             fifth += FIFTH[j] * change[j, m]
             third += THIRD[j] * change[j, m]
-        worst = max(worst, embedded(fifth, third) / (lane.scale[m] * limits[0]))
+        worst = max(worst, embedded(fifth, third) / (MEMORY * lane.scale[m] * limits[0]))
     if measured:  # the fastest of the force's Fourier sums
         ratio = pairs[pairs.shape[0] - 1]
         re5, im5, re3, im3 = 0.0, 0.0, 0.0, 0.0

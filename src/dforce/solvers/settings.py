@@ -21,8 +21,8 @@ class SolverSettings(Parameters):
     )
     integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
-        description="rk4: fixed steps locked to the drive; engine: steps of order 8 that end on the force's kinks; lsoda: "
-        "SciPy's; adaptive: steps of order 5 that end on kinks; langevin: fixed steps with thermal motion, for a dwell",
+        description="rk4: fixed steps locked to the drive; engine, adaptive: steps of order 8 and 5 that end on kinks; lsoda: "
+        "SciPy's; langevin: thermal motion, for a dwell",
     )
     points_per_period: int = pydantic.Field(
         default=256,
