@@ -31,9 +31,9 @@ demo: $(READY)
 
 # Before each commit: lint, types, and the tests that are quick once kernels are compiled.
 check: lint
-	$(BIN)/pytest -n auto --dist loadfile -q -m "not slow and not long" tests/unit tests/forces tests/cli tests/gui $(ARGS)
+	$(BIN)/pytest -n auto --dist loadfile -q -m "not slow and not long" tests/unit tests/case tests/kernel tests/runs tests/sweeps tests/results tests/plot tests/forces tests/cli tests/gui $(ARGS)
 
-# What .ci/run tests. ARGS goes to pytest: make test ARGS="tests/unit -x". One process a core; a file's tests stay together,
+# What .ci/run tests. ARGS goes to pytest: make test ARGS="tests/case -x". One process a core; a file's tests stay together,
 # and share what they set up.
 test: $(READY) browser
 	$(BIN)/pytest -n auto --dist loadfile $(ARGS)

@@ -2,21 +2,20 @@
 Figure 2: deflection, velocity and force at 0.5 nm
 ==================================================
 
-The paper prints a deflection of ±0.47 nm, a speed of up to 141 µm/s, and forces of -92 and 112 pN, for a tip of 2 nm
-at Q = 100, A0 = 1 nm and zc = 0.5 nm. These numbers do not follow from the printed parameters. The text says van der
-Waals and Hertz, the caption DMT; the start, the periods and the Poisson ratio are not given; and at this distance two
-states coexist.
+The paper prints a deflection of ±0.47 nm, a speed of up to 141 µm/s, and forces of -92 and 112 pN. The tip has a radius
+of 2 nm, with Q = 100, A0 = 1 nm and zc = 0.5 nm. These numbers do not follow from the printed parameters. The text has van
+der Waals and Hertz, the caption DMT. The start, the periods and the Poisson ratio are missing. Two states coexist at this
+distance.
 """
 
 # %%
 # Five readings
 # -------------
 #
-# The first takes the parameters as printed, with DMT, and waits until the motion has settled on the repulsive
-# state. The second starts from rest and ends on the attractive one. The third takes van der Waals outside and Hertz
-# alone inside contact, where the force jumps, and settles. The fourth is the third, unsettled: 80 periods at each
-# distance, from rest at 1.5 nm, in the step of 1 nm that the paper calls a good starting value, with the last 8 of
-# them measured, or the last 10. The fifth changes two parameters until the numbers fit.
+# The first reading uses the printed parameters with DMT, settled on the repulsive state. The second starts from rest and
+# ends on the attractive state. The third has van der Waals outside and Hertz alone inside contact, where the force jumps,
+# and settles. The fourth is the third, unsettled: 80 periods at each distance, from rest at 1.5 nm. Its step is 1 nm, "a good
+# starting value" in the paper, and the last 8 or 10 periods are measured. The fifth changes two parameters to fit the numbers.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -93,11 +92,11 @@ axes[1, 1].legend(fontsize="x-small", loc="upper left")
 plt.show()
 
 # %%
-# *Deflection, velocity and force of the settled DMT reading, with the printed extremes dashed; below on the right
-# each reading as a share of what is printed. No reading of the printed parameters meets all five numbers.* The
-# settled motion is 11 to 16 % larger and its peak force 6 % smaller. What comes close without other parameters is a
-# motion that has not settled, over a force that jumps at contact: the peaks then depend on which periods one looks
-# at. That these readings come close shows that the printed values can be reached, not that they were obtained so.
+# *Deflection, velocity and force of the settled DMT reading, with the printed extremes dashed. Below on the right: each
+# reading relative to the printed numbers. No reading of the printed parameters meets all five numbers.* The settled motion is
+# 11 to 16 % larger and its peak force 6 % smaller. Without other parameters an unsettled motion comes closest, over a force
+# that jumps at contact: the peaks then depend on the chosen periods. So the printed values can be reached, but this does not
+# prove their origin.
 
 # sphinx_gallery_start_ignore
 assert np.allclose(found["DMT, settled"], [-0.547, 0.511, 160.8, -97.9, 104.8], rtol=2e-3)

@@ -2,23 +2,21 @@
 Figure 3: two states in air, one in water
 =========================================
 
-In air (Q = 255) the amplitude of the paper steps up at zc = 9.3 nm and the phase falls from about 110° to 65°: *"this
-increase marks the transition between a tip oscillation dominated by attractive forces to a tip oscillation dominated
-by repulsive forces"*. In water (Q = 2, no attraction) the slope of the amplitude is 0.7 where it is 1 in air, and
-harmonics are higher.
+In air (Q = 255) the amplitude of the paper steps up at zc = 9.3 nm, and the phase falls from about 110° to 65°. The paper
+explains it as the transition from *"a tip oscillation dominated by attractive forces"* to repulsive forces. In water (Q = 2,
+no attraction) the slope of the amplitude is 0.7 instead of 1, and harmonics are higher.
 
-The jump is no constant of the system. What the parameters decide are the states: an attractive and a repulsive one
-exist side by side over most distances. Where an approach leaves one for the other is a matter of the protocol. Changed
-slowly, the distance can be brought down to 1 nm without a jump; in sudden steps, as simulations take them, the tip is
-thrown from one state to the other.
+The jump is not a constant of the system. The parameters determine the states: an attractive and a repulsive state exist at
+most distances. The protocol determines the jump between them. In a slow change the approach reaches 1 nm without a jump. In
+sudden steps, as in simulations, the tip is thrown from one state to the other.
 """
 
 # %%
 # The states, and a protocol
 # --------------------------
 #
-# All states, stable and unstable, with DMT; and the approach over the reading that has the paper's jump: van der
-# Waals outside, Hertz alone inside contact, in sudden steps of 0.1 nm (`protocol = "stepwise"`).
+# The first curve is the set of all states, stable and unstable, with DMT. The second is the approach with the jump of the
+# paper: van der Waals outside, Hertz alone inside contact, in sudden steps of 0.1 nm (`protocol = "stepwise"`).
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -30,8 +28,8 @@ jumping = df.example("figure-3-air-jump")
 curve = df.run(jumping)
 
 # %%
-# The same approach in other steps, and slowly: each step shakes the tip, and a step that makes it pass the jump of the
-# force throws it onto the other branch. Where the distance changes slowly the attractive state does not end.
+# The next curves use the same approach in other steps, and slowly. Each step shakes the tip. A step across the jump of the
+# force throws it to the other branch. In a slow change the attractive state does not end.
 
 
 def place(step):
@@ -97,10 +95,9 @@ axes[2].legend(fontsize="small")
 plt.show()
 
 # %%
-# *Gray: every state there is. The approach starts on the attractive branch (phase above 90°) and leaves it at a
-# distance that the step decides; the retract keeps the repulsive branch for longer, so that the two form a loop.
-# The dashed line is the printed jump, which one of four steps meets. The slope in water is 0.7 near 4.5 nm; over a
-# longer range it is less.*
+# *Gray: every state. The approach starts on the attractive branch (phase above 90°) and leaves it at a distance that
+# depends on the step. The retract stays longer on the repulsive branch, so the two form a loop. The dashed line is the
+# printed jump; one of four steps meets it. The slope in water is 0.7 near 4.5 nm; over a longer range it is smaller.*
 
 # sphinx_gallery_start_ignore
 for step, (before, after) in {0.05: (8.90, 8.85), 0.1: (9.40, 9.30), 0.2: (9.80, 9.60), 0.25: (10.0, 9.75)}.items():

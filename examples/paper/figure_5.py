@@ -2,10 +2,9 @@
 Figure 5: a viscoelastic sample
 ===============================
 
-A soft sample of 50 MPa with a viscosity of 100 Pa s, at zc = 0.2 nm. The paper shows a force that pulls while the tip
-withdraws, *"an attractive force ... due to the viscoelastic response of the material"*, and an amplitude that is
-*"slightly smaller"*. It prints no numbers. Its equation 20 has a wrong dimension as printed; the viscous force here
-is η √(R δ) dδ/dt.
+The sample is soft (50 MPa) with a viscosity of 100 Pa s, at zc = 0.2 nm. The paper shows a force that pulls on withdrawal,
+*"an attractive force ... due to the viscoelastic response of the material"*, and an amplitude that is *"slightly smaller"*.
+It prints no numbers. Its equation 20 has a wrong dimension as printed; the viscous force here is η √(R δ) dδ/dt.
 """
 
 # %%
@@ -47,9 +46,9 @@ axes[0].legend(fontsize="small")
 plt.show()
 
 # %%
-# *Force against distance over one period (the loop is the energy that the sample takes), deflection and force in
-# time. The viscous contact pulls at the tip on its way out although nothing is adhesive, the amplitude is a little
-# smaller and the motion lags behind: the three statements of the paper follow from its parameters.*
+# *Force against distance over one period (the loop is the dissipated energy), deflection and force in time. The viscous
+# contact pulls at the tip on withdrawal although nothing is adhesive. The amplitude is a little smaller and the motion lags
+# behind. So the three statements of the paper follow from its parameters.*
 
 # sphinx_gallery_start_ignore
 assert abs(float(viscous.amplitude.squeeze()) * 1e9 - 2.3755) < 1e-3

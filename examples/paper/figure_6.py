@@ -2,16 +2,15 @@
 Figure 6: the bimodal motion in time
 ====================================
 
-Two modes are driven, at 50 and 310 kHz. The paper notes that the signal repeats at *"a multiple of both the first and
-the second modes"* and that the peak force changes from period to period of the first mode. It does not say at which
-distance; here it is 8 nm.
+Two modes are driven, at 50 and 310 kHz. In the paper the signal repeats at *"a multiple of both the first and the second
+modes"*, and the peak force changes from period to period of the first mode. The distance is missing; here it is 8 nm.
 """
 
 # %%
 # The common period
 # -----------------
 #
-# The ratio of the frequencies is 6.2 = 31/5, so that the whole motion repeats after five periods of the first tone.
+# The ratio of the frequencies is 6.2 = 31/5, so the whole motion repeats after five periods of the first tone.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -43,9 +42,8 @@ axes[0].legend(fontsize="small", loc="upper right")
 plt.show()
 
 # %%
-# *Ten periods of the first tone; dashed where the motion repeats. Five peaks of different height come again in the
-# same order, and before and after each the tip is attracted: both statements of the paper follow from its
-# parameters.*
+# *Ten periods of the first tone; dashed lines mark the repetition. Five peaks of different height repeat in the same order.
+# Before and after each peak the tip is attracted. So both statements of the paper follow from its parameters.*
 
 # sphinx_gallery_start_ignore
 assert np.allclose(peaks[5:], peaks[:5], rtol=1e-4)

@@ -2,17 +2,17 @@
 Figure 7: bimodal phase in the attractive regime
 ================================================
 
-The paper shows the phase of the second mode over two materials that differ in their Hamaker constant alone: *"a
-sudden increase that it is followed by a region where the φ2 seems to saturate but then suddenly increases for small
-zc values"*. The phase of the first mode does not tell the two apart.
+The paper shows the phase of the second mode over two materials that differ only in their Hamaker constant. It has *"a sudden
+increase"*, then a region where it *"seems to saturate"*, and increases again at small zc. The phase of the first mode does not
+distinguish the two materials.
 """
 
 # %%
 # Two materials
 # -------------
 #
-# The approach stays on the attractive branch because the motion is carried from one distance to the next. Beside
-# the bimodal curves stands amplitude modulation with the first mode alone.
+# The approach stays on the attractive branch because each distance starts from the motion before. For comparison a second
+# set of curves uses amplitude modulation with the first mode alone.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -35,8 +35,8 @@ for zc in (20, 17, 15, 10, 5, 3):
     print(f"{zc:8d}" + "".join(f"{word:>20s}" for word in words))
 
 # %%
-# Without dissipation the phase of the first mode follows from its amplitude alone, φ1 = 180° - asin(A1/A01),
-# whatever the Hamaker constant:
+# Without dissipation the phase of the first mode follows from its amplitude alone, φ1 = 180° - asin(A1/A01), for any
+# Hamaker constant:
 
 misses = {}
 for label, curve in curves.items():
@@ -67,10 +67,9 @@ for panel in axes:
 plt.show()
 
 # %%
-# *Left against the distance, right against the set point. The phase of the second mode rises, stays level and rises
-# again near the surface, and separates the two materials; the phases of the first mode lie on one curve when they
-# are drawn against the amplitude. The statements of the paper follow from its parameters, on the attractive
-# branch.*
+# *Left against the distance, right against the set point. The phase of the second mode rises, stays level and rises again near
+# the surface, and separates the two materials. Against the amplitude, the phases of the first mode lie on one curve. So the
+# statements of the paper follow from its parameters, on the attractive branch.*
 
 # sphinx_gallery_start_ignore
 low = curves["H = 4e-20 J"].mode_phase.sel(mode=2)

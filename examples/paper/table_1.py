@@ -2,8 +2,8 @@
 Table 1: two motions, by every integrator
 =========================================
 
-Table 1 of the paper gives the parameters of two motions at zc = 4 nm, on which it compares its integrators. It prints
-no result of them. Here is what they are, and to how many digits the integrators of dForce agree at their defaults.
+Table 1 of the paper lists the parameters of two motions at zc = 4 nm, for a comparison of integrators. It prints no results.
+This page prints the results, and the number of digits to which the integrators of dForce agree at their defaults.
 """
 
 # %%
@@ -40,8 +40,8 @@ for name, result in [
     errors[name] = abs(values[0] / float(reference.amplitude.squeeze()) - 1.0)
 
 # %%
-# The orbit's largest Floquet multiplier says how fast it settles, and the product of both is that of the damping
-# alone, exp(-2π/Q), because Hertz' force takes no energy:
+# The largest Floquet multiplier of the orbit shows how fast it settles. The product of both multipliers equals exp(-2π/Q), the
+# damping alone, because Hertz' force dissipates no energy:
 
 orbit = df.dwell(am.replace("solver.points_per_period", 2048))
 multipliers = orbit.multiplier_modulus.values
@@ -51,9 +51,8 @@ print(f"multipliers {multipliers}, product {multipliers.prod():.8f}, exp(-2π/Q)
 # Bimodal
 # -------
 #
-# With 48.9 and 282 kHz the tones have no common period of reasonable length: the motion never repeats, and is
-# measured over a long window. Amplitudes and phases are of the total deflection; both drives and the force act on
-# both modes.
+# With 48.9 and 282 kHz the tones have no common period of reasonable length: the motion never repeats, and is measured over a
+# long window. Amplitudes and phases refer to the total deflection; both drives and the force act on both modes.
 
 bimodal = df.run(df.example("table-1-bimodal"))
 for tone in (1, 2):
@@ -78,8 +77,8 @@ axes[1].set(xlabel="time (µs)", ylabel="force, bimodal (nN)")
 plt.show()
 
 # %%
-# *Left the error of each integrator at its defaults, against the adaptive one at its tightest: all agree to more
-# digits than an experiment has. Right the force of the bimodal motion: no two peaks are alike.*
+# *Left: the error of each integrator at its defaults, relative to the adaptive integrator at its tightest. All agree to more
+# digits than an experiment has. Right: the force of the bimodal motion; no two peaks are alike.*
 
 # sphinx_gallery_start_ignore
 assert abs(float(reference.amplitude.squeeze()) - 4.0553735e-9) < 1e-16

@@ -2,23 +2,23 @@ r"""
 Bimodal contrast between two materials
 ======================================
 
-*Two materials differ in how strongly they attract the tip, and your phase image shows nothing. Would a second mode show
-it, and how should it be driven?* This tutorial computes the contrast in both phases before you go to the instrument.
+*Two materials differ in their attraction to the tip, and your phase image shows nothing. Would a second mode show the
+difference? How should you drive it?* This tutorial computes the contrast in both phases before the measurement.
 """
 
 # %%
 # Why one mode is blind
 # ---------------------
 #
-# When no energy is lost, the energy balance of the first mode leaves its phase no freedom: :math:`\sin\phi_1
-# = A_1/A_{01}` (see :doc:`/theory/identities`). The feedback holds :math:`A_1`, so the phase is the same on
-# every material. The second mode is held by nobody: its amplitude and phase follow the sample.
+# Without energy loss, the energy balance of the first mode fixes its phase: :math:`\sin\phi_1 = A_1/A_{01}`
+# (see :doc:`/theory/identities`). The feedback keeps :math:`A_1` constant, so the phase is equal on every material. No feedback
+# controls the second mode: its amplitude and phase follow the sample.
 #
 # The experiment
 # --------------
 #
-# Two modes, a tone on each, and two materials with different Hamaker constants. The second frequency is 6.25
-# times the first, so that the whole motion repeats every four periods and is found as a periodic orbit.
+# The case has two modes, a tone on each, and two materials with different Hamaker constants. The second frequency is 6.25
+# times the first, so the whole motion repeats every four periods and is a periodic orbit.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -41,8 +41,7 @@ zc = np.linspace(17e-9, 4e-9, 66)
 curves = {name: df.approach(case.replace("forces.dmt.hamaker", H), zc=zc) for name, H in materials.items()}
 
 # %%
-# An image is taken at a set point, not at a distance; so draw both phases against the amplitude of the first
-# mode.
+# An image is taken at a set point, not at a distance. So draw both phases against the amplitude of the first mode.
 
 figure, panels = plt.subplots(1, 2, figsize=(9, 4), layout="constrained", sharex=True)
 for (name, curve), line in zip(curves.items(), ("-", "--"), strict=True):
@@ -54,8 +53,8 @@ panels[0].legend()
 plt.show()
 
 # %%
-# *Phase of the first tone (left) and the second (right) against the set point, for the two materials. On the
-# left the two curves lie on each other; on the right they are several degrees apart.*
+# *Phase of the first tone (left) and the second (right) against the set point, for the two materials. On the left the two
+# curves coincide; on the right they are several degrees apart.*
 #
 # The contrast at some set points:
 
@@ -82,9 +81,8 @@ assert np.all(abs(contrast(curves.values(), 2)) > 4.0)
 # sphinx_gallery_end_ignore
 
 # %%
-# The material with the *weaker* attraction shows the larger lag. The set point explains it: to lose the same
-# amplitude the tip must come closer to it, where the force changes faster with the distance, and it is the
-# change that the second mode feels.
+# The material with the *weaker* attraction shows the larger lag, because of the set point. To lose the same amplitude the tip
+# must come closer to this material. There the force changes faster with the distance, and the second mode feels this gradient.
 #
 # How large should the second amplitude be?
 # -----------------------------------------
@@ -107,8 +105,8 @@ plt.show()
 # *Contrast in the second phase against the free amplitude of the second tone. The smaller the second
 # amplitude, the larger the contrast, until it levels off.*
 #
-# A small second amplitude is a gentle probe that the force can turn easily; but it must stay above the noise.
-# Thermal motion of the second mode is :math:`\sqrt{k_B T/k_2}`:
+# A small second amplitude is a gentle probe with a large phase shift, but it must stay above the noise. The thermal motion of
+# the second mode is :math:`\sqrt{k_B T/k_2}`:
 
 thermal = np.sqrt(1.380649e-23 * 298.15 / 78.0)
 print(f"{thermal * 1e12:.1f} pm over the whole bandwidth; a lock-in passes only a part of it")
@@ -134,8 +132,7 @@ assert all(float(curve.phase.sel(tone=1).min()) > 90.0 for curve in curves.value
 # sphinx_gallery_end_ignore
 
 # %%
-# The first phase stays above 90° throughout: the whole experiment is in the attractive regime, where the tip
-# hardly touches. At a larger first amplitude it would jump (:doc:`why_the_phase_jumps`), and both phases would
-# show the jump instead of the material. If the materials differ in how much energy they take, the first phase
-# sees that too: add a viscous contact (:doc:`kelvin_voigt </forces/kelvin_voigt>`) and a drive that taps, and
-# compare the two phases again.
+# The first phase stays above 90° throughout: the whole experiment is in the attractive regime, and the tip hardly touches. At a
+# larger first amplitude it would jump (:doc:`why_the_phase_jumps`), and both phases would show the jump instead of the
+# material. The first phase also shows a difference in dissipation. To see it, add a viscous contact
+# (:doc:`kelvin_voigt </forces/kelvin_voigt>`) and a drive that taps, and compare the two phases again.

@@ -1,18 +1,18 @@
 r"""
-Which amplitude spares the sample?
-==================================
+Free amplitudes for soft samples
+================================
 
 *Your samples are soft, from gels to polymers, and above some 100 pN they are damaged. How large may the free amplitude be
-on each of them?* This tutorial computes the peak force at a set point over free amplitude and modulus, and draws the line of
-100 pN: a map of many curves, each reduced to its state at the set point.
+on each sample?* This tutorial computes the peak force at a set point over free amplitude and modulus, and draws the line of
+100 pN. It is a map of many curves, each reduced to its state at the set point.
 """
 
 # %%
 # The experiment
 # --------------
 #
-# A soft lever in water, whose quality factor is low. Each curve goes from free motion down to the surface, so that it meets
-# the set point whatever its free amplitude.
+# The lever is soft and in water, with a low quality factor. Each curve goes from free motion down to the surface, so it reaches
+# the set point at any free amplitude.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -36,8 +36,8 @@ case = df.Case(
 )
 
 # %%
-# One case file says all this (``print(case.to_toml())``), and ``dforce sweep CASE.toml -o map.zarr --at-set-point 0.8``
-# computes it; here the same in Python. Of each curve only the state at a set point of 0.8 is kept.
+# One case file contains all settings (``print(case.to_toml())``), and ``dforce sweep CASE.toml -o map.zarr --at-set-point 0.8``
+# computes it; here the same in Python. The sweep keeps only the state at a set point of 0.8.
 
 states = df.sweep(case, quantities=["peak_force", "max_indentation", "phase"], at_set_point=0.8)
 print(dict(states.sizes))
@@ -46,7 +46,7 @@ print(dict(states.sizes))
 # The map
 # -------
 #
-# Each curve meets the set point once here, so the first state is the only one. The line is that of 100 pN.
+# Each curve reaches the set point once here, so the first state is the only state. The line is the limit of 100 pN.
 
 first = states.isel(crossing=0)
 axes = df.plot.map(first, "A0", "youngs_modulus", "peak_force", levels=[100e-12])
@@ -64,9 +64,9 @@ for modulus in (3e7, 1e8, 3e8, 3e9):
     print(f"{modulus / 1e6:6.0f} MPa: {1e9 * most:.1f} nm")
 
 # %%
-# A stiffer sample is hit harder and for a shorter time, so its force rises with the modulus; and a larger amplitude carries
-# more energy into each impact. The map shows both at once, and which of your samples needs a smaller amplitude, a softer
-# lever or a set point closer to 1.
+# On a stiffer sample the tap is harder and shorter, so its force rises with the modulus. A larger amplitude brings more energy
+# into each impact. The map shows both effects, and the samples that need a smaller amplitude, a softer lever or a set point
+# closer to 1.
 
 # sphinx_gallery_start_ignore
 assert states.sizes["crossing"] == 1

@@ -2,16 +2,16 @@ r"""
 Which force made this curve?
 ============================
 
-*You have a tapping curve, amplitude and phase against height, with its noise. What does it tell of the force, without a model?*
-This tutorial makes such a curve from a law, hides the law, reconstructs the force, and tells the truth at the end.
+*You have a tapping curve, amplitude and phase against height, with its noise. Which force made it?* This tutorial computes such
+a curve from a law, hides the law, reconstructs the force without a model, and compares both at the end.
 """
 
 # %%
 # The curve
 # ---------
 #
-# Air, a free amplitude of 20 nm, and the noise of a good instrument: 4 pm and 0.05 degrees a point. The approach jumps from
-# attraction to repulsion, as most curves do.
+# The curve is in air, with a free amplitude of 20 nm and the noise of a good instrument: 4 pm and 0.05 degrees a point. The
+# approach jumps from attraction to repulsion, as most curves do.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -39,20 +39,20 @@ measured = xr.Dataset(
 # The force
 # ---------
 #
-# The instrument is in the attributes, so the curve is all that is needed.
+# The attributes describe the instrument, so the curve is sufficient.
 
 found = df.reconstruct(measured)
 print(found.attrs["notes"])
 
 # %%
-# The gray stretch is what the jump hides: no motion turned there, so the curve does not tell the force, and nothing is drawn
-# through it. Below the gap the force is known with a larger error, for each tap goes through the gap.
+# The gray stretch is hidden by the jump: no motion has a turning point there, so the force is unknown and not drawn. Below the
+# gap the error of the force is larger, because each tap goes through the gap.
 
 # %%
 # The truth
 # ---------
 #
-# The law was DMT. Put beside the reconstruction:
+# The law was DMT. The picture compares it with the reconstruction:
 
 truth = df.force_curve(case, distance=found.distance.values[::-1]).force.sel(direction="approach")
 found["law_force"] = ("distance", truth.values[::-1])
@@ -62,7 +62,7 @@ plt.show()
 # %%
 # *Force against distance: the law (gray), the reconstruction with a band of two errors (blue), and the gap of the jump.*
 #
-# How far is it off, in its own errors?
+# The deviation, relative to the estimated error:
 
 off = (abs(found.force - found.law_force) / found.force_error).dropna("distance")
 print(f"within one error: {100 * float((off < 1).mean()):.0f} %, within two: {100 * float((off < 2).mean()):.0f} %")

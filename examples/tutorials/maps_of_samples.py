@@ -2,16 +2,16 @@ r"""
 Maps: contrast, force, and cases by the thousand
 ================================================
 
-*Which of two materials is brighter, and does that depend on their stiffness? How far may the free amplitude rise before the
-force breaks the sample? And what if a thousand curves are not enough?* Each answer is one sweep and one picture.
+*Which of two materials is brighter, and does this depend on their stiffness? How large may the free amplitude be before the
+force breaks the sample? And if a thousand curves are not enough?* Each answer is one sweep and one picture.
 """
 
 # %%
 # Material contrast
 # -----------------
 #
-# A polymer in air that takes energy (a viscous contact), and the same one without the loss. Only the states at a set point of
-# 0.8 are kept. Distances are shares of the free amplitude, which is varied.
+# The sample is a polymer in air with a viscous contact, or without this loss. The sweep keeps only the states at a set point of
+# 0.8. Distances are shares of the free amplitude, because it varies.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -43,10 +43,10 @@ plt.show()
 
 # %%
 # *Phase lag of the lossy polymer over free amplitude and modulus; blue is net repulsion, red net attraction. In the red corner
-# the approach has not left the attractive state when the set point is reached.*
+# the approach is still in the attractive state at the set point.*
 #
-# Two things make the contrast. The corner is one: there a material looks bright because it is soft, whatever it takes. The loss
-# is the other, and in repulsion the only one: without it :math:`\sin\phi = A/A_0`, so every modulus shows the same phase
+# The contrast has two causes. In the red corner a material looks bright because it is soft, with or without loss. In repulsion
+# the loss is the only cause: without it :math:`\sin\phi = A/A_0`, so every modulus shows the same phase
 # (:doc:`/theory/identities`).
 
 for name, found in maps.items():
@@ -61,18 +61,18 @@ assert attractive[0, 0] and not attractive[-1].any() and not attractive[:, -1].a
 # sphinx_gallery_end_ignore
 
 # %%
-# So a soft, lossy material stands out from a stiff one, and that through the energy that it takes:
+# So a soft, lossy material is brighter than a stiff one, because it dissipates energy:
 
 axes = df.plot.map(maps["takes energy"], "A0", "youngs_modulus", "total_dissipated_energy")
 plt.show()
 
 # %%
-# *Energy that the sample takes in a period.*
+# *Energy that the sample dissipates in a period.*
 #
-# The force that a sample bears
-# -----------------------------
+# A limit of the force
+# --------------------
 #
-# A soft sample in liquid, and the line of 100 pN: left of it, the tip may tap.
+# The sample is soft and in liquid. Left of the line of 100 pN, the tip may tap.
 
 soft = df.Case(
     title="Soft sample in liquid, set point 0.8",
@@ -96,8 +96,8 @@ axes = df.plot.map(found, "A0", "youngs_modulus", "peak_force", levels=[100e-12,
 plt.show()
 
 # %%
-# *Peak force at a set point of 0.8, with lines of 100, 200 and 400 pN. The stiffer the sample, the smaller the free amplitude
-# that it bears.*
+# *Peak force at a set point of 0.8, with lines of 100, 200 and 400 pN. The stiffer the sample, the smaller its largest free
+# amplitude.*
 #
 # :doc:`plan_gentle_settings` finds such settings with margins.
 
@@ -111,8 +111,8 @@ assert force.min() < 100e-12 and force.max() > 400e-12
 # Cases by the thousand
 # ---------------------
 #
-# To teach a network how a curve follows from the sample, it needs random samples and their curves. The seed and what was drawn
-# stand in the case, so they are in the file; the parameters lie beside the curves along `case`.
+# A network that learns curves needs random samples and their curves. The case contains the seed and the random values, so the
+# file does, too. The parameters lie along `case`, as the curves do.
 
 count, seed = 60, 16  # a million: count = 1_000_000
 draw = np.random.default_rng(seed)
@@ -128,7 +128,7 @@ case = lossy.replace(
 df.sweep(case, rows=rows, quantities=["amplitude_ratio", "phase"], store="polymers.zarr")
 
 # %%
-# The store has one chunk for each block of cases, and is read as far as it is asked for. Every column says what it is:
+# The store has one chunk for each block of cases, read on use. Every column has a name and a unit:
 
 table = df.read("polymers.zarr")
 print(table.attrs["title"])
@@ -137,9 +137,9 @@ for column_name, column in table.variables.items():
     print(f"{column_name} {column.dims}: {words} ({column.attrs.get('units', '-')})")
 
 # %%
-# Where a motion was not found the number is NaN, and `status` says why. `table.to_dataframe().to_parquet("polymers.parquet")`
-# makes a table of it, if pyarrow is installed. A million cases take the same lines: memory holds the blocks under way alone,
-# and after a stop `resume=True` goes on (:doc:`/batch`).
+# Points without a motion are NaN, and `status` has the reason. `table.to_dataframe().to_parquet("polymers.parquet")` makes a
+# table, if pyarrow is installed. A million cases need the same lines: memory contains only the blocks in work, and after a
+# stop `resume=True` continues (:doc:`/batch`).
 
 # sphinx_gallery_start_ignore
 assert table.sizes["case"] == count and (table.status == df.Status.OK).all()

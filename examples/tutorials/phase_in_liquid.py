@@ -1,18 +1,18 @@
 r"""
-Phase in liquid: what your drive does to it
-===========================================
+Phase in liquid: the effect of the drive
+========================================
 
 *In water you tune the drive, engage, and the phase goes from 90° to 99° while you tap. Does the sample attract the tip? Does it
-take energy?* In air a shaken base and a force on the tip give the same curves. In liquid they do not: this tutorial taps one
-elastic sample with both, and asks each formula what it would conclude.
+dissipate energy?* In air, base excitation and a force on the tip yield the same curves. In liquid they differ. This tutorial
+taps one elastic sample with both, and compares the usual formulas.
 """
 
 # %%
 # One sample, two drives
 # ----------------------
 #
-# A soft lever in water, with the quality factor of 2.5 that water leaves it. The sample is elastic: it takes no energy,
-# whatever a formula says.
+# The lever is soft and in water, with a quality factor of 2.5. The sample is elastic: it dissipates no energy, in contrast to
+# some formulas.
 
 import matplotlib.pyplot as plt
 
@@ -32,7 +32,7 @@ by_base = by_force.replace("drive.excitation", "base")
 
 # %%
 # `excitation = "force"` is magnetic or photothermal drive, a force on the lever itself. `"base"` is the piezo under the chip.
-# Both give the same free amplitude of 10 nm. The base has to move for it by
+# Both have the same free amplitude of 10 nm. For it the base must move by
 #
 # .. math:: Y = \frac{A_0}{\chi \sqrt{1 + Q^2}}, \qquad \chi = 1.566,
 #
@@ -44,7 +44,7 @@ assert abs(abs(by_base.problem.base[0]) * 1e9 - 2.371613) < 1e-5
 # sphinx_gallery_end_ignore
 
 # %%
-# So the tip, base and deflection together, moves otherwise than the lever of light says, which sees the deflection.
+# So the motion of the tip (base and deflection together) differs from the signal of the optical lever, the deflection.
 #
 # The curves
 # ----------
@@ -63,13 +63,13 @@ left.legend(title="driven by")
 plt.show()
 
 # %%
-# *Amplitude (left) and phase lag behind the drive (right). The amplitudes are alike; the phases are not, not even free.*
+# *Amplitude (left) and phase lag behind the drive (right). The amplitudes are similar; the phases differ, even in free motion.*
 #
-# Free, far from the sample, the phase of a shaken lever is not 90° but
+# In free motion, far from the sample, the phase under base excitation is not 90° but
 #
 # .. math:: 90° + \arctan\frac{1}{Q} = 111.8°,
 #
-# because the water at rest drags on the moving lever, too.
+# because the water at rest also drags on the moving lever.
 
 far = curves["base"].isel(zc=0)
 print(f"driven by the base, free: {far.phase.item():.1f}°")
@@ -95,32 +95,33 @@ assert abs(states["base, 90° free"].phase.item() - 77.207) < 0.05
 # sphinx_gallery_end_ignore
 
 # %%
-# The same sample, distance and free amplitude: 28° lie between the two drives. The third line is what most instruments show,
-# whose phase was set to 90° in free motion (`readout.phase_reference = "free"`): now it is below 90° for both, but 6° apart.
+# Sample, distance and free amplitude are equal, but the two phases differ by 28°. The third line is the phase of most
+# instruments, set to 90° in free motion (`readout.phase_reference = "free"`). It is below 90° for both drives, but differs by
+# 6°.
 #
-# What each formula concludes
-# ---------------------------
+# The conclusion of each formula
+# ------------------------------
 #
 # *Attractive or repulsive?* In air a phase above 90° means that the mean force times the deflection (the virial) is attractive.
-# The virial itself says what is true:
+# The virial itself shows the truth:
 
 for name in ("force", "base"):
     state = states[name]
     rule = "attractive" if state.phase.item() > 90.0 else "repulsive"
     truth = "attractive" if state.virial.item() > 0.0 else "repulsive"
-    print(f"{name:6s} the phase says {rule}, the force is {truth} on the mean")
+    print(f"{name:6s} by the phase {rule}, by the mean force {truth}")
 # sphinx_gallery_start_ignore
 assert states["base"].virial.item() < 0.0 and states["force"].virial.item() < 0.0
 # sphinx_gallery_end_ignore
 
 # %%
-# Over a shaken base the rule fails: 99° looks attractive, and the tip is pushed away.
+# With base excitation the rule fails: 99° looks attractive, but the tip is pushed away.
 #
-# *How much energy does the sample take?* Cleveland's formula makes it of amplitude and phase,
+# *How much energy does the sample dissipate?* Cleveland's formula uses amplitude and phase,
 #
 # .. math:: E = \frac{\pi k A}{Q} \left( A_0 \sin\phi - A \right).
 #
-# dForce gives what it would say, `apparent_dissipated_energy`, beside what the sample takes:
+# dForce computes this formula as `apparent_dissipated_energy`, beside the dissipated energy:
 
 for name, state in states.items():
     apparent, taken = (state[key].item() / eV for key in ("apparent_dissipated_energy", "total_dissipated_energy"))
@@ -132,28 +133,28 @@ assert abs(states["base"].total_dissipated_energy.item() / eV) < 1e-3
 # sphinx_gallery_end_ignore
 
 # %%
-# 5.7 eV a period, which a map would show as dissipation, on a sample that takes nothing. Even under a force it is 0.9 eV: that
-# much goes through the harmonics into the water. The energy that the formula misses came through the base:
+# The formula yields 5.7 eV a period. A map would show dissipation on a sample that dissipates nothing. Even under a force it is
+# 0.9 eV: the harmonics lose this energy in the water. The missing energy came through the base:
 
 state = states["base"]
 own, base = state.dissipated_energy.sum().item() / eV, state.base_energy.item() / eV
 print(f"from the mode {own:.2f} eV, from the base {base:.2f} eV; the rest, {-(own + base):.2f} eV, are harmonics")
 
 # %%
-# What to do
-# ----------
+# Advice
+# ------
 #
-# - Say how your lever is driven: `excitation = "base"` for a piezo. `df.advice` tells how far the base moves.
+# - Set the drive of your lever: `excitation = "base"` for a piezo. `df.advice` computes the motion of the base.
 
 for piece in df.advice(by_base):
     if piece.name == "base_in_liquid":
         print(piece.text)
 
 # %%
-# - Compare amplitudes and phases that were computed as they are measured, not energies from a formula: change the sample in
-#   the case until its curve is yours.
-# - Or drive by light or a magnet. Then the phase means what it means in air.
-# - Ask how much of the water moves with the base. If the whole cell is shaken (`fluid_follows = 1`), the base has to move
+# - Compare amplitudes and phases with a simulation of the same signal, not energies from a formula: change the sample in the
+#   case until both curves agree.
+# - Or use a photothermal or magnetic drive. Then the phase has the same meaning as in air.
+# - Find out how much of the water moves with the base. If the whole cell is shaken (`fluid_follows = 1`), the base must move
 #   several times as far:
 
 cell = by_base.replace("cantilever.added_mass", 0.8)
@@ -165,4 +166,4 @@ assert abs(moved * 1e9 - 12.771526549) < 1e-6
 # sphinx_gallery_end_ignore
 
 # %%
-# See :doc:`/theory/instrument` for the equations, and :doc:`/noise` for what trembles beside.
+# See :doc:`/theory/instrument` for the equations, and :doc:`/noise` for thermal motion and the noise of the detector.

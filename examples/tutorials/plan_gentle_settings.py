@@ -10,7 +10,7 @@ liquid, and how far may they drift?* This tutorial states the limits, lets dForc
 # The instrument and the sample
 # -----------------------------
 #
-# A soft lever in liquid, a protein of 5 nm on a support.
+# The lever is soft and in liquid; the sample is a protein of 5 nm on a support.
 
 import matplotlib.pyplot as plt
 
@@ -26,11 +26,11 @@ case = df.Case(
 )
 
 # %%
-# The wish
-# --------
+# The limits
+# ----------
 #
-# The force and the indentation are limited, and no other state may exist at the same distance: a jump would hit the protein. A
-# set point drifts and a free amplitude is known to some percent, so the limits are to hold within margins.
+# The force and the indentation are limited. No other state may exist at the same distance: a jump would hit the protein. A set
+# point drifts, and a free amplitude has an error of some percent, so the limits must hold within margins.
 
 plan = df.plan(
     case,
@@ -72,7 +72,7 @@ for mark in ("recommended", "best"):
 # How large may the amplitude be at most?
 # ---------------------------------------
 #
-# Where the force reaches 100 pN was located between the values of the plan:
+# The plan locates the boundary of 100 pN between its values:
 
 for share, amplitude in sorted(zip(plan.edge_set_point.values, plan.edge_A0.values, strict=True)):
     print(f"set point {share:.3f}: {1e9 * amplitude:.3f} nm")
@@ -81,7 +81,7 @@ for share, amplitude in sorted(zip(plan.edge_set_point.values, plan.edge_A0.valu
 # The motion there
 # ----------------
 #
-# The plan holds the motion at its recommended point, and the case whose dwell it is.
+# The plan contains the motion at its recommended point, and the case for a dwell there.
 
 dwell = df.run(df.Case.from_toml(plan.attrs["recommended_case"]))
 df.plot.traces(dwell, periods=2)

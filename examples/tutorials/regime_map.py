@@ -2,21 +2,21 @@ r"""
 The map of regimes
 ==================
 
-*When does the tip tap in net attraction, when in net repulsion, and when does it depend on how you came there?* Published
-simulations answered this with curves: a step from one regime to the other is always a consequence of two states at the same
-settings, and large free amplitudes lead to repulsion without one (R. García, A. San Paulo, Phys. Rev. B 60, 4961 (1999)). This
-tutorial draws the map behind such curves, with boundaries that are solved and not read from pixels.
+*When does the tip tap in net attraction, when in net repulsion, and when does it depend on the approach?* Published simulations
+answer with curves. A step from one regime to the other always follows from two states at the same settings, and large free
+amplitudes lead to repulsion without a step (R. García, A. San Paulo, Phys. Rev. B 60, 4961 (1999)). This tutorial draws the map
+behind such curves, with computed boundaries.
 
-The lever and the sample are those of figure 3 of H. V. Guzman, P. D. Garcia and R. Garcia, Beilstein J. Nanotechnol. 6, 369
-(2015), table 3, in air, a case in which they found two states. The map itself is not in a paper.
+The lever and the sample are from figure 3 of H. V. Guzman, P. D. Garcia and R. Garcia (Beilstein J. Nanotechnol. 6, 369 (2015),
+table 3), in air, a case with two states. No paper has this map.
 """
 
 # %%
 # The map
 # -------
 #
-# At each set point the steady states are followed along the free amplitude. A boundary is where a state ends, where attraction
-# and repulsion balance, or where the tip just touches.
+# At each set point the steady states are followed along the free amplitude. At a boundary a state ends, attraction and
+# repulsion balance, or the tip just touches.
 
 import matplotlib.pyplot as plt
 
@@ -32,11 +32,11 @@ axes = df.plot.map(found, "A0", "set_point", "regime")
 plt.show()
 
 # %%
-# *Regimes over free amplitude and set point. Left of the full line both states are stable, right of it only the repulsive one;
-# left of the dotted line the attractive state does not even touch the sample.*
+# *Regimes over free amplitude and set point. Left of the full line both states are stable, right of it only the repulsive
+# state. Left of the dotted line the attractive state does not even touch the sample.*
 #
-# Between the lines the history decides: an approach from afar stays in the attractive state. Right of the full line there is
-# nothing to choose. At a set point of 0.8 (the nearest computed is printed) the attractive state ends here:
+# Between the lines the state depends on the history: an approach from afar stays in the attractive state. Right of the full
+# line only one state exists. At a set point of 0.8 (the nearest computed value is printed) the attractive state ends here:
 
 share = float(found.set_point.sel(set_point=0.8, method="nearest"))
 for kind, amplitude, at in zip(found.edge_kind.values, found.edge_A0.values, found.edge_set_point.values, strict=True):
@@ -68,15 +68,15 @@ assert len(ends) == 1 and 13e-9 < ends[0] < 14e-9
 # sphinx_gallery_end_ignore
 
 # %%
-# What agrees with the literature, and what differs
-# -------------------------------------------------
+# Comparison with the literature
+# ------------------------------
 #
-# - At 10 nm, the free amplitude of the 2015 paper, two states are there at every set point of the map, the attractive one with
-#   a phase above 90°, the repulsive one below: its figure 3 shows both.
-# - Two states at small free amplitudes, and only the repulsive one at large ones: so the paper of 1999 has a step at the former
-#   and none at the latter. Á. San Paulo and R. García (Phys. Rev. B, July 2002) say it of the drive: more of it inhibits the
-#   state of low amplitude.
-# - The 2015 paper has its step at 9.3 nm on approach at 10 nm. In the map the attractive state does not end there: that comes
-#   from sudden steps of the distance (``dforce examples figure-3-air-jump``).
-# - The paper of 1999 varies the sample, too, and finds compliant ones on which attraction rules throughout; this map has one
-#   sample. Two paths in ``over`` make a map over both.
+# - At 10 nm, the free amplitude of the 2015 paper, the map has two states at every set point. The attractive state has a phase
+#   above 90°, the repulsive state below. Figure 3 of the paper shows both.
+# - At small free amplitudes the map has two states, at large free amplitudes only the repulsive state. So the paper of 1999
+#   has a step at small amplitudes and none at large ones. In Á. San Paulo and R. García (Phys. Rev. B, July 2002) a larger
+#   drive inhibits the state of low amplitude.
+# - The 2015 paper has its step at 9.3 nm on approach at 10 nm. In the map the attractive state does not end there: the step
+#   comes from sudden steps of the distance (``dforce examples figure-3-air-jump``).
+# - The paper of 1999 also varies the sample, and finds compliant samples with attraction throughout; this map has one sample.
+#   Two paths in ``over`` make a map over both.

@@ -3,17 +3,16 @@ A soft sample in liquid, without breaking it
 ============================================
 
 *You image a protein or a membrane in water. It must not feel more than 200 pN, and the tip must not go deeper than 2 nm.
-Which free amplitude and which set point may you use?* The instrument shows amplitude and phase, not the peak force; this
-tutorial computes it for all of them at once.
+Which free amplitude and which set point may you use?* The instrument shows amplitude and phase, not the peak force. This
+tutorial computes the peak force for all settings at once.
 """
 
 # %%
 # The experiment
 # --------------
 #
-# A small, soft cantilever in water, with the low quality factor that water leaves it, and a sample of 20 MPa.
-# The force is an elastic contact, :doc:`hertz </forces/hertz>`: in a buffer with enough salt there is little
-# attraction.
+# The cantilever is small and soft, in water, with a low quality factor; the sample has 20 MPa. The force is an elastic contact,
+# :doc:`hertz </forces/hertz>`: in a buffer with enough salt the attraction is small.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -31,14 +30,14 @@ case = df.Case(
 )
 
 # %%
-# Ask first what the model cannot know:
+# First read the advice on the model:
 
 for piece in df.advice(case):
     print(f"{piece.name}: {piece.text}\n")
 
 # %%
-# The advice on the low quality factor matters: these numbers hold for a lever that is driven directly (by
-# light, or a magnet), not for one whose base is shaken.
+# The advice on the low quality factor matters: these numbers are valid for a lever that is driven directly (by light, or a
+# magnet), not for base excitation.
 #
 # One curve
 # ---------
@@ -48,11 +47,10 @@ df.plot.curve(curve, ["amplitude", "peak_force"])
 plt.show()
 
 # %%
-# *Amplitude and peak force against the average distance. The amplitude falls slowly, because the sample gives
-# way; the peak force rises steeply at the first touch and more slowly from then on.*
+# *Amplitude and peak force against the average distance. The amplitude falls slowly, because the sample is soft. The peak force
+# rises steeply at the first touch, and more slowly from then on.*
 #
-# That shape is why a lower set point costs little, once the tip touches at all, and the free amplitude costs
-# much.
+# So a lower set point costs little after the first touch, but a larger free amplitude costs much.
 #
 # All amplitudes and set points
 # -----------------------------
@@ -65,15 +63,15 @@ grid = df.sweep(case, over={"drive.A0": free_amplitudes}, quantities=quantities)
 print(dict(grid.sizes))
 
 # %%
-# An instrument holds the amplitude at a set point, and the distance follows. So for each free amplitude, read
-# the forces where the amplitude is 50 % to 98 % of the free one.
+# An instrument keeps the amplitude at a set point, and the distance follows. So for each free amplitude, read the forces at
+# amplitudes from 50 % to 98 % of the free amplitude.
 
 set_points = np.linspace(0.5, 0.98, 49)
 states = [df.at_set_point(grid, set_point, ["peak_force", "max_indentation"]) for set_point in set_points]
 print(states[0])
 
 # %%
-# `crossing` counts the states: here each amplitude is met once, at the distance `zc`.
+# `crossing` counts the states: here each amplitude occurs once, at the distance `zc`.
 
 force = np.transpose([state.peak_force.isel(crossing=0) * 1e12 for state in states])
 depth = np.transpose([state.max_indentation.isel(crossing=0) * 1e9 for state in states])
@@ -94,11 +92,10 @@ axes.set(xlabel="set point $A/A_0$", ylabel="free amplitude $A_0$ (nm)")
 plt.show()
 
 # %%
-# *Peak force (color) against set point and free amplitude. Below the white line the force stays under 200 pN,
-# below the red one the indentation stays under 2 nm. The lines are nearly flat: it is the free amplitude that
-# decides.*
+# *Peak force (color) against set point and free amplitude. Below the white line the force is under 200 pN, below the red line
+# the indentation is under 2 nm. The lines are nearly flat: the free amplitude matters most.*
 #
-# The largest free amplitudes that keep both limits:
+# The largest free amplitudes within both limits:
 
 for set_point in (0.7, 0.8, 0.9, 0.95):
     column = int(np.argmin(abs(set_points - set_point)))
@@ -106,11 +103,10 @@ for set_point in (0.7, 0.8, 0.9, 0.95):
     print(f"set point {set_point:.0%}: A0 up to {free_amplitudes[kept].max() * 1e9:.1f} nm")
 
 # %%
-# If the sample is softer or stiffer than you think
-# -------------------------------------------------
+# If the sample is softer or stiffer than expected
+# ------------------------------------------------
 #
-# You do not know the modulus of what you have not measured. At a free amplitude of 2 nm and a set point of 90
-# %:
+# The modulus of a new sample is unknown. At a free amplitude of 2 nm and a set point of 90 %:
 
 moduli = np.geomspace(2e6, 200e6, 9)
 careful = case.set('drive.A0 = "2 nm"', 'experiment.zc = { start = "4 nm", stop = "-4 nm", points = 161 }')
@@ -132,9 +128,8 @@ assert force[ten, 0] < 1.7 * force[ten, 40] < 1.7 * force[ten, 0]
 # sphinx_gallery_end_ignore
 
 # %%
-# A hundred times the modulus costs only several times the force: the tip spends less depth where it meets
-# more resistance. The limit in depth is therefore set by the softest spot, the limit in force by the
-# stiffest.
+# A hundred times the modulus costs only several times the force: the tip goes less deep into a stiffer sample. So the softest
+# spot sets the limit in depth, the stiffest spot the limit in force.
 #
 # The motion at the chosen point
 # ------------------------------
@@ -148,10 +143,10 @@ for finding in df.summary(trace):
         print(f"{finding.label}: {finding.text}")
 
 # %%
-# *Deflection and force over three periods. At this Q a tap is no short push: the tip touches for a good part
-# of the period, and the deflection is no sine any more.*
+# *Deflection and force over three periods. At this Q a tap is no short push: the tip touches for a large part of the period,
+# and the deflection is not a sinusoid.*
 #
-# What to take home: in liquid choose a small free amplitude first, then any set point; check the stiffest and
-# the softest spot; and drive the lever directly. What this model leaves out is named in the advice: add
-# attraction (:doc:`dlvo </forces/dlvo>`), viscosity (:doc:`kelvin_voigt </forces/kelvin_voigt>`) or a finite
-# thickness (:doc:`bottom_effect </forces/bottom_effect>`) where your sample has them.
+# Summary: in liquid first choose a small free amplitude, then any set point. Check the stiffest and the softest spot, and drive
+# the lever directly. The advice names the limits of this model. If your sample has them, add attraction
+# (:doc:`dlvo </forces/dlvo>`), viscosity (:doc:`kelvin_voigt </forces/kelvin_voigt>`) or a finite thickness
+# (:doc:`bottom_effect </forces/bottom_effect>`).

@@ -1,4 +1,9 @@
 r"""
+
+*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, Hamaker constant and
+viscosity fit the curve, and how large are their errors?* This tutorial fits a synthetic curve with noise. The true values are
+at the end.
+=======
 My own data: modulus, adhesion and viscosity
 ============================================
 
@@ -74,7 +79,7 @@ plt.show()
 # Is viscosity needed?
 # --------------------
 #
-# The same fit without it, and both compared:
+# The next lines repeat the fit without viscosity and compare both:
 
 elastic = df.fit(
     case.replace(forces=[df.forces.DMT(hamaker="2e-19 J")]), curve, free=free[:2], priors={"cantilever.Q": "180.0(36)"}
@@ -83,10 +88,10 @@ table = df.compare_fits({"viscous": fit, "elastic": elastic})
 print(table[["chi2", "parameters", "delta_aic"]].to_dataframe())
 
 # %%
-# What if only the curve behind the jump had been measured?
-# ----------------------------------------------------------
+# A curve behind the jump only
+# ----------------------------
 #
-# Ask before the next session:
+# Predict the errors before the next session:
 
 best = case.replace("sample.youngs_modulus", float(fit["value"].sel(parameter=free[0])))
 best = best.replace("forces.dmt.hamaker", float(fit["value"].sel(parameter=free[1])))

@@ -2,16 +2,16 @@ r"""
 Why the phase jumps, and how to stay in one regime
 ==================================================
 
-*On the way to the surface your phase rises above 90°, then it suddenly drops far below, and the amplitude steps up. On the
-way back it happens at another height. In an image it looks like contrast, and is none.* This tutorial shows what happens
-and how to choose a drive that avoids it.
+*On approach your phase rises above 90°, then it suddenly drops far below, and the amplitude steps up. On retract this happens
+at another height. In an image it looks like contrast, but it is not.* This tutorial explains the jump, and helps to choose a
+drive that avoids it.
 """
 
 # %%
 # The jump
 # --------
 #
-# A tapping cantilever over a polymer, in air:
+# The example is a tapping cantilever over a polymer, in air:
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -35,14 +35,12 @@ for finding in df.summary(curve):
         print(finding.direction, finding.label, finding.text)
 
 # %%
-# *Amplitude (top) and phase (bottom). On the way in the phase climbs far above 90° before it jumps below; on
-# the way out it stays below 90° nearly to where the free oscillation begins. Between the two jumps the same
-# distance has two answers.*
+# *Amplitude (top) and phase (bottom). On approach the phase rises far above 90° before it jumps below. On retract it stays
+# below 90° nearly until the free oscillation begins. Between the two jumps the same distance has two states.*
 #
-# A phase above 90° says that attraction wins over a period, below 90° that repulsion wins. No energy is lost
-# here: the forces depend on the distance alone. The loop is not dissipation but **two steady motions at the
-# same distance**. The distance changes so slowly in this curve that the motion stays on its state until that
-# state ends (`protocol = "quasi_static"`, the default).
+# A phase above 90° means net attraction over a period, below 90° net repulsion. No energy is lost here: the forces depend on
+# the distance alone. The loop is not dissipation but **two steady motions at the same distance**. In this curve the distance
+# changes so slowly that the motion stays on its state until the state ends (`protocol = "quasi_static"`, the default).
 #
 # All states
 # ----------
@@ -57,16 +55,16 @@ for finding in df.summary(states):
     print(f"{finding.label}: {finding.text}")
 
 # %%
-# *The curve, and all steady motions behind it. An experiment can see the stable ones. The dashed line is a motion
-# that exists but falls to one side or the other at the slightest disturbance; it joins the two stable ones at the
-# folds (dots). Both jumps lie at a fold: there the stable and the unstable motion meet, and beyond neither exists.*
+# *The curve, and all steady motions behind it. An experiment can show only the stable motions. The dashed line is an unstable
+# motion, lost at the slightest disturbance; it connects the two stable motions at the folds (dots). Both jumps lie at a fold:
+# there the stable and the unstable motion meet, and beyond it neither exists.*
 #
 # In sudden steps
 # ---------------
 #
-# Many simulations, and dForce's earlier versions, do something else: they move the tip by a sudden step, wait until the
-# motion has settled, and take the next step. Each step shakes the motion, and a large one throws it out of its
-# state long before that ends. `protocol = "stepwise"` does the same:
+# Many simulations, and earlier versions of dForce, move the tip by a sudden step, wait until the motion has settled, and take
+# the next step. Each step shakes the motion. A large step throws it out of its state long before the state ends. `protocol =
+# "stepwise"` does the same:
 
 steps = (0.5, 0.2, 0.1, 0.05, 0.02)  # nm
 jumps = {}
@@ -99,17 +97,16 @@ assert early == sorted(early, reverse=True) and early[0] > 3.0 and early[1] > 0.
 # sphinx_gallery_end_ignore
 
 # %%
-# *The approach in sudden steps of 0.5 and 0.2 nm leaves the attractive state 3.6 nm and 1 nm before it ends. The
-# states are the same: only the way along them differs.*
+# *The approach in sudden steps of 0.5 and 0.2 nm leaves the attractive state 3.6 nm and 1 nm before it ends. The states are
+# equal; only the path along them differs.*
 #
-# In ever smaller steps the jump comes to the fold; followed slowly, it is at the fold on any grid. **The place of a
-# jump is no property of the sample, nor of its simulation in steps. The folds are.** Use `stepwise` to repeat what
-# such a simulation gave.
+# With smaller steps the jump approaches the fold; in a slow change it is at the fold on any grid. **The place of a jump is no
+# property of the sample. The folds are.** Use `stepwise` to repeat the results of such a simulation.
 #
-# Which state you get
-# -------------------
+# The state of each start
+# -----------------------
 #
-# Start the motion in every way, with every amplitude and phase, and see where it settles:
+# Start the motion with every amplitude and phase, and compute its final state:
 
 starts = {
     "amplitude": {"start": "0 nm", "stop": "30 nm", "points": 31},
@@ -132,20 +129,19 @@ assert shares["24 nm", "attractive"] > 0.9 and shares["23 nm", "repulsive"] > 0.
 # sphinx_gallery_end_ignore
 
 # %%
-# *Every point is a start, its color the state it ends in; a dot marks the state itself. At 24 nm (left)
-# nearly every start leads to the attractive state, one nanometer closer (right) nearly every one to the
-# repulsive state, and only a small island around the attractive one is left.*
+# *Every point is a start, its color is the final state; a dot marks the state itself. At 24 nm (left) nearly every start
+# leads to the attractive state. One nanometer closer (right) nearly every start leads to the repulsive state; only a small
+# island around the attractive state is left.*
 #
-# The approach of the first picture stayed in that island all the way down to the fold, because nothing
-# disturbed it. A real tip leaves it earlier, for two reasons.
+# The approach of the first picture stayed in this island down to the fold, because nothing disturbed it. A real tip leaves it
+# earlier, for two reasons.
 #
 # Thermal motion
 # --------------
 #
-# `escape` says of each stable state how far it is from the nearest unstable one. The thermal motion of the lever,
-# :math:`\sqrt{k_B T/k}` on average, is to be held against it. It changes at random within a decay time,
-# :math:`Q/\pi f_0`; of the many values of a second the largest is some :math:`\sqrt{2 \ln N}` times the average, with
-# :math:`N` decay times in a second:
+# `escape` is the distance of each stable state from the nearest unstable state. Compare it with the thermal motion of the
+# lever, :math:`\sqrt{k_B T/k}` on average. This motion changes at random within a decay time, :math:`Q/\pi f_0`. Its largest
+# value in a second is about :math:`\sqrt{2 \ln N}` times the average, with :math:`N` decay times in a second:
 
 lever = case.problem.modes[0]
 thermal = np.sqrt(1.380649e-23 * case.medium.temperature / lever.k)
@@ -176,22 +172,22 @@ assert 0.2e-9 < within_reach["attractive"] < 0.3e-9 and within_reach["repulsive"
 # sphinx_gallery_end_ignore
 
 # %%
-# *How far each stable state is from the unstable one. Towards its fold the distance falls to zero, as a square root.
-# The attractive state comes within reach of the thermal motion a quarter of a nanometer before it ends, the repulsive
-# one less than a picometer before.*
+# *Distance of each stable state from the unstable state. Toward its fold it falls to zero, as a square root. The attractive
+# state is within reach of the thermal motion a quarter of a nanometer before its end, the repulsive state less than a
+# picometer before.*
 #
-# So a microscope that waits a second at each distance jumps inward some tenths of a nanometer before the fold, at a
-# place that differs from approach to approach, and outward at the fold. This is an estimate: near the fold the motion returns
-# more slowly and wanders farther, and `escape` is the distance to the unstable state, not to the nearest place of the
-# border between the two basins. A softer lever moves more: a tenth of the stiffness, three times the thermal motion.
+# So a microscope that waits a second at each distance jumps inward some tenths of a nanometer before the fold. The place
+# differs from approach to approach. Outward it jumps at the fold. This is an estimate. Near the fold the motion returns more
+# slowly and goes farther. Moreover, `escape` is the distance to the unstable state, not to the nearest point of the border
+# between the basins. A softer lever moves more: a tenth of the stiffness means three times the thermal motion.
 #
 # Finite speed
 # ------------
 #
-# A decay time is 0.76 ms here. A tip that moves by a nanometer in that time leaves its motion behind: the amplitude
-# is still that of a larger distance, and so nearer to that of the unstable state. To see it, let the sample
-# rise towards the tip at a constant speed. This is a force that depends on time, DMT's with the surface at a height
-# `P1 t` until it stops at `P2`; a dwell records the whole motion:
+# A decay time is 0.76 ms here. A tip that moves by a nanometer in this time is faster than its motion. The amplitude still
+# belongs to a larger distance, and is nearer to the amplitude of the unstable state. To see this, let the sample rise towards
+# the tip at a constant speed. The force depends on time: DMT with the surface at a height `P1 t` until it stops at `P2`. A
+# dwell records the whole motion:
 
 law = "-H*R/6/max(d - min(P1*t, P2), a0)**2 + 4/3*E_eff*sqrt(R)*max(a0 - d + min(P1*t, P2), 0)**1.5"
 far, rise = 27e-9, 10e-9
@@ -228,21 +224,19 @@ assert round(1e3 * lever.Q / (np.pi * lever.f0), 2) == 0.76
 # sphinx_gallery_end_ignore
 
 # %%
-# *Amplitude and phase of every period while the sample rises, over the curve followed slowly and all states. At
-# 3 µm/s the motion hardly comes to the attractive state, and leaves it nearly 5 nm before its end; at 1 µm/s it
-# leaves 0.7 nm before. At 0.1 µm/s it leaves at the fold; its phase falls below 90° a little later, because leaving
-# takes time, too.*
+# *Amplitude and phase of every period while the sample rises, over the slow curve and all states. At 3 µm/s the motion hardly
+# reaches the attractive state, and leaves it nearly 5 nm before its end; at 1 µm/s it leaves 0.7 nm before. At 0.1 µm/s it
+# leaves at the fold. Its phase falls below 90° a little later, because this takes time, too.*
 #
-# A feedback, an edge of the sample and the steps of a piezo disturb the motion in the same way. All of this decides
-# *when* the tip jumps. *Between which states* it jumps, and how far each reaches, is what `branches` and the slow
-# curve tell.
+# A feedback, an edge of the sample and the steps of a piezo disturb the motion in the same way. They determine *when* the tip
+# jumps. `branches` and the slow curve show *between which states* it jumps, and the range of each.
 
 # %%
 # Stay in one regime
 # ------------------
 #
-# The free amplitude decides. Repeat the approach for amplitudes from 5 to 60 nm and look at the phase at each
-# set point:
+# The free amplitude selects the regime. Repeat the approach for amplitudes from 5 to 60 nm and compare the phase at each set
+# point:
 
 free_amplitudes = np.linspace(5e-9, 60e-9, 56)
 approach = df.experiments.Approach(zc={"start": "65 nm", "stop": "2 nm", "points": 316})
@@ -274,16 +268,15 @@ assert (between > 90.0).any() and (between < 90.0).any()
 # sphinx_gallery_end_ignore
 
 # %%
-# *Phase at each set point and free amplitude, on approach. Blue: net attraction at every set point, with a
-# free amplitude below some 23 nm. Red: net repulsion. At the amplitudes in between a change of set point
-# crosses the border.*
+# *Phase at each set point and free amplitude, on approach. Blue: net attraction at every set point, with a free amplitude below
+# some 23 nm. Red: net repulsion. At the amplitudes in between a change of set point crosses the border.*
 #
 # So, for this cantilever and sample:
 #
 # - to stay **attractive** (gentle, long-ranged), use a free amplitude well below 23 nm;
-# - to stay **repulsive** (sharp, sensitive to stiffness), use one above 40 nm and a set point of 95 % or
-#   less, or come from a point that is safely in the red and do not go near the border;
+# - to stay **repulsive** (sharp, sensitive to stiffness), use a free amplitude above 40 nm and a set point of 95 % or less. Or
+#   start from a point well inside the red part and keep away from the border;
 # - **avoid the middle**: there a phase image shows the border, not the sample.
 #
-# The border moves with the tip radius, the Hamaker constant and the cantilever. Change the case above to
-# yours: a sharper tip or a weaker attraction moves it to smaller amplitudes, a higher `k/Q` too.
+# The border moves with the tip radius, the Hamaker constant and the cantilever. Change the case above to your values. A sharper
+# tip or a weaker attraction moves it to smaller amplitudes, and so does a higher `k/Q`.

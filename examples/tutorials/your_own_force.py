@@ -9,16 +9,15 @@ The force of a brush whose repulsion decays over the length :math:`L`, under a s
 
 .. math:: F = 2 \pi R\, w\, e^{-d/L}
 
-beside van der Waals attraction and an elastic contact.
+plus van der Waals attraction and an elastic contact.
 """
 
 # %%
 # First as an expression
 # ----------------------
 #
-# The force model :doc:`custom </forces/custom>` takes an expression in SI units. `d` is the distance, `a0`
-# the distance at which contact begins, and `P1` to `P4` are numbers of your own. ``max(d, a0)`` holds the
-# force at its value at the surface once the tip is in contact.
+# The force model :doc:`custom </forces/custom>` takes an expression in SI units. `d` is the distance, `a0` the distance at
+# which contact begins, and `P1` to `P4` are your own numbers. ``max(d, a0)`` keeps the force constant in contact.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -38,17 +37,17 @@ bare = df.Case(
 brushed = bare.replace("forces", [attraction, brush])
 
 # %%
-# Look at the force before anything moves: is it what you meant?
+# Check the force before any motion:
 
 force = df.force_curve(brushed, distance=np.linspace(12e-9, -0.5e-9, 400))
 df.plot.force_curve(force)
 plt.show()
 
 # %%
-# *The whole force against distance. The brush repels from ten nanometers on; in the last nanometer van der
-# Waals attraction pulls the tip in; then the contact pushes back.*
+# *The whole force against distance. The brush repels from ten nanometers on. In the last nanometer van der Waals attraction
+# pulls the tip in; then the contact pushes back.*
 #
-# The expression is compiled like any other force, and as fast. In a case file it reads
+# The expression is compiled like any other force, and as fast. In a case file write
 #
 # .. code-block:: toml
 #
@@ -58,7 +57,7 @@ plt.show()
 #    P1 = 3e-3
 #    P2 = 4e-9
 #
-# What does the brush change in an approach?
+# The effect of the brush on an approach:
 
 zc = np.linspace(35e-9, 12e-9, 231)
 over_bare, over_brush = df.approach(bare, zc=zc), df.approach(brushed, zc=zc)
@@ -72,9 +71,9 @@ axes.legend()
 plt.show()
 
 # %%
-# *Phase against distance, approach from the right. Over the bare sample the phase rises above 90°, net
-# attraction, until it jumps to net repulsion. Over the brush it first dips below 90°: the tip is pushed
-# before it is pulled. And the jump comes several nanometers earlier.*
+# *Phase against distance, approach from the right. Over the bare sample the phase rises above 90° (net attraction), then
+# jumps to net repulsion. Over the brush it first dips below 90°: the tip is pushed before it is pulled. The jump comes
+# several nanometers earlier.*
 #
 # The numbers:
 
@@ -92,8 +91,8 @@ assert 2e-9 < jump_brush - jump_bare < 5e-9
 # Then as a model
 # ---------------
 #
-# An expression is good for a try. A model has parameters with names, units and bounds, a page of its own, and
-# checks. It is one class in one Python file. Save this as ``brush.py``:
+# An expression is good for a test. A model has parameters with names, units and bounds, its own page, and checks. It is one
+# class in one Python file. Save this as ``brush.py``:
 #
 # .. literalinclude:: /../examples/tutorials/brush.py
 #    :language: python
@@ -104,7 +103,7 @@ assert 2e-9 < jump_brush - jump_bare < 5e-9
 #   that one tip serves all forces.
 # - `law` is the force in newtons, repulsive positive: plain Python with functions of `math`. Its first three
 #   arguments are always the distance, its rate and the time; the others are the fields.
-# - `kinks` names the distances at which the law is not smooth, so that the solvers can land on them.
+# - `kinks` lists the distances at which the law is not smooth. Solvers place a step there.
 #
 # Check it as strictly as every built-in model, on the command line with
 #
@@ -134,7 +133,7 @@ print(Brush.name, "passes every check")
 #    energy = "3 mJ/m^2"
 #    length = "4 nm"
 #
-# In Python, a table with the same keys does. It gives the same force as the expression:
+# In Python, use a table with the same keys. It yields the same force as the expression:
 
 own = {"model": "brush", "energy": "3 mJ/m^2", "length": "4 nm"}
 same = df.force_curve(bare.replace("forces", [attraction, own]), distance=force.distance)

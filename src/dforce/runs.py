@@ -241,9 +241,9 @@ def branches(
     -------
     xarray.Dataset
         Along the dimension `point`: the scalars of an approach, the parameter, `branch` (number of the connected curve),
-        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `escape` (m, distance of a stable state from the nearest
-        unstable state), `motion`, `repeat_periods` and the Floquet multipliers. Along `search`: the values `searched` and
-        `index_sum`, which is 1 if no single state is missing; ``attrs["completeness"]`` is a sentence about it.
+        `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `motion`, `repeat_periods` and the Floquet multipliers.
+        `escape` is the distance (m) of a stable state from the nearest unstable state. Along `search`: the values `searched`
+        and `index_sum`, which is 1 if no single state is missing; ``attrs["completeness"]`` is a sentence about it.
     """
     return run(_with_experiment(case, Branches, {"zc": zc, **settings}), progress)
 

@@ -18,7 +18,7 @@ def panel(window):
     found = window.page.get_by_role("complementary", name="over parameters")
     found.wait_for()
     yield found
-    found.get_by_role("button", name="close what is shown").click()
+    found.get_by_role("button", name="close the result over parameters").click()
     expect(found).to_be_hidden()
 
 

@@ -37,7 +37,7 @@ def test_results_kept_are_drawn_over_each_other_and_their_difference_is_listed(v
         .map((one) => Math.round(Math.max(...one.y))).sort().join()"""
     page.wait_for_function(f"() => ({far_away})() === '20,20,8,8'")
     page.get_by_role("button", name="What differs").click()
-    table = page.get_by_role("region", name="what differs").get_by_role("table")
+    table = page.get_by_role("region", name="differences").get_by_role("table")
     table.wait_for()
     assert "8 nm" in table.inner_text()
     assert "20 nm" in table.inner_text()

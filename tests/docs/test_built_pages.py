@@ -83,7 +83,7 @@ BROKEN = """() => {
   const texts = document.createTreeWalker(document.querySelector('.bd-article') ?? document.body, NodeFilter.SHOW_TEXT)
   for (let text = texts.nextNode(); text; text = texts.nextNode()) {
     if (!text.parentElement.closest('td, th') || text.parentElement.closest('math')) continue
-    for (const word of text.data.matchAll(/[\\p{L}\\p{N}]+/gu)) {
+    for (const word of text.data.matchAll(/[\\p{L}\\p{N}]+(?:\\.\\p{N}+)*/gu)) {
       const range = document.createRange()
       range.setStart(text, word.index)
       range.setEnd(text, word.index + word[0].length)

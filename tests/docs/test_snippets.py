@@ -49,6 +49,16 @@ def test_a_hidden_block_sets_nothing_up(tmp_path):
             page.run("python", "open('a.csv', 'w').close()", {"hidden": ""})
 
 
+@pytest.mark.parametrize(("version", "marked"), [("0.0.1", True), (df.__version__, False)])
+def test_a_validation_by_another_version_is_marked(tmp_path, version, marked):
+    pytest.importorskip("sphinx")
+    from dforce_docs.validation import text
+
+    page = tmp_path / "validation.md"
+    page.write_text(f"# Validation\n\n(cores 2, dforce {version}, numpy 2.4)\n", encoding="utf-8")
+    assert (f"dForce {version} wrote this page" in text(str(page))) is marked
+
+
 def test_every_room_of_the_architecture_exists():
     source = ROOT / "src" / "dforce"
     picture = re.findall(

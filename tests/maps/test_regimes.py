@@ -112,5 +112,5 @@ def test_a_mistake_is_one_sentence(over, sentence):
 
 def test_forces_that_remember_are_refused():
     jkr = STIFF.replace(forces=[df.forces.JKR(surface_energy="50 mJ/m^2")])
-    with pytest.raises(df.ParameterError, match="jkr remembers earlier motion"):
+    with pytest.raises(df.ParameterError, match="jkr has a memory"):
         df.regimes(jkr, {"drive.A0": ["1 nm", "2 nm"]})

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import dforce as df
+from dforce.procedures.basins import Starts
 
 NM = 1e-9
 
@@ -134,3 +138,21 @@ def test_the_picture_names_amplitude_phase_and_share_of_each_state(basins, tmp_p
     assert df.plot.save(axes, tmp_path / "basins.png").stat().st_size > 5000
     again = df.read(df.write(basins, tmp_path / "basins.nc") or tmp_path / "basins.nc")
     np.testing.assert_array_equal(again.reached, basins.reached)
+
+
+def test_numbers_do_not_depend_on_the_thread_that_comes_first(monkeypatch):
+    case = df.example("figure-3-air").replace("forces.dmt.hamaker", "6e-20 J").replace("cantilever.Q", 100)
+    grids = {"amplitude": {"stop": "12 nm", "points": 16}, "phase": {"points": 40}}  # three blocks
+    monkeypatch.setattr("dforce.core.parallel.cores", lambda: 1)
+    wanted = df.basins(case, "8.4 nm", **grids)
+    settle = Starts._settle_with
+
+    def last_first(starts, points, which, *rest):
+        if which[0] == 0:
+            time.sleep(0.3)
+        return settle(starts, points, which, *rest)
+
+    monkeypatch.setattr(Starts, "_settle_with", last_first)
+    monkeypatch.setattr("dforce.core.parallel.cores", lambda: 3)
+    found = df.basins(case, "8.4 nm", **grids)
+    xr.testing.assert_identical(found.assign_attrs(date=""), wanted.assign_attrs(date=""))

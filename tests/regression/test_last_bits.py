@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 # where states fold, double, end or are told apart; add `tests` to see all
 PHYSICS = ("branches", "all_states", "basins", "noise", "quasi_static", "quasiperiodic")
 DECISIONS = [
-    "tests/unit/test_stability.py", "tests/maps", "tests/convergence", *(f"tests/physics/test_{name}.py" for name in PHYSICS)
+    "tests/runs/test_stability.py", "tests/maps", "tests/convergence", *(f"tests/physics/test_{name}.py" for name in PHYSICS)
 ]  # fmt: skip
 FOUND = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])  # vector units that this processor has
 SETTINGS = {

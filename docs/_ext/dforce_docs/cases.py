@@ -18,11 +18,10 @@ INTRODUCTION = """\
 Keys of a case file
 ===================
 
-A case is a TOML file. Every key is checked: an unknown one, a wrong unit or a value beyond its bounds is one sentence that
-names the key and what is allowed. A number is in SI; text carries its unit (``"48.9 kHz"``). The same names are the
-arguments in Python, and what ``--set`` and ``Case.replace`` take, joined by dots: ``drive.A0``, ``forces.dmt.hamaker``,
-``cantilever.modes.2.Q`` (counted from 1). ``dforce schema`` prints all of this as a JSON schema, which editors use to
-complete and check a case file.
+A case is a TOML file. Every key is checked. An unknown key, a wrong unit or a value beyond its bounds ends in one sentence
+with the key and its allowed values. A number is in SI; text carries its unit (``"48.9 kHz"``). The same names are arguments in
+Python. For ``--set`` and ``Case.replace`` join them by dots: ``drive.A0``, ``forces.dmt.hamaker``, ``cantilever.modes.2.Q``
+(counted from 1). ``dforce schema`` prints a JSON schema, for editors that complete and check a case file.
 """
 
 SECTIONS: tuple[tuple[str, type[Parameters]], ...] = (
@@ -75,7 +74,7 @@ def text() -> str:
         "[[forces]]\n----------\n\n``model`` names the law; the other keys are its parameters. Each model has "
         "a page with its keys: :doc:`/forces/index`.\n"
     )
-    parts.append("[experiment]\n------------\n\n``kind`` says what is done; the other keys depend on it.\n")
+    parts.append("[experiment]\n------------\n\n``kind`` sets the experiment; the other keys depend on it.\n")
     for kind, model in EXPERIMENTS.items():
         parts.append(_section(f'kind = "{kind}"', model, "~", skip=("kind",)))
     parts += [_section(title, model, "~") for title, model in INNER]

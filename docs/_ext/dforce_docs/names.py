@@ -1,4 +1,4 @@
-"""Long names in tables may go on in the next line behind an underscore, a dot or a slash, and nowhere else."""
+"""Long names in tables may break behind an underscore, a dot or a slash, and nowhere else."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.transforms.post_transforms import SphinxPostTransform
 
-PIECES = re.compile(r"(?<=\w[_./])(?=\w)")
+PIECES = re.compile(r"(?<=\w[_./])(?=[^\W\d])")  # never into a number
 
 
 class BreakNames(SphinxPostTransform):
@@ -21,14 +21,12 @@ class BreakNames(SphinxPostTransform):
     def run(self, **kwargs: Any) -> None:
         """Go through all tables."""
         for cell in self.document.findall(nodes.entry):
-            for text in list(cell.findall(nodes.Text)):
-                pieces = PIECES.split(text.astext()) if text.parent.parent is not None else []
-                if len(pieces) < 2 or isinstance(text.parent, nodes.math | nodes.raw):
-                    continue
-                new: list[nodes.Node] = [nodes.Text(pieces[0])]
-                for piece in pieces[1:]:
-                    new += [nodes.raw("", "<wbr>", format="html"), nodes.Text(piece)]
-                text.parent.replace(text, new)
+            for name in list(cell.findall(nodes.literal)):
+                first, *others = PIECES.split(name.astext())
+                name.clear()
+                name += nodes.Text(first)
+                for piece in others:
+                    name += [nodes.raw("", "<wbr>", format="html"), nodes.Text(piece)]
 
 
 def setup(app: Sphinx) -> None:

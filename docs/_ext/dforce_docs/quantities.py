@@ -61,7 +61,7 @@ def check_all_shown(app: Sphinx, env: BuildEnvironment) -> None:
     shown = {name for page in env.metadata.values() for name in page.get("quantities", "").split()}
     missing = KNOWN.keys() - shown
     if missing:
-        raise ExtensionError(f"no page says how these quantities are computed: {', '.join(sorted(missing))}")
+        raise ExtensionError(f"no page explains these quantities: {', '.join(sorted(missing))}")
 
 
 def setup(app: Sphinx) -> None:

@@ -50,11 +50,10 @@ def check_force(model: type[Force]) -> None:
     """Run every check over a force model.
 
     Declared: every parameter has a unit and a sentence, the docstring an equation, the model a source.
-    Law: finite at every distance and at the bounds of its parameters, a function of its arguments alone,
-    compiled equal to plain, smooth but for its declared kinks, continuous but for its declared jumps,
-    minus the slope of its potential where it has one. Energy: conservative unless it says `dissipative`,
-    and then never a source of energy over a cycle. Fields: through a case file and back, and through
-    `repr` and back.
+    Law: finite at every distance and at the bounds of its parameters, a function of its arguments alone, compiled equal to
+    plain. It is smooth except at its declared kinks, continuous except at its declared jumps. It equals minus the slope of its
+    potential, if any. Energy: conservative unless `dissipative`, and then never a source of energy over a cycle. Fields:
+    through a case file and back, and through `repr` and back.
 
     Raises
     ------

@@ -59,9 +59,9 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     Parameters
     ----------
     quick
-        Curves alone, with few repeats: some seconds once the forces are compiled.
+        Only curves, with few repeats: some seconds with compiled forces.
     progress
-        Called with the name of the work that is timed next.
+        Called with the name of the next measurement.
 
     Returns
     -------

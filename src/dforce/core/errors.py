@@ -17,15 +17,15 @@ SAYS_SOMETHING = 3  # letters; fewer begin too many names
 
 
 class DForceError(Exception):
-    """Base of every error that dForce raises on purpose; its message is a sentence for the user."""
+    """Base of the errors of dForce for the user; its message is one sentence."""
 
 
 class ParameterError(DForceError, ValueError):
-    """A value, key or name that a user gave cannot be accepted."""
+    """A value, key or name from the user cannot be accepted."""
 
 
 class UnitError(ParameterError):
-    """A text with a unit cannot be read, or its unit measures something else."""
+    """A text with a unit cannot be read, or its unit has another dimension."""
 
 
 class CaseError(DForceError, ValueError):

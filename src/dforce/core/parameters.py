@@ -188,15 +188,15 @@ def param(
     Parameters
     ----------
     default
-        Text with a unit, an SI number, None (optional), or left out (the user must give it).
+        Text with a unit, an SI number, None (optional), or missing (a required value).
     unit
-        SI unit; taken from the default or the bounds where they are text, else ``"1"``.
+        SI unit; by default from the text of default or bounds, else ``"1"``.
     symbol
         Symbol of the field, as LaTeX without dollars.
     doc
-        One phrase that says what it is.
+        One phrase with the meaning.
     low, high, above, below
-        Bounds: `low` and `high` are allowed values themselves, `above` and `below` are not.
+        Bounds: `low` and `high` are allowed values, `above` and `below` are not.
     """
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:

@@ -33,14 +33,14 @@ class ProgressBar:
     """A progress function for :func:`dforce.run` that draws a bar with the time left.
 
     Use it as a context manager; ``progress=True`` does. In a notebook the bar is HTML below the cell, on a terminal text
-    on stderr; elsewhere (a file, a pipe) there is none.
+    on stderr; elsewhere (a file, a pipe) it is not drawn.
 
     Parameters
     ----------
     title
-        What is being done.
+        Name of the work.
     shown
-        False for no bar at all.
+        False for no bar.
     """
 
     def __init__(self, title: str = "", shown: bool = True) -> None:

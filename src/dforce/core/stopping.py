@@ -226,11 +226,10 @@ def unbroken() -> Iterator[None]:
 
 @contextlib.contextmanager
 def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
-    """Raise KeyboardInterrupt at the first SIGTERM while the context lasts; later ones must not disturb what keeps the results.
+    """Raise KeyboardInterrupt at the first SIGTERM in the context; later signals do not disturb the saving of results.
 
-    A handler that the program has set itself stays, and so does Python's own where this is not the main thread. What the
-    context gives says whether this is the outermost one that hears stops. Where a stop `ends_program` it breaks off a
-    compilation as well, which nothing that follows needs.
+    A handler of the program itself is kept, and outside the main thread Python's handler, too. The context returns whether it
+    is the outermost handler of stops. With `ends_program` a stop also cancels a compilation.
     """
     usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
     ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]

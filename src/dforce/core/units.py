@@ -196,13 +196,13 @@ def parse(given: object, unit: str) -> float:
     given
         An int or float (already SI), or text with a number and a unit. Text without a unit is an SI number.
     unit
-        The SI unit that the quantity is stored in, for example ``"N/m"``; ``"1"`` for a plain number.
+        The SI unit of the quantity, for example ``"N/m"``; ``"1"`` for a plain number.
 
     Raises
     ------
     UnitError
-        For text that is not a number with a unit, an unknown unit, or a unit of another dimension;
-        for NaN and infinity; for anything that is neither text nor number.
+        For text that is not a number with a unit, an unknown unit, or a unit of another dimension. For NaN, infinity, and
+        anything except text and numbers.
     """
     if not isinstance(unit, str):  # by hand, because all numbers of all cases come this way
         raise UnitError(f"unit = {shorten(unit)} is not text")
@@ -304,7 +304,7 @@ def usual_unit(unit: str) -> str:
 def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
 
-    Without `digits` the text holds the value without loss: ``parse(show(x, unit), unit) == x``.
+    Without `digits` the text contains the exact value: ``parse(show(x, unit), unit) == x``.
 
     >>> show(4.89e4, "Hz"), show(1.65e-10, "m"), show(4.0553735e-9, "m", 5)
     ('48.9 kHz', '0.165 nm', '4.0554 nm')

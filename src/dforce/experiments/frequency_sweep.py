@@ -59,7 +59,7 @@ class FrequencySweep(CurveExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
     The force produces the free amplitude `A0` at the drive frequency of the case, as on an instrument with a constant drive
-    signal: `A0` is the amplitude of the free curve at this frequency.
+    signal. `A0` is the amplitude of the free curve at this frequency.
     """
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"

@@ -93,17 +93,17 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
 def regime(point: xr.Dataset) -> str:
     """Return whether the force is net attractive or net repulsive in the motion at one point of a result.
 
-    The sign of the first mode's virial says so; at resonance a phase lag above or below 90° says the same.
+    It follows from the sign of the first mode's virial; at resonance it is equivalent to a phase lag above or below 90°.
 
     Returns
     -------
     str
-        ``"attractive"``, ``"repulsive"``, or nothing where there is no force.
+        ``"attractive"``, ``"repulsive"``, or an empty text without a force.
 
     Raises
     ------
     ParameterError
-        When it is no result with one point.
+        When the argument is not one point of a result.
     """
     if "virial" not in point.variables or point.variables["virial"].dims != ("mode",):
         raise ParameterError("point is not one point of a result; choose it with .isel")

@@ -52,48 +52,44 @@ class Force(Parameters):
         ``law(d, rate, t, *arguments)`` returns the force on the tip in newtons, at the tip–surface distance
         `d` (m), its rate of change `rate` (m/s) and the time `t` (s). It is plain Python on floats with
         functions of `math`, and runs interpreted in a test and compiled in the kernel. Each argument after
-        the first three is the name of a field or of a property of the class (a number, or a tuple of numbers,
-        derived from fields: computed once per run, outside the kernel). It may use functions and numbers
-        defined at the top of its own file or of another force's. A choice (a `Literal` field) reaches the law
-        through a property, as a number. A law of the deflection too takes `zc`, the average distance (m),
-        before these arguments.
+        the first three is the name of a field or of a property of the class. A property is a number, or a tuple of numbers,
+        derived from fields once per run. It may use functions and numbers defined at the top of its own file or of another
+        force's. A choice (a `Literal` field) enters the law through a property, as a number. A law that also depends on the
+        deflection takes `zc`, the average distance (m), before these arguments.
 
     Optional members
         `potential(d, *arguments)`
             the energy U (J); then the law must equal -dU/dd.
         `kinks()`, `jumps()`
-            distances (m) at which the law is not smooth, and those of them at which it is not even
-            continuous; solvers that can, land on them. `is_rooted` tells whether the law is like a root of the
-            distance beside one; it is found out by trying, unless a class knows.
+            distances (m) at which the law is not smooth, and the subset at which it is not continuous; solvers place a step on
+            them if possible. `is_rooted`: whether the law is like a square root of the distance beside a kink, by default found
+            numerically.
         `memory`, `evolve(d, rate, t, memory, change, *arguments)`
             number of state variables (a property, or a class attribute), and the function that writes their
-            rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale`
-            is a size (in the states' unit) that tolerances are measured by; states start at zero, the rested
-            sample. `fastest_rate` is the rate (1/s) of the fastest relaxation, which solvers resolve.
+            rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale` is the scale of
+            tolerances (in the unit of the states). States start at zero, the relaxed sample. `fastest_rate` is the rate (1/s)
+            of the fastest relaxation; solvers resolve it.
         `switch(latched, d, rate, t, *arguments)`
-            for a force with two branches (a neck that is there or not): the branch changes where the value of
-            this function becomes positive, at the start of a motion too. The law then takes `latched` (0.0 or
-            1.0) after `t` (and after `memory`); a run starts at 0.0. Either branch must be finite at every
-            distance.
+            for a force with two branches (with and without a neck): the branch changes where the value of this function becomes
+            positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`); a
+            run starts at 0.0. Either branch must be finite at every distance.
         `law_function()`, `values()`
-            where parameters decide the law, as of `custom` and `electrostatic`: the law of this very force, and
-            what it takes.
+            for a law that depends on parameters, as in `custom` and `electrostatic`: the law of this force, and its arguments.
 
     Attributes
     ----------
     name
         Key of the model in case files.
     contains
-        The interactions that the model counts, of :data:`INTERACTIONS`; two forces that count one twice are
-        refused.
+        The interactions in the model, from :data:`INTERACTIONS`; two forces with the same interaction are refused.
     dissipative
-        Whether the sample takes energy over a cycle.
+        Whether the sample dissipates energy over a cycle.
     timed
-        Whether the law depends on the time `t` itself, as with an alternating bias.
+        Whether the law depends explicitly on the time `t`, as with an alternating bias.
     source
-        Where the equation comes from.
+        Source of the equation.
     example
-        Typical values of the parameters that have no default, for checks and forms.
+        Typical values of the parameters without a default, for checks and forms.
     """
 
     name: ClassVar[str] = ""
@@ -126,35 +122,35 @@ class Force(Parameters):
 
     @property
     def fastest_rate(self) -> float:
-        """Inverse of the shortest time in which the force's memory relaxes (1/s); 0 without such a time."""
+        """Inverse of the shortest relaxation time of the memory (1/s); 0 without a memory."""
         return 0.0
 
     @property
     def is_rooted(self) -> bool:
-        """Whether the law begins like a root of the distance on the near side of a kink: solvers take shorter steps there."""
+        """Whether the law starts like a square root of the distance at a kink: solvers take shorter steps there."""
         return _is_rooted(self.law_function(), self.leading(), self.memory, self.kinks(), self.values())
 
     @property
     def is_of_distance_alone(self) -> bool:
-        """Whether nothing but the distance is known to decide the force: no loss, time, memory, branch or average distance."""
+        """Whether the force depends on the distance alone: without loss, time, memory, branch or average distance."""
         alone = len(self.leading()) == len(MOTION) and self.memory == 0 and self.switch is None
         return alone and not self.dissipative and not self.timed
 
     @property
     def is_passive(self) -> bool:
-        """Whether the sample gives no energy over a cycle, as far as is known: true of the models of dForce itself."""
+        """Whether the sample never adds energy over a cycle: true for the models of dForce."""
         return not self.timed and type(self).__module__.startswith(__package__ + ".") and self.name != "custom"
 
     def law_function(self) -> Callable[..., float]:
-        """Return the law of this force: its class's, unless parameters decide it."""
+        """Return the law of this force: the law of its class, unless it depends on parameters."""
         return type(self).law
 
     def leading(self) -> tuple[str, ...]:
-        """Return the names that the law starts with: the motion, then memory, latch and `zc` if any."""
+        """Return the first arguments of the law: the motion, then memory, latch and `zc` if any."""
         return _leading(type(self), self.law_function())
 
     def arguments(self) -> tuple[str, ...]:
-        """Return the names that the law takes after those."""
+        """Return the other arguments of the law."""
         return names_of(self.law_function())[len(self.leading()) :]
 
     def kinks(self) -> tuple[float, ...]:
@@ -176,7 +172,7 @@ class Force(Parameters):
         Raises
         ------
         ParameterError
-            When the instrument lacks a value that the force needs, or the values make no sense together.
+            When the instrument lacks a necessary value, or the values contradict each other.
         """
         bound = self.model_copy(update={field: instrument.get(path) for field, path in self.shared_fields().items()})
         for field in self.shared_fields():
@@ -186,30 +182,30 @@ class Force(Parameters):
         return bound
 
     def needed(self, field: str) -> float:
-        """Return the number in a field, or raise :class:`ParameterError` that says where to give it."""
+        """Return the number in a field, or raise :class:`ParameterError` with its name."""
         value = getattr(self, field)
         if value is None:
             raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is missing")
         return float(value)
 
     def check_bound(self) -> None:
-        """Raise :class:`ParameterError` when the bound values make no sense together."""
+        """Raise :class:`ParameterError` when the bound values contradict each other."""
         self.numbers()
 
     def values(self) -> tuple[Any, ...]:
-        """Return what the law takes, in SI: a number or a tuple of numbers each; the force must be bound."""
+        """Return the arguments of the law in SI, each a number or a tuple of numbers; the force must be bound."""
         given = (getattr(self, name) for name in self.arguments())
         return tuple(tuple(map(float, value)) if isinstance(value, tuple) else float(value) for value in given)
 
     def numbers(self) -> tuple[float, ...]:
-        """Return the same in one row, without inner tuples."""
+        """Return the arguments as a flat tuple."""
         row: list[float] = []
         for value in self.values():
             row.extend(value if isinstance(value, tuple) else (value,))
         return tuple(row)
 
     def layout(self) -> tuple[int | None, ...]:
-        """Return how many of the numbers each argument takes as a tuple; None for a plain number."""
+        """Return the length of each argument as a tuple; None for a plain number."""
         return tuple(len(value) if isinstance(value, tuple) else None for value in self.values())
 
 

@@ -38,21 +38,20 @@ _LOADED: dict[Path, _Loaded] = {}  # of this process, by resolved path
 def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     """Run a Python file and return the force models that it defines; a case may then use them.
 
-    A file that has not changed since, or that belongs to an imported package, is not run again. The first time is
-    announced, see :func:`dforce.core.log.announce`.
+    An unchanged file, or a file of an imported package, is not run again. The first run is announced, see
+    :func:`dforce.core.log.announce`.
 
     Parameters
     ----------
     path
-        The file; a relative path is looked for beside the case file that is being read, else in the working
-        directory.
+        The file; a relative path starts at the folder of the case file, else at the working directory.
 
     Raises
     ------
     ParameterError
-        When there is no such file.
+        When the file does not exist.
     ForceError
-        When the file fails, defines no force model, or defines one that breaks the contract.
+        When the file fails, defines no force model, or defines a model against the contract.
     """
     name = shorten(str(path), 100)
     if not str(path).endswith(".py") or "\0" in str(path):

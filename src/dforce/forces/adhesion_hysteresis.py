@@ -10,17 +10,16 @@ from dforce.forces._contract import Force
 
 
 class AdhesionHysteresis(Force):
-    r"""Attraction with one surface energy on approach and a larger one while it goes.
+    r"""Attraction with one surface energy on approach and a larger one on retract.
 
     .. math:: F = \begin{cases} -4 \pi R \gamma & d \le a_0 \\
         -4 \pi R \gamma\, a_0^2 / d^2 & d > a_0 \end{cases}
         \qquad \gamma = \gamma_a \ (\dot d < 0), \quad \gamma_r \ (\dot d > 0)
 
-    so that the sample takes :math:`4\pi R (\gamma_r - \gamma_a)\,\delta_\mathrm{max}` in contact and
-    :math:`4\pi R (\gamma_r - \gamma_a)\, a_0^2 (1/a_0 - 1/d_\mathrm{max})` outside. With a Hamaker
-    constant given, the attraction outside is :math:`-H R/6 d^2` both ways, without loss, and the force
-    may jump at :math:`a_0`. Add an elastic contact (`hertz`). The force jumps where the motion turns:
-    valid as long as the turning points are those of the tap, not of the noise.
+    so that the sample dissipates :math:`4\pi R (\gamma_r - \gamma_a)\,\delta_\mathrm{max}` in contact and :math:`4\pi R
+    (\gamma_r - \gamma_a)\, a_0^2 (1/a_0 - 1/d_\mathrm{max})` outside. With a Hamaker constant the attraction outside is
+    :math:`-H R/6 d^2` both ways, without loss, and the force may jump at :math:`a_0`. Add an elastic contact (`hertz`). The
+    force jumps at the turning points of the motion. Valid if these belong to the tap, not to noise.
     """
 
     name = "adhesion_hysteresis"

@@ -32,11 +32,10 @@ class BottomEffect(Force):
     The coefficients follow from the layer's kernel :math:`L(\omega) = (2\kappa\sinh 2\omega - 4\omega) /
     (2\kappa\cosh 2\omega + 4\omega^2 + 1 + \kappa^2)`, :math:`\kappa = 3 - 4\nu`, for any Poisson ratio
     of the sample. With `form = "series"` the bracket is this series (1 % off at :math:`X = 0.5` for a
-    sphere and 0.8 for a cone where :math:`\nu = 0.5`) and the force goes on along its tangent from there.
-    With `form = "numerical"` the series is carried on by the contact's integral equation, solved when a
-    run starts, to an accuracy of 1e-3 as far as :math:`X = 2` (sphere) and 3 (cone), and along its
-    tangent beyond. Valid for supports much stiffer than the sample, no friction below the tip and no
-    adhesion.
+    sphere and 0.8 for a cone where :math:`\nu = 0.5`) and the force continues along its tangent. With `form = "numerical"` the
+    integral equation of the contact continues the series. It is solved at the start of a run, to an accuracy of 1e-3 up to
+    :math:`X = 2` (sphere) and 3 (cone), and along its tangent beyond. Valid for supports much stiffer than the sample, no
+    friction below the tip and no adhesion.
     """
 
     name = "bottom_effect"

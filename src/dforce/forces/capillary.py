@@ -15,21 +15,21 @@ GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact
 
 
 class Capillary(Force):
-    r"""Attraction by a liquid neck that forms when the tip comes near and breaks when it has gone far enough.
+    r"""Attraction by a liquid neck, which forms at a small distance and breaks at a larger distance.
 
     .. math:: F = -4 \pi R \gamma_L \cos\theta \left[1 - \frac{d}{\sqrt{d^2 + V/\pi R}}\right]
         \quad\text{(constant volume)}
 
-    while the neck is there, and its value at :math:`a_0` in contact. It forms at the distance given (two
-    films of water that touch, say) and breaks at :math:`(1 + \theta/2) V^{1/3}`; the sample takes
-    :math:`4 \pi R \gamma_L \cos\theta\, [d - \sqrt{d^2 + V/\pi R}]` between these two a cycle. At the
-    start there is no neck. With `kelvin` the neck stays in balance with the vapor, its radius of
-    curvature :math:`r_K = \gamma_L V_m / (R_g T \ln(1/h))` at the relative humidity :math:`h`:
+    while the neck exists, and its value at :math:`a_0` in contact. It forms at the distance `formation` (for example, at the
+    contact of two water films) and breaks at :math:`(1 + \theta/2) V^{1/3}`. The sample dissipates :math:`4 \pi R \gamma_L
+    \cos\theta\, [d - \sqrt{d^2 + V/\pi R}]` between these distances in a cycle. A run starts without a neck. With `kelvin` the
+    neck is in equilibrium with the vapor, with the radius of curvature :math:`r_K = \gamma_L V_m / (R_g T \ln(1/h))` at the
+    relative humidity :math:`h`:
 
     .. math:: F = -4 \pi R \gamma_L \cos\theta \left[1 - \frac{d}{2 r_K \cos\theta}\right]
 
-    until it breaks at :math:`2 r_K \cos\theta`, where its force is zero. Valid for necks small against
-    the tip radius and liquids that wet both bodies alike.
+    until it breaks at :math:`2 r_K \cos\theta`, where its force is zero. Valid for necks small relative to the tip radius and
+    liquids that wet both bodies equally.
     """
 
     name = "capillary"

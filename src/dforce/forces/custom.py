@@ -19,7 +19,7 @@ PROBES = (-1e-9, 0.1e-9, 0.5e-9, 1e-9, 1e-8, 1e-7)  # m; a law that is finite at
 
 
 class _Of:
-    """What the class may be and each force is or is not: whether the law depends on a variable."""
+    """Whether the law of a force depends on a variable; for the class: whether any law may."""
 
     def __init__(self, variable: str) -> None:
         self.variable = variable
@@ -29,7 +29,7 @@ class _Of:
 
 
 class Custom(Force):
-    r"""Force that you write yourself, as an expression in a case file.
+    r"""Your own force, as an expression in a case file.
 
     .. math:: F = F(d, z, \delta, \dot d, t, R, H, a_0, E_\mathrm{eff}, k, Q, P_1, P_2, P_3, P_4)
 
@@ -47,9 +47,9 @@ class Custom(Force):
     min, max; and pi. The expression is compiled and as fast as a built-in force.
 
     Make it finite at every distance that the tip may reach: the force of contact starts at d = a0, and
-    ``max(d, a0)`` keeps an attraction from growing beyond. Places where d or the indentation is compared
-    with something are known to the solvers as kinks; a kink by min, max or abs at another place costs
-    accuracy. What the law counts nobody knows: beside other forces, see to it that nothing counts twice.
+    ``max(d, a0)`` keeps an attraction from growing beyond. Comparisons of d or the indentation define kinks for the solvers; a
+    kink by min, max or abs at another place costs accuracy. dForce cannot detect the interactions in your law: with other
+    forces, make sure that no interaction counts twice.
     """
 
     name = "custom"

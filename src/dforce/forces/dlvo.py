@@ -39,10 +39,10 @@ class DLVO(Force):
       :math:`128 \pi R k_B T n_\infty \lambda \tanh\frac{e\psi_t}{4 k_B T} \tanh\frac{e\psi_s}{4 k_B T}\,
       e^{-x}`
 
-    Each surface has a charge density or a potential; one is turned into the other by :math:`\sigma =
-    \varepsilon\varepsilon_0\psi/\lambda`, for `gouy_chapman` by Grahame's equation. The Debye length is
-    given or follows from the salt concentration, :math:`\lambda = \sqrt{\varepsilon\varepsilon_0 k_B T /
-    2 e^2 n_\infty}`. Valid for :math:`R \gg \lambda` and, but for `gouy_chapman`, potentials below 25 mV.
+    Each surface has a charge density or a potential, converted by :math:`\sigma = \varepsilon\varepsilon_0\psi/\lambda`, for
+    `gouy_chapman` by Grahame's equation. Set the Debye length or the salt concentration, :math:`\lambda =
+    \sqrt{\varepsilon\varepsilon_0 k_B T / 2 e^2 n_\infty}`. Valid for :math:`R \gg \lambda` and potentials below 25 mV (except
+    `gouy_chapman`).
     """
 
     name = "dlvo"

@@ -17,8 +17,8 @@ class GeneralizedMaxwell(Viscoelastic):
     .. math:: F = \frac{4\sqrt{R}}{3} \int_0^{t_1(t)} \psi(t - s)\, d[\delta^{3/2}], \qquad
         \psi(t) = \frac{E_\infty + \sum_k E_k e^{-t/\tau_k}}{1 - \nu^2}
 
-    with :math:`t_1` as in `sls`, whose equations and domain these are; one arm is the standard linear
-    solid. A rigid tip; give Young's moduli. Every relaxation time must be longer than the solver's step.
+    with :math:`t_1` as in `sls`, with the same equations and domain; one arm is the standard linear solid. The tip is rigid;
+    set Young's moduli. Every relaxation time must be longer than the step of the solver.
     """
 
     name = "generalized_maxwell"

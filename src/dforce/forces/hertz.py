@@ -13,7 +13,7 @@ class Hertz(Force):
 
     .. math:: F = \tfrac{4}{3} E_\mathrm{eff} \sqrt{R}\, \delta^{3/2}, \qquad \delta = a_0 - d > 0
 
-    and no force outside contact. Valid for indentations small against the tip radius and no adhesion.
+    and no force outside contact. Valid for indentations small relative to the tip radius and no adhesion.
     """
 
     name = "hertz"

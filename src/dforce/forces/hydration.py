@@ -10,13 +10,12 @@ from dforce.forces._exponential import PER_E, raised
 
 
 class Hydration(Force):
-    r"""Repulsion of the water that hydrophilic surfaces bind.
+    r"""Repulsion by bound water on hydrophilic surfaces.
 
     .. math:: F = 2 \pi R W_h\, e^{-d/\lambda_h} \quad (d > a_0)
 
-    and its value at :math:`a_0` in contact: Derjaguin's approximation of a sphere for the energy per area
-    :math:`W_h e^{-d/\lambda_h}`. A negative :math:`W_h` is the attraction of hydrophobic surfaces. Valid for
-    :math:`R \gg \lambda_h`.
+    and its value at :math:`a_0` in contact: Derjaguin's approximation for a sphere with the energy per area :math:`W_h
+    e^{-d/\lambda_h}`. A negative :math:`W_h` is the attraction of hydrophobic surfaces. Valid for :math:`R \gg \lambda_h`.
     """
 
     name = "hydration"

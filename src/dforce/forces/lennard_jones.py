@@ -19,9 +19,9 @@ class LennardJones(Force):
         - \frac{1}{4}\left(\frac{z_0}{d}\right)^8\right]
 
     with the largest attraction :math:`2\pi R W` at :math:`d = z_0`; far away it is `van_der_waals` with
-    :math:`H = 16 \pi W z_0^2`. The bodies are rigid: the force is that of Derjaguin's approximation over
-    the pressure :math:`\tfrac{8W}{3z_0}[(z_0/d)^3 - (z_0/d)^9]`. It counts the repulsion in contact too.
-    Valid for :math:`R \gg z_0` and stiff bodies; nearer than a quarter of :math:`z_0` the force is held.
+    :math:`H = 16 \pi W z_0^2`. The bodies are rigid: the force follows from Derjaguin's approximation with the pressure
+    :math:`\tfrac{8W}{3z_0}[(z_0/d)^3 - (z_0/d)^9]`. It includes the repulsion in contact. Valid for :math:`R \gg z_0` and stiff
+    bodies; nearer than a quarter of :math:`z_0` the force is constant.
     """
 
     name = "lennard_jones"

@@ -15,10 +15,9 @@ class MagneticDipole(Force):
 
     .. math:: F = -\frac{3 \mu_0 m_t m_s}{2 \pi (d + R + s)^4} \quad (d > a_0)
 
-    and its value at :math:`a_0` in contact; :math:`s` is the depth of the sample's dipole. Moments of the
-    same sign point the same way and attract. The slope of the dipole–dipole energy :math:`-\mu_0 m_t m_s
-    / 2\pi r^3`, checked numerically against it. Valid for magnets small against their distance; the
-    moments do not turn.
+    and its value at :math:`a_0` in contact; :math:`s` is the depth of the sample's dipole. Moments of equal sign are parallel
+    and attract. The force is the slope of the dipole–dipole energy :math:`-\mu_0 m_t m_s / 2\pi r^3`, checked numerically.
+    Valid for magnets small relative to their distance, with fixed moments.
     """
 
     name = "magnetic_dipole"

@@ -29,16 +29,15 @@ class MaugisDugdale(Force):
     .. math:: \bar F = A^3 - \lambda A^2 (s + m^2 \theta), \qquad \bar\delta = A^2 - \tfrac{4}{3} A \lambda s
 
     with :math:`K = \tfrac{4}{3} E_\mathrm{eff}`, work of adhesion :math:`W = 2\gamma`, contact radius
-    :math:`A (\pi W R^2/K)^{1/3}`, adhesive radius :math:`m` times that, :math:`\bar F = F/\pi W R`,
-    :math:`\bar\delta = (a_0 - d) / (\pi^2 W^2 R/K^2)^{1/3}` and the transition parameter :math:`\lambda =
-    2 \sigma_0 (R/\pi W K^2)^{1/3}`, :math:`\sigma_0 = 1.026\, W/a_0`. The tip snaps into contact at
-    :math:`d = a_0` and comes off at the end of the branch, where the distance no longer grows or the
-    contact has shrunk to a point. The force on the branch is a polynomial fitted when a run starts, good
-    to 5e-5 of :math:`\pi W R`.
+    :math:`A (\pi W R^2/K)^{1/3}`, adhesive radius :math:`m` times this radius, :math:`\bar F = F/\pi W R`, :math:`\bar\delta =
+    (a_0 - d) / (\pi^2 W^2 R/K^2)^{1/3}` and the transition parameter :math:`\lambda = 2 \sigma_0 (R/\pi W K^2)^{1/3}`,
+    :math:`\sigma_0 = 1.026\, W/a_0`. The tip snaps into contact at :math:`d = a_0` and detaches at the end of the branch, at
+    the largest distance or with a contact of zero size. The force on the branch is a polynomial, fitted at the start of a run,
+    with an error below 5e-5 of :math:`\pi W R`.
 
-    Outside contact :math:`-H R/6 d^2`, never more than in first contact; left out, the Hamaker constant
-    is :math:`24 \pi \gamma a_0^2`, which joins both forces in the limit of DMT. Checked: both Tabor
-    limits and the published equations at several :math:`\lambda`.
+    Outside contact :math:`-H R/6 d^2`, limited to its value at first contact; by default the Hamaker constant is :math:`24 \pi
+    \gamma a_0^2`, and connects both forces in the DMT limit. Checked: both Tabor limits and the published equations at several
+    :math:`\lambda`.
     """
 
     name = "maugis_dugdale"

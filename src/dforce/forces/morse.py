@@ -15,8 +15,7 @@ class Morse(Force):
     .. math:: F = 2 \kappa E_b \left[e^{-2\kappa(d - \sigma)} - e^{-\kappa(d - \sigma)}\right]
 
     with no force at :math:`d = \sigma` and the largest attraction :math:`\kappa E_b / 2` at :math:`\sigma
-    + \ln 2/\kappa`. For atomically sharp tips at distances of a bond length; below :math:`d = 0` the
-    force is held.
+    + \ln 2/\kappa`. For atomically sharp tips at distances of a bond length; below :math:`d = 0` the force is constant.
     """
 
     name = "morse"

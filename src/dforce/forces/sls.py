@@ -17,17 +17,14 @@ class SLS(Viscoelastic):
     .. math:: F = \frac{4\sqrt{R}}{3} \int_0^{t_1(t)} \psi(t - s)\, d[\delta^{3/2}], \qquad
         \psi(t) = \frac{E_\infty + (E_0 - E_\infty) e^{-t/\tau}}{1 - \nu^2}
 
-    with :math:`t_1 = t` while the contact grows (Lee and Radok) and, while it shrinks, the time at which
-    it was as large as now: :math:`\int_{t_1}^{t} \psi(t - s)\, \dot\delta\, ds = 0` (Ting). The force
-    never pulls. Later taps meet the surface as it has recovered so far: the contact is that of a row of
-    elements (method of dimensionality reduction), which is exact for one tap and for all that follow. A
-    circuit of a spring :math:`E_s` in series with a spring :math:`E_p` and a dashpot :math:`\eta` in
-    parallel is the same solid with :math:`E_0 = E_s`, :math:`E_\infty = E_s E_p/(E_s + E_p)` and
-    :math:`\tau = \eta/(E_s + E_p)`.
+    with :math:`t_1 = t` while the contact grows (Lee and Radok) and, while it shrinks, the earlier time with the same contact:
+    :math:`\int_{t_1}^{t} \psi(t - s)\, \dot\delta\, ds = 0` (Ting). The force never pulls. Later taps meet the partly recovered
+    surface. The contact is a row of elements (method of dimensionality reduction), exact for the first and for all following
+    taps. A circuit of a spring :math:`E_s` in series with a spring :math:`E_p` and a dashpot :math:`\eta` in parallel is the
+    same solid with :math:`E_0 = E_s`, :math:`E_\infty = E_s E_p/(E_s + E_p)` and :math:`\tau = \eta/(E_s + E_p)`.
 
-    A rigid tip; give Young's moduli. Valid for indentations small against the radius and a relaxation
-    time longer than the solver's step. The contact radius ends at :math:`\sqrt{R \delta_\mathrm{max}}`: a
-    tip pressed in farther is a cylinder there.
+    The tip is rigid; set Young's moduli. Valid for indentations small relative to the radius and a relaxation time longer than
+    the step of the solver. The contact radius ends at :math:`\sqrt{R \delta_\mathrm{max}}`: beyond it the tip is a cylinder.
     """
 
     name = "sls"

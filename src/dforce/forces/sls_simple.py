@@ -13,19 +13,18 @@ from dforce.forces._contract import Force
 
 
 class SLSSimple(Force):
-    r"""Standard linear solid under a sphere, with the equation of growing contacts used throughout.
+    r"""Standard linear solid under a sphere, with the equation of growing contacts at all times.
 
     .. math:: \dot F + \frac{F}{\tau} = \frac{4\sqrt{R}}{3(1 - \nu^2)}
         \left[E_0 \frac{d}{dt}\delta^{3/2} + \frac{E_\infty}{\tau} \delta^{3/2}\right], \qquad F \ge 0
 
-    Contact ends where the force reaches zero. From there the surface is free of stress and recovers by
-    the same equation with :math:`F = 0`, its height :math:`u` by :math:`\dot u = -\tfrac{2}{3}
-    (E_\infty/E_0)\, u/\tau`, and contact begins again where :math:`\delta = u`. The state is the
+    Contact ends at zero force. Then the free surface recovers by the same equation with :math:`F = 0`, its height :math:`u` by
+    :math:`\dot u = -\tfrac{2}{3} (E_\infty/E_0)\, u/\tau`, and contact begins again where :math:`\delta = u`. The state is the
     dashpot's displacement in powers 3/2.
 
-    This is the model of many simulators. It is exact while the contact grows; while it shrinks it loses a
-    little more energy than `sls`, which is exact. A rigid tip; give Young's moduli. Valid for
-    indentations small against the radius and a relaxation time longer than the solver's step.
+    Many simulators use this model. It is exact while the contact grows; while it shrinks it loses a little more energy than
+    `sls`, which is exact. The tip is rigid; set Young's moduli. Valid for indentations small relative to the radius and a
+    relaxation time longer than the step of the solver.
     """
 
     name = "sls_simple"

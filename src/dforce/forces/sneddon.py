@@ -24,8 +24,8 @@ class Sneddon(Force):
       :math:`\delta = a\, \mathrm{artanh}(a/R)`,
       :math:`F = E_\mathrm{eff} [(a^2 + R^2)\, \mathrm{artanh}(a/R) - a R]`
 
-    Valid for thick samples that do not stick, strains small against one (blunt cones), and a sphere that
-    sinks in by less than its radius. The pyramid is Bilodeau's approximation.
+    Valid for thick samples without adhesion, small strains (blunt cones), and spheres with indentations below their radius. The
+    pyramid is Bilodeau's approximation.
     """
 
     name = "sneddon"

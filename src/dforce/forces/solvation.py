@@ -13,8 +13,7 @@ class Solvation(Force):
 
     .. math:: F = -F_0 \cos\left(\frac{2\pi d}{\sigma} + \varphi\right) e^{-d/\sigma} \quad (d > a_0)
 
-    and its value at :math:`a_0` in contact. An empirical law: amplitude and phase are fitted to a
-    measured curve.
+    and its value at :math:`a_0` in contact. An empirical law: fit amplitude and phase to a measured curve.
     """
 
     name = "solvation"

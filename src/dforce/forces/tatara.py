@@ -21,15 +21,15 @@ class Tatara(Force):
         n = \tfrac{4}{3} E_\mathrm{eff} \sqrt{R_\mathrm{eff}}
 
     with :math:`1/R_\mathrm{eff} = 1/R_t + 1/R_s` and :math:`1/n_c = (3 + \nu_t - 2\nu_t^2)/4\pi E_t R_t
-    + (3 + \nu_s - 2\nu_s^2)/4\pi E_s R_s`: on each side half of the compression, Hertz' approach less the
-    displacement of the opposite pole. As a series, with the option `form`:
+    + (3 + \nu_s - 2\nu_s^2)/4\pi E_s R_s`: on each side half of the compression, Hertz' approach minus the displacement of the
+    opposite pole. As a series, with the option `form`:
 
     .. math:: F = \frac{n\,\delta^{3/2}}{2^{3/2}} + \frac{3 n^2 \delta^2}{8 n_c}
         + \frac{21 n^3 \delta^{5/2}}{2^{11/2} n_c^2}
 
-    (`series_15`: with 15 in place of 21, as some papers print it). A tip without a modulus is rigid.
-    Valid for compressions small against both radii. The implicit law has no solution beyond :math:`\delta
-    = 8 n_c^2/27 n^2`; from 81 % of that compression on the force goes on along its tangent.
+    (`series_15`: with 15 in place of 21, as in some papers). A tip without a modulus is rigid. Valid for compressions small
+    relative to both radii. The implicit law has no solution beyond :math:`\delta = 8 n_c^2/27 n^2`; from 81 % of this
+    compression the force continues along its tangent.
     """
 
     name = "tatara"

@@ -17,10 +17,9 @@ class VanDerWaals(Force):
 
     .. math:: F = -\frac{H R}{6 d^2} \quad (d > a_0), \qquad F(d \le a_0) = F(a_0)
 
-    for a sphere much larger than the distance (Derjaguin's approximation). With `inside = "off"` there is
-    no force at :math:`d < a_0`, and the law jumps there. Other shapes of the tip (:math:`\theta`:
-    half-angle, angle between axis and side; any body of revolution gives :math:`F = -\tfrac{H}{2}\int
-    r(z)^2 (d + z)^{-4}\,dz`):
+    for a sphere much larger than the distance (Derjaguin's approximation). With `inside = "off"` the force is zero at :math:`d
+    < a_0`, and jumps there. Other shapes of the tip (:math:`\theta`: half-angle, angle between axis and side; any body of
+    revolution gives :math:`F = -\tfrac{H}{2}\int r(z)^2 (d + z)^{-4}\,dz`):
 
     - `exact_sphere`: :math:`F = -\dfrac{2 H R^3}{3 d^2 (d + 2R)^2}`
     - `capped_cone`, a sphere that goes over into a cone at the height :math:`z_t = R(1 - \sin\theta)` without
@@ -29,8 +28,8 @@ class VanDerWaals(Force):
       + d^2 (R^2\cos^2\theta + R \sin\theta\, D + \tan^2\theta\, D^2)\right]`
     - `flat`, a punch whose flat end has the radius :math:`R`: :math:`F = -H R^2 / 6 d^3`
 
-    At R = 2 nm Derjaguin's approximation is 8 % too large at contact and 27 % at 0.5 nm. Valid below some
-    10 nm, where retardation does not matter.
+    At R = 2 nm Derjaguin's approximation is 8 % too large at contact and 27 % at 0.5 nm. Valid below some 10 nm, without
+    retardation.
     """
 
     name = "van_der_waals"

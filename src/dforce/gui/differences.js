@@ -1,7 +1,7 @@
 // The parameters in which results differ, a column for each result.
 export default {
   template: `
-    <div class="df-differences" role="region" aria-label="what differs" tabindex="0">
+    <div class="df-differences" role="region" aria-label="differences" tabindex="0">
       <p v-if="!rows.length" class="df-text">{{ text }}</p>
       <table v-else>
         <thead><tr><th scope="col">parameter</th>

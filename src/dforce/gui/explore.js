@@ -3,7 +3,7 @@ export default {
   template: `
     <aside class="df-motion df-explore" aria-label="over parameters">
       <div class="df-motion-head"><h2>{{ title || "Against a parameter, at the set point" }}</h2>
-        <button type="button" class="df-remove" aria-label="close what is shown over parameters" title="Close" @click="$emit('close')">×</button></div>
+        <button type="button" class="df-remove" aria-label="close the result over parameters" title="Close" @click="$emit('close')">×</button></div>
       <details class="df-folded df-vary-fold" :open="!title"><summary>Compute against a parameter</summary>
       <form class="df-vary" @submit.prevent="compute">
         <label>Vary <select class="df-box" v-model="path" :disabled="busy" @change="$emit('suggest', path)">
@@ -31,7 +31,7 @@ export default {
             <option v-for="(place, n) in one.places" :key="n" :value="n">{{ place }}</option></select></label>
         <template v-if="!y"><label class="df-check"><input type="checkbox" :checked="limited"
             @change="$emit('limit', {on: $event.target.checked})" /> Limit</label>
-          <template v-if="limited"><select class="df-box" aria-label="what is allowed" :value="above ? 'above' : 'below'"
+          <template v-if="limited"><select class="df-box" aria-label="allowed side" :value="above ? 'above' : 'below'"
               @change="$emit('limit', {above: $event.target.value === 'above'})">
             <option value="below">at most</option><option value="above">at least</option></select>
           <input class="df-box" :value="limit" aria-label="limit" maxlength="40" @change="$emit('limit', {text: $event.target.value})" /></template></template>

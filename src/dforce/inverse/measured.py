@@ -73,8 +73,8 @@ def read_measured(
     -------
     xarray.Dataset
         Along `point`, in the order of the measurement: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
-        peak), `phase` (degrees), and if the file has them `amplitude_2`, `phase_2`, `deflection` (m), `frequency`,
-        `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive); the coordinate `direction`.
+        peak), `phase` (degrees); the coordinate `direction`. If the file has them, also `amplitude_2`, `phase_2`, `deflection`
+        (m), `frequency`, `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive).
 
     Raises
     ------

@@ -18,12 +18,12 @@ KEYS = ("vary", "set_points", "limits", "goal")
 
 @dataclass(frozen=True)
 class PlanFile:
-    """What a plan file says: the arguments of :func:`dforce.plan`.
+    """A plan file: the arguments of :func:`dforce.plan`.
 
     Attributes
     ----------
     case, vary, set_points, limits, goal
-        As :func:`dforce.plan` takes them.
+        As in :func:`dforce.plan`.
     """
 
     case: Case

@@ -71,10 +71,10 @@ def plan(
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
-        `others`, `allowed`, `limit_hit` (the first limit that fails), `room` (distance from the nearest boundary, in units of
-        the margins; default 5 % and 0.03), `recommended` (the allowed point with the most room, if any), `best` and `pareto`
-        with a goal, `least_violation` if nothing is allowed. Along `edge` the located boundaries. Along `time` the motion at
-        the recommended point.
+        `others`, `allowed`, `limit_hit` (the first limit that fails). `room` is the distance from the nearest boundary, in
+        units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room, if any. With a goal
+        also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located boundaries. Along `time`
+        the motion at the recommended point.
 
     Raises
     ------

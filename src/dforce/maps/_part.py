@@ -57,29 +57,19 @@ class SideBySide:
 
     def compute(self, crew: Crew, kept: frozenset[str], checks: bool = True) -> bool:
         """Compute the cases that are missing; return False when stopped before the end."""
-        done, self.example = solve(self.case, self.layout, crew, kept, self.founds, checks)
-        return done
+        paths = [axis.path for axis in self.layout.choices]
+        values = itertools.product(*(axis.values for axis in self.layout.choices))
+        cases = (type(self.case)(**changed(self.case, zip(paths, chosen, strict=True))) for chosen in values)
+        parts = [
+            Part(case, self.layout.numbers, crew, kept, found, checks)
+            for case, found in zip(cases if paths else [self.case], self.founds, strict=True)
+        ]
+        self.example = parts[0].grid.example
+        return all(part.run() for part in parts)
 
     def result(self, asked: Case) -> xr.Dataset:
         """Return what was found, with the words and the case that was asked for."""
         return table(asked, self.layout, self.founds, self.example)
-
-
-def solve(
-    case: Case, layout: Layout, crew: Crew, kept: frozenset[str], founds: list[Found], checks: bool = True
-) -> tuple[bool, Problem]:
-    """Compute what is missing in `founds`; return whether it was not stopped before the end, and one of the problems.
-
-    Parameters
-    ----------
-    checks
-        Whether cases at the corners of each part are validated as a whole.
-    """
-    paths = [axis.path for axis in layout.choices]
-    values = itertools.product(*(axis.values for axis in layout.choices))
-    cases = [type(case)(**changed(case, zip(paths, chosen, strict=True))) if paths else case for chosen in values]
-    parts = [Part(one, layout.numbers, crew, kept, found, checks) for one, found in zip(cases, founds, strict=True)]
-    return all(part.run() for part in parts), parts[0].grid.example
 
 
 class Part:

@@ -53,7 +53,7 @@ def sweep(
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
         SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
         all combinations are computed. Any parameter of the case is possible, and ``experiment.zc`` if it is one distance.
-        Numbers of the instrument, the sample and the forces cost next to nothing a case; every value of another parameter (a
+        Numbers of the instrument, the sample and the forces cost next to nothing a case. Every value of another parameter (a
         choice, a setting of the solver) builds the case again. Default, without `rows`: the table ``[sweep]`` of the case.
     workers
         Number of threads; default: one for each core.

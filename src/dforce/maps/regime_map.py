@@ -76,9 +76,9 @@ def regimes(
     Returns
     -------
     xarray.Dataset
-        Over the parameter and `set_point`, or over both parameters: `regime`, a number explained in its attributes (``"none"``,
-        ``"no contact"``: net attraction, and the tip never touches; ``"attractive"``, ``"both"``, ``"repulsive"``), and
-        `states`, the number of stable states. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
+        Over the parameter and `set_point`, or over both parameters: `states`, the number of stable states, and `regime`. The
+        attributes explain the numbers of `regime`: ``"none"``, ``"no contact"`` (net attraction, and the tip never touches),
+        ``"attractive"``, ``"both"``, ``"repulsive"``. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
         ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and forces. Along `point`
         the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
 

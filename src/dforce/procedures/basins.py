@@ -67,11 +67,12 @@ def basins(case: Case, plan: Basins, report_progress: Progress, _earlier: xr.Dat
 
 @dataclass
 class State:
-    """A steady state: complex amplitudes at the tones (m), its observables, and whether it repeats."""
+    """A steady state: complex amplitudes at the tones (m), its observables, whether it repeats, and its first start."""
 
     amplitudes: Complexes
     values: dict[str, Any]
     repeats: bool
+    first: int
 
 
 @dataclass
@@ -165,14 +166,16 @@ class Starts:
                 near = bool(np.max(np.abs(state.amplitudes - amplitudes)) < nearness)
                 if state.repeats == repeats and (near or not repeats):
                     self.reached[number] = i
+                    if number < state.first:  # whichever thread comes first, the numbers are the same
+                        self.states[i] = State(amplitudes, values, repeats, number)
                     break
             else:
-                self.states.append(State(amplitudes, values, repeats))
+                self.states.append(State(amplitudes, values, repeats, number))
                 self.reached[number] = len(self.states) - 1
 
     def by_share(self) -> list[int]:
         """Return the states' numbers, the most frequently reached first."""
-        return sorted(range(len(self.states)), key=lambda i: -int(np.sum(self.reached == i)))
+        return sorted(range(len(self.states)), key=lambda i: (-int(np.sum(self.reached == i)), self.states[i].first))
 
     def table(self, order: list[int]) -> dict[str, Any]:
         """Return the observables and shares of the states, as variables of a Dataset."""

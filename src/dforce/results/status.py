@@ -60,7 +60,7 @@ def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.
 
 @checked
 def count_status(dataset: xr.Dataset) -> dict[Status, int]:
-    """Return how many points have each status; a status that no point has is left out."""
+    """Return the number of points of each status in the result."""
     values = np.ravel(dataset["status"].values) if "status" in dataset else np.array([])
     return {status: int(np.sum(values == status)) for status in Status if np.any(values == status)}
 

@@ -82,7 +82,7 @@ def attributes(pieces: list[Advice]) -> dict[str, str]:
 
 @checked
 def advice_in(result: xr.Dataset) -> Advices:
-    """Return the advice that a result carries, as it was given when the result was computed."""
+    """Return the advice in a result, from the time of its computation."""
     kept: list[dict[str, Any]] = json.loads(result.attrs.get(PIECES, "[]"))
     return Advices(Advice(**piece | {"about": tuple(piece["about"])}) for piece in kept)
 

@@ -14,22 +14,22 @@ __all__ = ["validate", "validation_page"]
 
 @checked
 def validate(quick: bool = False, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Run every check of dForce against what does not depend on it, and return what was found.
+    """Run every check of dForce against published values and independent solvers, and return the results.
 
     Parameters
     ----------
     quick
-        Only what takes seconds once the kernels are on disk: fewer random cases, over the forces of the shipped examples.
+        Only checks that take seconds with compiled kernels: fewer random cases, over the forces of the shipped examples.
     progress
-        Called with the name of what is checked next.
+        Called with the name of the next check.
 
     Returns
     -------
     dict
-        `parts`: a list with `name`, `title`, `text`, `met`, `checks` and `cases` (files of the random cases that are
-        named). A check has `group`, `name`, `found`, `expected` (None for a disagreement), `unit` (SI), `error`, relative to
-        the size that it names, `limit` (None where it is only reported), `source`, `note` and `met`. Beside them `met`,
-        `quick`, `seconds` and `machine`. :func:`validation_page` makes a page of it.
+        `parts`: a list with `name`, `title`, `text`, `met`, `checks` and `cases` (files of the named random cases). A check has
+        `group`, `name`, `found`, `expected` (None for a disagreement), `unit` (SI), `error`, relative to its named size,
+        `limit` (None if only reported), `source`, `note` and `met`. Also `met`, `quick`, `seconds` and `machine`.
+        :func:`validation_page` makes a page of it.
     """
     from dforce.checks.machine import machine
     from dforce.checks.validation import closed_forms, curves, disagreements, identities, orders, published

@@ -80,10 +80,10 @@ def identify(
     Returns
     -------
     xarray.Dataset
-        Over `curve` (approach alone, approach and retract, each branch alone, and improvements), `known` (``sample``: the
-        instrument exactly; ``prior``: free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees; ``all``: these are
-        free, too) and `parameter`: `error` (relative of positive parameters, else m or degrees), `verdict`; `worst_pair` and
-        `worst_correlation`; `products`, if only products are constrained.
+        Over `curve` (approach alone, approach and retract, each branch alone, and improvements), `known` and `parameter`:
+        `error` (relative for positive parameters, else m or degrees), `verdict`. `known` is ``sample`` (exact instrument),
+        ``prior`` (free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees) or ``all`` (these are also free). Also
+        `worst_pair` and `worst_correlation`; `products`, if only products are constrained.
 
     Raises
     ------

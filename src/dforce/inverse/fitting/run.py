@@ -78,9 +78,9 @@ def fit(
         Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
         A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
-        result of :func:`dforce.calibrate`: `height` (m, larger is farther), `amplitude` (m), `phase` (degrees of lag, 90 when
-        free at resonance), optional `amplitude_2` and `phase_2`, `branch` (1 followed from free motion, -1 behind a jump),
-        `direction`; in the attributes `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
+        result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag,
+        90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1 before, -1 behind a
+        jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
         `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
@@ -95,8 +95,8 @@ def fit(
     xarray.Dataset
         Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
         `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
-        in standard deviations; in the attributes `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best
-        case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
+        in standard deviations. The attributes contain `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the
+        best case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
         ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises

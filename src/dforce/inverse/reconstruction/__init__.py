@@ -44,11 +44,11 @@ def reconstruct(
     Parameters
     ----------
     curve
-        A result of :func:`dforce.approach` or :func:`dforce.branches` of one tone, or a measured curve: along `point` the
-        `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag, 90 when free), optional `direction` and
-        `branch`; `amplitude_error`, `phase_error`, `free_amplitude`, `k`, `f0` and `Q` among its attributes. A curve of
+        A result of :func:`dforce.approach` or :func:`dforce.branches` of one tone, or a measured curve. It has along `point`
+        the `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag, 90 when free), optional `direction`
+        and `branch`. Its attributes contain `amplitude_error`, `phase_error`, `free_amplitude`, `k`, `f0` and `Q`. A curve of
         phase-locked motions has `frequency_shift` (Hz), counted from the free lock at the same phase, and
-        `frequency_shift_error`; `drive_force` (N) for the loss, `phase` if it is not 90 degrees.
+        `frequency_shift_error`. It may have `drive_force` (N) for the loss, and `phase` if it is not 90 degrees.
     case
         The instrument of a measured curve, if the curve lacks it.
     amplitude_error, phase_error
@@ -61,9 +61,9 @@ def reconstruct(
     -------
     xarray.Dataset
         Over `distance`: `force` (N) with `force_error`, its parts `force_noise` and `gap_error`, `resolution` (m),
-        `force_status` (determined, blind, uncertain), `classic_force` by each `formula` in use, `damping` (kg/s) if the sample
-        dissipates energy, and `law_force` if the law is known. Without turning points the force is NaN. Over `point`: the
-        points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high`.
+        `force_status` (determined, blind, uncertain), `classic_force` by each `formula` in use. Also `damping` (kg/s) if the
+        sample dissipates energy, and `law_force` if the law is known. Without turning points the force is NaN. Over `point`:
+        the points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high`.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def reconstruct(
     Notes
     -----
     J. E. Sader, S. P. Jarvis, Appl. Phys. Lett. 84, 1801 (2004) and H. Hölscher, Appl. Phys. Lett. 89, 123109 (2006) for the
-    formulas; F. J. Giessibl, Appl. Phys. Lett. 78, 123 (2001) for a matrix inverse.
+    formulas. F. J. Giessibl, Appl. Phys. Lett. 78, 123 (2001) for a matrix inverse.
     """
     given = _error("amplitude_error", amplitude_error, "m"), _error("phase_error", phase_error, "deg")
     reading, case = read_points(curve, case, *given)

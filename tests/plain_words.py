@@ -74,10 +74,13 @@ def faults(sentence: str) -> list[str]:
 
 
 # ---------------------------------------------------------------------------------------------------- text to sentences
-_END = re.compile(r"(?<=[.!?])[)\"'”*_]*\s+(?=[\"'“(*_`]*[A-Z0-9`{§]|dForce|[a-z]+`|[a-z_]+:)")
+_END = re.compile(r"(?<=[.!?])[)\"'”*_]*\s+(?=[\"'“(*_`]*[A-Z0-9`{§]|d[Ff]orce|[a-z]+`|[a-z_]+:)")
 _SHORT = re.compile(
-    r"\b(?:e\.g|i\.e|cf|vs|Fig|Eq|Eqs|Sec|Ref|Refs|No|al|approx|resp|Phys|Rev|Appl|Lett|Nanotechnol|Beilstein J|J|[A-Z])\.$"
+    r"\b(?:e\.g|i\.e|cf|vs|Fig|Eq|Eqs|Sec|Ref|Refs|No|al|approx|resp|Phys|Rev|Appl|Lett|Nanotechnol|Beilstein J|J|[A-PR-Z])\.$"
 )
+
+
+_CITATION = re.compile(r"\((?:[^()]|\([^()]*\))*?\(?\b(?:18|19|20)\d\d\b\)?(?:[^()]|\([^()]*\))*\)")
 
 
 def plain(text: str) -> str:
@@ -90,7 +93,8 @@ def plain(text: str) -> str:
     text = re.sub(r"\$[^$\n]+\$", "EQUATION", text)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"\*\*?([^*]+)\*\*?", r"\1", text)
-    text = re.sub(r"\((?:[^()]|\([^()]*\))*\b(?:18|19|20)\d\d\b(?:[^()]|\([^()]*\))*\)", "", text)  # a citation
+    text = _CITATION.sub("", text)
+    text = re.sub(r"CODE(?:(?:, | and | or |, and |, or )CODE)+", "CODE", text)  # a list of names counts as one word
     return re.sub(r"\s+", " ", text).strip()
 
 
@@ -106,60 +110,51 @@ def sentences(paragraph: str) -> Iterator[str]:
         yield whole
 
 
+_SHOWN = re.compile(r"\{(figure|note|tip|warning|important|grid.*|dropdown|seealso)\}")  # fences whose body is text
+_ITEM = re.compile(r"([-*+]|\d+\.)\s+")
+_RULE = re.compile(r":::|={3,}|-{3,}|\^{3,}|~{3,}|<|\|[-: |]+\|$")
+_OPTION = re.compile(r":([\w-]+):\s+(.*)")
+
+
 def blocks(text: str) -> Iterator[tuple[int, str]]:
     """Give paragraphs, list items, table cells and captions of Markdown or reStructuredText, with their first line."""
     fence, paragraph, start = "", [], 0
-    indented_code = -1
+    further = -1  # indent of the further lines of a paragraph; -1 behind the first line of a list item
+    code = -1  # indent of the line before a block of code
     for number, line in enumerate([*text.splitlines(), ""], 1):
-        stripped = line.strip()
-        opened = re.match(r"(`{3,}|~{3,})(.*)", stripped)
+        stripped, indent = line.strip(), len(line) - len(line.lstrip())
+        opened, option = re.match(r"(`{3,}|~{3,})(.*)", stripped), _OPTION.match(stripped)
+        if option is not None and option[1] in ("caption", "alt"):
+            yield number, option[2]
         if fence:
-            caption = re.match(r":(?:caption|alt):\s*(.*)", stripped)
-            if caption:
-                yield number, caption[1]
-            if opened and stripped == fence:
-                fence = ""
+            fence = "" if stripped == fence else fence
             continue
-        indent = len(line) - len(line.lstrip())
-        if indented_code >= 0:
-            if not stripped or indent > indented_code:
-                continue
-            indented_code = -1
-        ends = (
-            not stripped or opened or re.match(r"([-*+]|\d+\.)\s|[|:#]|\.\. |={3,}|-{3,}|\^{3,}|~{3,}|</?\w", stripped)
-        )
-        if ends and paragraph:
+        if code >= 0 and (not stripped or indent > code):
+            continue
+        code = -1
+        directive = re.match(r"\.\. [\w-]+::", stripped)
+        starts = _ITEM.match(stripped)
+        aside = not stripped or opened or option or directive or _RULE.match(stripped) or stripped[0] in "|#"
+        if paragraph and (aside or starts or (further >= 0 and indent != further)):
             yield start, " ".join(paragraph)
             paragraph = []
-        if opened:
-            if not re.match(r"\{(figure|note|tip|warning|important|grid.*|dropdown|seealso)\}", opened[2]):
-                fence = opened[1]
-            continue
-        directive = re.match(r"\.\. ([\w-]+)::", stripped)
-        if directive:
-            if directive[1] not in ("note", "tip", "warning", "important"):
-                indented_code = indent
-            continue
-        if not stripped or re.match(r":::|={3,}|-{3,}|\^{3,}|~{3,}|<|\|[-: |]+\|$", stripped):
-            continue
-        option = re.match(r":([\w-]+):\s*(.*)", stripped)
-        if option and not stripped.startswith(":math:"):
-            if option[1] in ("caption", "alt"):
-                yield number, option[2]
-            continue
-        if stripped.startswith("|"):
-            for cell in re.split(r"(?<!\\)\|", stripped.strip("|")):
-                yield number, cell
-            continue
-        if stripped.startswith("#"):
+        further = indent if further < 0 else further
+        if opened and not _SHOWN.match(opened[2]):
+            fence = opened[1]
+        elif directive:
+            code = indent
+        elif stripped.startswith("|") and not _RULE.match(stripped):
+            yield from ((number, cell) for cell in re.split(r"(?<!\\)\|", stripped.strip("|")))
+        elif stripped.startswith("#"):
             yield number, stripped.lstrip("# ")
+        if aside:
             continue
         if not paragraph:
-            start = number
-        paragraph.append(re.sub(r"^([-*+]|\d+\.)\s+", "", stripped))
+            start, further = number, -1 if starts else indent
+        paragraph.append(_ITEM.sub("", stripped, count=1) if starts else stripped)
         if stripped.endswith("::"):
             yield start, " ".join(paragraph)
-            paragraph, indented_code = [], indent
+            paragraph, code = [], indent
 
 
 def of_page(path: Path, root: Path) -> Iterator[Sentence]:
@@ -171,59 +166,49 @@ def of_page(path: Path, root: Path) -> Iterator[Sentence]:
 
 
 # -------------------------------------------------------------------------------------------------- source to sentences
+_CODE = re.compile(
+    r"\s*(?:def |from \S+ import |import |class |@)|.*\n    return ", re.DOTALL
+)  # texts that are programs
+
+
 def _joined(node: ast.expr) -> str | None:
     """Return the text of a literal, a value in it as one word; None for anything else."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
     if isinstance(node, ast.JoinedStr):
-        return "".join(str(v.value) if isinstance(v, ast.Constant) else "VALUE" for v in node.values)
+        return "".join(str(part.value) if isinstance(part, ast.Constant) else "VALUE" for part in node.values)
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
         left, right = _joined(node.left), _joined(node.right)
         return None if left is None and right is None else (left or "VALUE") + (right or "VALUE")
     return None
 
 
-def _of_source(path: Path, docstrings: bool) -> Iterator[tuple[int, str]]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    documented = {}
-
-    def document(node: ast.Module | ast.ClassDef | ast.FunctionDef, public: bool) -> None:
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-                document(child, public and not child.name.startswith("_") and not isinstance(node, ast.FunctionDef))
-            elif not isinstance(child, ast.expr):
-                document(child, public)
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and node.body:
-            first = node.body[0]
-            if (
-                isinstance(first, ast.Expr)
-                and isinstance(first.value, ast.Constant)
-                and isinstance(first.value.value, str)
-            ):
-                documented[first.value] = public
-
-    document(tree, True)
-    inside: set[ast.AST] = {
-        node.value for node in ast.walk(tree) if isinstance(node, ast.Expr) and node.value not in documented
-    }
-    for node in ast.walk(tree):
-        if node in documented:
-            if docstrings and documented[node]:
-                yield node.lineno, ast.get_docstring(ast.Module([ast.Expr(node)], [])) or ""
-            continue
+def of_source(path: Path, root: Path) -> Iterator[Sentence]:
+    """Give the sentences in the texts of a source file, without its docstrings: all with four words or more."""
+    place = path.relative_to(root).as_posix()
+    inside: set[ast.AST] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Expr):
+            inside.add(node.value)  # a docstring, of an attribute too
         if node in inside or not isinstance(node, ast.expr):
             continue
         text = _joined(node)
-        if text is not None:
-            inside.update(ast.walk(node))
-            if len(text.split()) >= 4 and re.search(r"[a-z]{2} [a-z]{2}", text):
-                yield node.lineno, text
+        if text is None:
+            continue
+        inside.update(ast.walk(node))
+        if len(text.split()) >= 4 and re.search(r"[a-z]{2} [a-z]{2}", text) and not _CODE.match(text):
+            for offset, block in blocks(text):
+                yield from (Sentence(place, node.lineno + offset - 1, sentence) for sentence in sentences(block))
 
 
-def of_source(path: Path, root: Path, *, docstrings: bool = True) -> Iterator[Sentence]:
-    """Give the sentences in the public docstrings and in the texts of a source file."""
-    place = path.relative_to(root).as_posix()
-    for line, text in _of_source(path, docstrings):
-        for offset, block in blocks(text):
-            for sentence in sentences(block):
-                yield Sentence(place, line + offset - 1, sentence)
+def of_script(path: Path, root: Path) -> Iterator[Sentence]:
+    """Give the sentences of a script of the gallery: its docstring, its blocks of comments behind ``# %%``, its texts."""
+    source, place = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
+    shown = [(1, ast.get_docstring(ast.parse(source)) or "")]
+    for block in re.finditer(r"^# %%.*\n((?:#.*\n)+)", source, re.MULTILINE):
+        line = source.count("\n", 0, block.start(1)) + 1
+        shown.append((line, re.sub(r"^# ?", "", block[1], flags=re.MULTILINE)))
+    for line, text in shown:
+        for offset, paragraph in blocks(text):
+            yield from (Sentence(place, line + offset - 1, sentence) for sentence in sentences(paragraph))
+    yield from of_source(path, root)
