@@ -36,7 +36,6 @@ suppress_warnings = ["toc.empty_glob"]
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
-autodoc_preserve_defaults = True
 autosummary_generate = True
 autosummary_ignore_module_all = False
 napoleon_google_docstring = False

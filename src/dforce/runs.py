@@ -19,6 +19,11 @@ from dforce.core.stopping import at_end, late_stop_waits
 from dforce.core.units import Frequencies, Length, Lengths, Time
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep, ThermalSpectrum
 from dforce.experiments.base import Progress, Start
+from dforce.results.dataset import describe, get_ready
+from dforce.results.files import read
+from dforce.results.provenance import provenance
+from dforce.results.significance import with_scales
+from dforce.results.status import keep_promise
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
@@ -58,11 +63,6 @@ def run(
     CaseError, ResultError
         When a name belongs to no case, or a result cannot be read.
     """
-    from dforce.results.dataset import get_ready
-    from dforce.results.files import read
-    from dforce.results.provenance import provenance
-    from dforce.results.significance import with_scales
-
     if not isinstance(case, Case):
         name, case = case, load_case(case)
         if resume is None and Path(name).suffix.lower() in RESULTS:
@@ -102,9 +102,6 @@ def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None 
     earlier
         An interrupted result of the same case, to be continued.
     """
-    from dforce.results.dataset import describe
-    from dforce.results.status import keep_promise
-
     assert case.experiment is not None
     module, name = case.experiment.procedure.split(":")
     procedure = getattr(importlib.import_module(f"dforce.{module}"), name)

@@ -3,11 +3,11 @@
 import json
 
 import pytest
+from compiled import KernelCache
 from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
-from dforce.kernel.cache import KernelCache
 
 
 @pytest.fixture

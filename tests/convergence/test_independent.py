@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from compiled import INTEGRATORS, free_amplitudes, with_amplitudes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, attraction_that_stops, dmt_with_drag, hertz, jkr
 from dforce.problem import Instrument, Problem
-from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
 
 F0, K, FREE, A0, PERIODS = 5e4, 0.9, 10e-9, 0.165e-9, 6
 

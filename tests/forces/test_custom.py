@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from compiled import compose
 from every import every
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +16,6 @@ from dforce import kernel
 from dforce.checks.battery import INSTRUMENT, compile_function
 from dforce.core.errors import ParameterError
 from dforce.forces import DMT, Custom
-from dforce.kernel.codegen import compose
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 

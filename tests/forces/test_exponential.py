@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from compiled import compile_function
 
 from dforce.forces._exponential import PER_E, exponential, raised
-from dforce.kernel.linker import compile_function
 
 
 @pytest.fixture(scope="module", params=["interpreted", "compiled"])

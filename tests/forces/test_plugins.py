@@ -7,6 +7,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from compiled import compose
 from typer.testing import CliRunner
 
 import dforce as df
@@ -15,7 +16,6 @@ from dforce.core import log
 from dforce.core.errors import CaseError, ForceError, ParameterError
 from dforce.core.files import beside
 from dforce.forces import REGISTRY, _plugins
-from dforce.kernel.codegen import compose
 
 GOOD = '''
 from math import exp
@@ -143,7 +143,7 @@ BAD = {
     "x = 1": "it defines no force model",
     "raise RuntimeError": "RuntimeError in line 1",
     GOOD.replace('"repulsion"', '"dmt"'): "'dmt' of .* is already defined in dforce.forces.dmt; rename one",
-    GOOD.replace("t, strength", "t, stength"): "takes 'stength', which is neither a field nor a property",
+    GOOD.replace("t, strength", "t, stength"): "takes 'stength', neither a field nor a property",
 }
 
 

@@ -272,7 +272,7 @@ def test_a_plan_knows_stable_states_that_no_approach_meets():
     assert one.limit_hit.values.tolist() == ["", "peak_force"]
     assert one.others.values.all()
     assert "stable states on the branches" in found.attrs["findings"]
-    assert "another stable state exists that fails: peak_force, 398 pN" in found.attrs["findings"]
+    assert "another stable state fails a limit: peak_force, 398 pN" in found.attrs["findings"]
     alone = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], limits | {"states": "one"})
     assert not alone.allowed.any()
 

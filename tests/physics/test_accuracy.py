@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 import xarray as xr
+from compiled import DEVIATIONS, ProblemBatch, deviations, sample_count
 
 import dforce as df
 from dforce.checks.validation.draws import draw
-from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.results.status import keep_promise, repeats
-from dforce.solvers.integrator import sample_count
-from dforce.solvers.problem_batch import ProblemBatch
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
 VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples leave 1e-3 of the peak force

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from compiled import Known, ParameterRange, States, search, why_unproven
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -13,9 +14,6 @@ from scipy.signal import argrelmin
 
 import dforce as df
 from dforce import runs
-from dforce.solvers.orbit import ParameterRange
-from dforce.solvers.search import Known, search, why_unproven
-from dforce.solvers.states import States
 
 NM = 1e-9
 NARROW = ("2.905 nm", "2.895 nm")  # so narrow that no curve connects the states

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from compiled import ProblemBatch, retune
 from tiers import some_long
 
 import dforce as df
@@ -15,8 +16,6 @@ from dforce.core.errors import ParameterError
 from dforce.experiments import InitialMotion
 from dforce.forces import REGISTRY
 from dforce.instrument import beam
-from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.retune import retune
 
 WATER = {"f0": 25e3, "k": 0.1, "Q": 2.5}
 SECOND = {"f0": 160e3, "k": 4.0, "Q": 5}

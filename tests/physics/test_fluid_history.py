@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from compiled import FD_STEP, INTEGRATORS, free_amplitudes, linear_noise, with_amplitudes
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 
@@ -12,9 +13,6 @@ from dforce.core.errors import ParameterError
 from dforce.core.quantities import MOTION
 from dforce.instrument import beam, fluid, history
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
-from dforce.solvers.linear_noise import linear_noise
-from dforce.solvers.period_map import FD_STEP
 
 SIZES = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 28e-6, "thickness": 3e-6}
 WATER = {"density": 997.0, "viscosity": 8.59e-4}

@@ -6,6 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from compiled import (
+    RK4,
+    Langevin,
+    free_amplitudes,
+    free_motion,
+    linear_noise,
+    linear_step,
+    noise_root,
+    normals,
+    step_noise,
+    with_amplitudes,
+)
 from scipy.integrate import quad
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.optimize import minimize
@@ -16,10 +28,6 @@ import dforce as df
 from dforce.instrument import beam
 from dforce.instrument.noise import thermal_density, time_constant
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import RK4, free_amplitudes, with_amplitudes
-from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root, step_noise
-from dforce.solvers.linear_noise import linear_noise
-from dforce.solvers.philox import normals
 
 SIZES = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 28e-6, "thickness": 3e-6}
 WATER = {"density": 997.0, "viscosity": 8.59e-4}

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from compiled import F_V, FIRST, INTEGRATORS, F, Z, compose, phases, sample_count, tabulate
 from tiers import some_long
 
 import dforce as df
@@ -11,12 +12,9 @@ from dforce import kernel
 from dforce.experiments.base import initial_motion
 from dforce.forces import REGISTRY
 from dforce.integrators.adaptive import advance
-from dforce.integrators.loops import phases, tabulate
 from dforce.integrators.rk4 import advance as advance_rk4
-from dforce.kernel.codegen import compose
-from dforce.observables.measure import F_V, FIRST, F, Z, measure
+from dforce.observables.measure import measure
 from dforce.problem import Instrument, Problem
-from dforce.solvers.integrator import INTEGRATORS, sample_count
 
 TAU = 2 * math.pi
 # 38 decay times of a lever with Q = 5: the free motion has died out to 1e-16, and the memory below with it

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from compiled import INTEGRATORS, steady
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -16,8 +17,6 @@ from dforce.checks.validation.identities import closures, limit
 from dforce.checks.validation.motions import averages
 from dforce.experiments.base import initial_motion
 from dforce.problem import Instrument, Problem
-from dforce.solvers.integrator import INTEGRATORS
-from dforce.solvers.transient import steady
 
 SAMPLES = 512  # for random cases: with the usual 256 a strong, short attraction misses the tolerances once in 75
 

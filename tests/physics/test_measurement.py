@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from compiled import INTEGRATORS, finish, modulus, phase_lag, product
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag, jkr
-from dforce.observables.complex_numbers import modulus, phase_lag, product
-from dforce.observables.finish import finish
 from dforce.problem import Instrument, Problem
-from dforce.solvers.integrator import INTEGRATORS
 
 A0 = 0.165e-9
 WALL = df.Case(  # a Lennard-Jones wall that is passed within one of 256 steps

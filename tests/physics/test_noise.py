@@ -6,6 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from compiled import (
+    RK4,
+    Langevin,
+    free_amplitudes,
+    linear_noise,
+    linear_step,
+    normals,
+    philox,
+    step_noise,
+    with_amplitudes,
+)
 from last_bits import put_levers_off
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import solve_discrete_lyapunov
@@ -22,10 +33,6 @@ from dforce.instrument.noise import (
     time_constant,
 )
 from dforce.procedures.motion import motion_of
-from dforce.solvers.integrator import RK4, free_amplitudes, with_amplitudes
-from dforce.solvers.langevin import Langevin, linear_step, step_noise
-from dforce.solvers.linear_noise import linear_noise
-from dforce.solvers.philox import normals, philox
 from dforce.validity import advice_in
 
 KT = BOLTZMANN * 298.15

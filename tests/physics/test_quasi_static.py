@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compiled import Block, States
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 from tiers import some_long
@@ -9,8 +10,6 @@ from tiers import some_long
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
 from dforce.solvers import quasi_static_walk
-from dforce.solvers.block import Block
-from dforce.solvers.states import States
 
 # one kernel each; a force that jumps at contact, a sudden neck and a memory besides those that are smooth or have a kink
 FAMILIES = {

@@ -5,12 +5,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from compiled import INTEGRATORS, common_period, finish, weights, window_length
 
 import dforce as df
 from dforce.experiments.base import initial_motion
-from dforce.observables.averaging import common_period, weights, window_length
-from dforce.observables.finish import finish
-from dforce.solvers.integrator import INTEGRATORS
 
 TWO_MODES = df.Cantilever(modes=[{"f0": "50 kHz", "k": 0.9, "Q": 10}, {"f0": "310 kHz", "k": 35.2, "Q": 60}])
 

@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
+from compiled import DEVIATIONS, FIRST, ProblemBatch, deviations, finish_each
 
 import dforce as df
 from dforce.core.quantities import OBSERVABLES, Observable, Scale
-from dforce.observables.deviation import DEVIATIONS, deviations
-from dforce.observables.finish import finish_each
-from dforce.observables.measure import FIRST
-from dforce.solvers.problem_batch import ProblemBatch
 
 PROBLEM = df.example("figure-3-air").set("drive.excitation=base").problem  # a shaken base has all observables
 LOT = ProblemBatch.of([PROBLEM])

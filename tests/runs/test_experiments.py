@@ -6,11 +6,11 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from compiled import INTEGRATORS
 
 import dforce as df
 from dforce.runs import carry_out
 from dforce.solvers import transient
-from dforce.solvers.integrator import INTEGRATORS
 
 STATUS = df.Status
 TRANSIENT = {"method": "transient"}

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from compiled import apart, reach
 
 import dforce as df
-from dforce.observables.misfit import reach
-from dforce.solvers.settling import apart
 
 
 def test_states_without_end_are_infinitely_far_apart_and_nobody_is_warned():

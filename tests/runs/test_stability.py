@@ -5,13 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from compiled import CRITICAL, ERROR, FOLD, STABLE, UNSTABLE, Orbit, States, is_stable, stability
 
 from dforce.maps import state_lines
 from dforce.maps.loci import LinePoint
 from dforce.solvers import continuation, escape
-from dforce.solvers.orbit import FOLD, Orbit
-from dforce.solvers.stability import CRITICAL, ERROR, STABLE, UNSTABLE, is_stable, stability
-from dforce.solvers.states import States
 
 
 def lever(Q, turn=0.0):

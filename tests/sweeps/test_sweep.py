@@ -7,11 +7,11 @@ import itertools
 import numpy as np
 import pytest
 import xarray as xr
+from compiled import ProblemBatch
 
 import dforce as df
 from dforce.maps._grid import NOWHERE, ProblemGrid
 from dforce.maps.axes import make_axes
-from dforce.solvers.problem_batch import ProblemBatch
 from dforce.validity import advice_in
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`

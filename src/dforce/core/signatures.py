@@ -33,7 +33,7 @@ WORDS_OF_UNITS = {
 OF_PYDANTIC = frozenset(name for name in dir(pydantic.BaseModel) if not name.startswith("__"))
 
 
-class Shown(str):
+class SignatureWord(str):
     """A word in a signature, without quotes."""
 
     __slots__ = ()
@@ -56,7 +56,7 @@ def signature_of(fields: Mapping[str, FieldInfo]) -> inspect.Signature:
             name,
             inspect.Parameter.KEYWORD_ONLY,
             default=inspect.Parameter.empty if field.is_required() else _default(field.default),
-            annotation=Shown(_taken(field)),
+            annotation=SignatureWord(_taken(field)),
         )
         for name, field in fields.items()
     ]
@@ -64,7 +64,7 @@ def signature_of(fields: Mapping[str, FieldInfo]) -> inspect.Signature:
 
 
 def _default(value: object) -> object:
-    return Shown(f"{type(value).__name__}()") if isinstance(value, pydantic.BaseModel) else value
+    return SignatureWord(f"{type(value).__name__}()") if isinstance(value, pydantic.BaseModel) else value
 
 
 def _taken(field: FieldInfo) -> str:

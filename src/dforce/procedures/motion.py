@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.quantities import MOTION, REPEATS
+from dforce.kernel import base_in_motion, tone_table, units_of
+from dforce.results.dataset import describe
+from dforce.solvers.states import States
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,16 +28,12 @@ COMPONENT = "component"
 
 def scales_of(problem: Problem) -> Array:
     """Return the units (m, m/s) of the numbers of a scaled motion: deflection and velocity of one mode after the other."""
-    from dforce.kernel import units_of
-
     tone = problem.tones[0]
     return units_of(problem, tone.A0, tone.A0 * 2.0 * math.pi * tone.frequency)
 
 
 def base_of(problem: Problem) -> Array:
     """Return what of the numbers of a scaled motion is that of the base."""
-    from dforce.kernel import base_in_motion, tone_table
-
     return base_in_motion(problem, tone_table(problem))
 
 
@@ -49,8 +48,6 @@ def rows_of(states: States, scales: Array, base: Array, problem: Problem) -> Arr
 
 def split_rows(rows: Array, problem: Problem) -> States:
     """Return rows in SI as states of a problem whose motions are in SI, too; the inverse of :func:`rows_of` of scale 1."""
-    from dforce.solvers.states import States
-
     modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
     late = modes * problem.late_fluid
     places = np.cumsum([modes, modes, late, memory])
@@ -61,8 +58,6 @@ def split_rows(rows: Array, problem: Problem) -> States:
 
 def states_of(rows: Array, problem: Problem, scales: Array, base: Array) -> States:
     """Return rows in SI as scaled states of a problem; the inverse of :func:`rows_of`."""
-    from dforce.solvers.states import States
-
     states = split_rows(rows, problem)
     return States(states.x / scales + base, states.memory, states.branch)
 
@@ -94,8 +89,6 @@ def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
 
 def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:
     """Return a result with motions of a problem as `rows_of` gives them."""
-    from dforce.results.dataset import describe
-
     data = data.assign_coords(components(problem))
     data[MOTION] = (*dims, COMPONENT), rows
     return describe(data)

@@ -11,6 +11,8 @@ import numpy as np
 from dforce.core.arrays import AnyArray, Array
 from dforce.core.errors import ParameterError
 from dforce.experiments.base import Start
+from dforce.observables.averaging import weights, window_length
+from dforce.results.dataset import describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,8 +58,6 @@ class Record:
 
 def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> Motion:
     """Add traces over `count` periods of the first tone from a motion on; return the motion after them."""
-    from dforce.results.dataset import describe
-
     problem, scales = integrator.problem, integrator.scales
     modes, period = len(problem.modes), 1.0 / problem.tones[0].frequency
     start, blocks, bases = motion.period, [], []
@@ -96,9 +96,6 @@ def base_motion(integrator: Integrator, period: int) -> Array:
 
 def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> None:
     """Add the spectrum of at least `count` periods of the first tone from a motion on."""
-    from dforce.observables.averaging import weights, window_length
-    from dforce.results.dataset import describe
-
     problem, modes = integrator.problem, len(integrator.problem.modes)
     # tones that do not repeat within the record need a longer one to be told apart
     frequencies = [tone.frequency for tone in problem.tones]

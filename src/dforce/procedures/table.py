@@ -10,6 +10,9 @@ import numpy as np
 
 from dforce.core.arrays import AnyArray, Array
 from dforce.core.quantities import OBSERVABLES
+from dforce.kernel import size_of
+from dforce.observables.averaging import weights
+from dforce.observables.misfit import GROSS, is_wrong, misfit_of_rows
 from dforce.results.dataset import describe
 from dforce.results.status import Status, graded
 
@@ -24,8 +27,6 @@ if TYPE_CHECKING:
 
 def status_of(found: Steady, problem: Problem) -> Status:
     """Return what became of a point of a problem."""
-    from dforce.observables.misfit import is_wrong
-
     if not (np.isfinite(found.values["amplitude"]).all() and found.motion.is_finite):
         return Status.FAILED
     # an orbit of several common periods holds the balance as well
@@ -45,9 +46,6 @@ def status_of(found: Steady, problem: Problem) -> Status:
 
 def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.dtype[np.int8]]:
     """Return what became of each point of a block, found at values of its parameter (problems, values)."""
-    from dforce.observables.averaging import weights
-    from dforce.observables.misfit import GROSS, misfit_of_rows
-
     became = np.full(points.cycles.shape, Status.NOT_COMPUTED, dtype=np.int8)
     is_orbit = points.is_orbit
     if is_orbit.any():  # from the rows: making all observables twice takes long
@@ -68,7 +66,6 @@ class Table:
         self.shape = tuple(len(coords[dim]) for dim in dims)
         self.status = np.full(self.shape, Status.NOT_COMPUTED, dtype=np.int8)
         self.arrays: dict[str, AnyArray] = {}
-        from dforce.kernel import size_of
 
         modes, tones = len(problem.modes), len(problem.tones)
         self.inner = {

@@ -10,6 +10,7 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.core.quantities import AMOUNTS
+from dforce.observables.finish import driving_tone
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.solvers.settings import SolverSettings
 
@@ -52,8 +53,6 @@ def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
 
 def _energy(problem: Problem, n: int) -> float:
     """Return k A0^2 of a mode, or k A0^2 / Q where that is smaller, with the free amplitude at the tone that drives it."""
-    from dforce.observables.finish import driving_tone
-
     mode = problem.modes[n]
     free = float(abs(problem.free[driving_tone(problem, n), n]))
     return mode.k * free**2 * min(1.0, 1.0 / mode.Q)

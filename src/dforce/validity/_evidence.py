@@ -11,6 +11,7 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.forces import Force
 from dforce.results.significance import is_none, with_scales
+from dforce.results.status import Status, repeats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,8 +89,6 @@ class Evidence:
     @functools.cached_property
     def _trusted(self) -> Bools | None:
         """Where the motion settled and is stable; None where a result does not say."""
-        from dforce.results.status import Status, repeats
-
         status = self.array("status")
         if status is None:
             return None

@@ -7,6 +7,9 @@ import math
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.observables.misfit import MEASURED, OF_MODES, misfit
+from dforce.results.status import Status, repeats
+from dforce.solvers.integrator import sample_count
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
 
@@ -74,9 +77,6 @@ def step_error(seen: Evidence) -> Advice | None:
 
 def _misfits(seen: Evidence) -> Array | None:
     """Return by how much the tip equation is missed at the points that settled, in units of the drive."""
-    from dforce.observables.misfit import MEASURED, OF_MODES, misfit
-    from dforce.results.status import repeats
-
     result, settings = seen.result, seen.case.solver
     along_other = seen.along == "frequency" or getattr(seen.case.experiment, "parameter", None) is not None
     along_other |= seen.problem.heights is not None
@@ -112,7 +112,6 @@ def contact_sampling(seen: Evidence) -> Advice | None:
     nearest = seen.values("min_distance")
     if not nearest.size or nearest.min() >= problem.a0:
         return None
-    from dforce.solvers.integrator import sample_count
 
     rate, first = _fastest(seen, float(nearest.min())), problem.tones[0].frequency
     taken = seen.result.attrs.get("samples_per_period", 0) if seen.result is not None else 0
@@ -219,8 +218,6 @@ def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
 
 def not_settled(seen: Evidence) -> Advice | None:
     """Count the points whose motion was still moving when the largest number of periods was reached."""
-    from dforce.results.status import Status
-
     status = seen.array("status")
     moving = 0 if status is None else int(np.count_nonzero(status == Status.NOT_SETTLED))
     if status is None or moving == 0:

@@ -17,6 +17,7 @@ from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
+from dforce.spectroscopy import force_curve
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -163,8 +164,6 @@ def _resolution(inverse: Inverse) -> Array:
 
 def _known(case: Case, distance: Array) -> Array:
     """Return the force of the case's own law at distances."""
-    from dforce.spectroscopy import force_curve
-
     curve = force_curve(case, distance=distance[::-1]).sel(direction="approach")
     return np.asarray(curve["force"].values[::-1])
 

@@ -1,0 +1,73 @@
+"""Pages of a server without a browser: what they leave behind, and what one of them costs the others."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from served import Server, served
+
+from dforce.gui.server import RECONNECT
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from many_users import CASE, person_at
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="what a process takes is read from /proc")
+
+VISITS, MOST = 40, 0.3  # MB a visit; a session and a page that stayed took 1 MB
+TOWERS = [f"12 {unit}" for unit in ("nm**9**9**9**9", "nm^9^9^9", "9**9**9**9", "m/(9**9**9)", "m**(9**(9**9))")]
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    with served(tmp_path, CASE) as one:
+        yield one
+
+
+async def visits(server: Server, count: int) -> None:
+    for number in range(count):
+        async with person_at(server, number) as person:
+            await person.ask(6.0 + 0.01 * number)
+            await asyncio.sleep(0.1)
+
+
+def memory_after_visits(server: Server) -> float:
+    """Return the memory of a server (MB) after some visits, once their pages are given up."""
+    asyncio.run(visits(server, VISITS))
+    time.sleep(RECONNECT + 10.0)
+    assert server.memory is not None
+    return server.memory
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1800)
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_visit_leaves_next_to_nothing_in_the_server(server: Server) -> None:
+    before = memory_after_visits(server)  # what is loaded once, and the most pages at once, is no part of a visit
+    assert memory_after_visits(server) - before < VISITS * MOST
+
+
+def cpu_time(server: Server) -> float:
+    """Return the processor time of a server (s)."""
+    fields = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.slow
+def test_a_tower_of_powers_in_a_field_keeps_no_other_page_waiting(server: Server) -> None:
+    async def load(others: list[str]) -> float:
+        async with person_at(server, 0) as person:
+            before = cpu_time(server)
+            for text in others:
+                await person.type(text)
+            async with person_at(server, 1):
+                return cpu_time(server) - before
+
+    asyncio.run(load([]))
+    alone = asyncio.run(load([]))
+    assert asyncio.run(load(TOWERS)) < alone + 1.0
