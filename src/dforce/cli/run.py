@@ -69,8 +69,8 @@ def run(
 ) -> int:
     """Run a case and write its result.
 
-    CASE may be a result: a complete one is computed again, an interrupted one is continued.
-    Ctrl-C and SIGTERM keep the points that are done.
+    CASE may be a result: a complete result is computed again, an interrupted result is continued. Ctrl-C and SIGTERM keep the
+    finished points.
     """
     source = open_source(case, settings)
     if at_set_point is not None:

@@ -74,12 +74,12 @@ def sweep(
 ) -> int:
     """Compute all cases of a table [sweep] and write one result.
 
-    Ctrl-C and SIGTERM keep the cases that are done, and a store keeps them whatever happens; --resume goes on.
+    Ctrl-C and SIGTERM keep the finished cases. A store also keeps them after a crash; --resume continues.
     """
     source = open_source(case, settings)
     if source.case.sweep is None:
         raise df.ParameterError(
-            f"{quoted(case)} has no table [sweep]; write for example "
+            f"{quoted(case)} has no table [sweep]; add it, such as "
             'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
         )
     from dforce.results.store import is_store
