@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_WORKERS = 100_000
-MOST_LINES = 30  # of states at a set point
+MOST_LINES = 12  # of states at a set point
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,9 @@ def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
         missing = set_point_not_met(result)
         lines += [f"{missing.label}: {missing.text}"] if missing.value else []
     states = [_shown(result, state) for state in _states(result)]
-    more = [f"and {len(states) - MOST_LINES} more states"] if len(states) > MOST_LINES else []
-    return [*lines, f"{share} points{took}, over {sizes}", *states[:MOST_LINES], *more]
+    if len(states) > MOST_LINES:
+        states = [f"{len(states)} states at the set point; draw them with --plot, or by dforce plot"]
+    return [*lines, f"{share} points{took}, over {sizes}", *states]
 
 
 def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
