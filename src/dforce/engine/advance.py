@@ -20,7 +20,7 @@ from dforce.engine.events import (
     largest_switch,
     place_between,
     salt,
-)  # fmt: skip
+)
 from dforce.engine.lanes import (
     BEGIN,
     D0,
@@ -42,7 +42,7 @@ from dforce.engine.lanes import (
     T,
     compiled,
     lane_of,
-)  # fmt: skip
+)
 from dforce.engine.step import ARRIVING, LEAVING, PLAIN, attempt, free_tip, span, take_step
 from dforce.engine.sums import add_speed_and_turn, add_sums
 

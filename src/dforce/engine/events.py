@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.engine.lanes import BEGIN, D0, D1, HIGH, LENGTH, LOW, OMEGA, SIDE, SPEED, V0, ZC, T, compiled  # fmt: skip
+from dforce.engine.lanes import BEGIN, D0, D1, HIGH, LENGTH, LOW, OMEGA, SIDE, SPEED, V0, ZC, T, compiled
 from dforce.engine.laws import call_block
 from dforce.engine.step import BESIDE, inside
 from dforce.engine.tableau import C
@@ -73,9 +73,17 @@ def switch_value(lane: Any, laws: Any, f: int, d: float, v: float) -> float:
     lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
     lane.t[0] = (lane.state[BEGIN] + lane.state[T]) / numbers[OMEGA]
     call_block(
-        laws.address[f, 2], 1, lane.at[0], lane.at[1], lane.at[2], lane.at[4], lane.latched[laws.place[f, 3]], numbers[ZC],
-        lane.at[6] + 8 * laws.place[f, 0], lane.at[3],
-    )  # fmt: skip
+        laws.address[f, 2],
+        1,
+        lane.at[0],
+        lane.at[1],
+        lane.at[2],
+        lane.at[4],
+        lane.latched[laws.place[f, 3]],
+        numbers[ZC],
+        lane.at[6] + 8 * laws.place[f, 0],
+        lane.at[3],
+    )
     return float(lane.result[0])
 
 
@@ -112,9 +120,17 @@ def force_now(lane: Any, laws: Any) -> float:
     for f in range(laws.address.shape[0]):
         latch = laws.place[f, 3]
         call_block(
-            laws.address[f, 0], 1, lane.at[0], lane.at[1], lane.at[2], lane.at[4] + 8 * laws.place[f, 1],
-            lane.latched[latch] if latch >= 0 else 0.0, numbers[ZC], lane.at[6] + 8 * laws.place[f, 0], lane.at[3],
-        )  # fmt: skip
+            laws.address[f, 0],
+            1,
+            lane.at[0],
+            lane.at[1],
+            lane.at[2],
+            lane.at[4] + 8 * laws.place[f, 1],
+            lane.latched[latch] if latch >= 0 else 0.0,
+            numbers[ZC],
+            lane.at[6] + 8 * laws.place[f, 0],
+            lane.at[3],
+        )
     return float(lane.result[0])
 
 

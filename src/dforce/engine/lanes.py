@@ -143,7 +143,29 @@ def lane_of(lanes: Any, i: int) -> Lane:
     for m in range(states):
         memory[0, m] = lanes.memory[i, m]
     return Lane(
-        numbers, mode, turn, kinks, lanes.limits[i], lanes.pairs, lanes.unit[i], u, np.empty((modes, 2, q)), np.empty((2, q)),
-        np.empty((STAGES, q)), np.empty((STAGES, modes, 2)), np.empty(STAGES), np.empty((STAGES, 2)), memory, change, scale,
-        lanes.latched[i], d, rate, t, result, kept, at, np.zeros(STATES),
-    )  # fmt: skip
+        numbers,
+        mode,
+        turn,
+        kinks,
+        lanes.limits[i],
+        lanes.pairs,
+        lanes.unit[i],
+        u,
+        np.empty((modes, 2, q)),
+        np.empty((2, q)),
+        np.empty((STAGES, q)),
+        np.empty((STAGES, modes, 2)),
+        np.empty(STAGES),
+        np.empty((STAGES, 2)),
+        memory,
+        change,
+        scale,
+        lanes.latched[i],
+        d,
+        rate,
+        t,
+        result,
+        kept,
+        at,
+        np.zeros(STATES),
+    )

@@ -101,9 +101,18 @@ def laws_of(forces: Sequence[Force]) -> Laws:
 
 
 def _call_block(
-    context: Any, address: Any, count: Any, d: Any, rate: Any, t: Any, memory: Any, latched: Any, zc: Any, numbers: Any,
+    context: Any,
+    address: Any,
+    count: Any,
+    d: Any,
+    rate: Any,
+    t: Any,
+    memory: Any,
+    latched: Any,
+    zc: Any,
+    numbers: Any,
     out: Any,
-) -> Any:  # fmt: skip
+) -> Any:
     """Call a compiled block function; arrays are given by their address."""
     arguments, result = sigutils.normalize_signature(TYPES)  # type: ignore[no-untyped-call]
     addresses = [types.intp if kind == types.voidptr else kind for kind in arguments]

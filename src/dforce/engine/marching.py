@@ -102,9 +102,16 @@ class Marcher:
         return cls(example, laws_of(example.forces))
 
     def march(
-        self, start: Start, periods: int, limits: tuple[float, float, float], *, harmonics: int | None = None, parts: int = 1,
-        sampled: bool = False, unit: Array | None = None,
-    ) -> Marched:  # fmt: skip
+        self,
+        start: Start,
+        periods: int,
+        limits: tuple[float, float, float],
+        *,
+        harmonics: int | None = None,
+        parts: int = 1,
+        sampled: bool = False,
+        unit: Array | None = None,
+    ) -> Marched:
         """March motions over so many periods of the first tone.
 
         Parameters
@@ -222,9 +229,13 @@ def measured(
     for place, mean in ((measure.F, SUM_F), (measure.F_Z, SUM_Z), (measure.F_V, SUM_V), (measure.CONTACT, TOUCHED)):
         rows[..., place] = sums[..., mean] / TAU
     for place, extreme in (
-        (measure.Z_MIN, Z_MIN), (measure.Z_MAX, Z_MAX), (measure.F_MIN, F_MIN), (measure.F_MAX, F_MAX),
-        (measure.D_MIN, D_MIN), (measure.V_MAX, V_MAX),
-    ):  # fmt: skip
+        (measure.Z_MIN, Z_MIN),
+        (measure.Z_MAX, Z_MAX),
+        (measure.F_MIN, F_MIN),
+        (measure.F_MAX, F_MAX),
+        (measure.D_MIN, D_MIN),
+        (measure.V_MAX, V_MAX),
+    ):
         rows[..., place] = sums[..., extreme]
     return rows
 

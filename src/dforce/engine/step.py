@@ -13,26 +13,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from dforce.engine.lanes import (
-    BEGIN,
-    D0,
-    D1,
-    F1,
-    HIGH,
-    LENGTH,
-    LOW,
-    OMEGA,
-    SPEED,
-    V0,
-    V1,
-    ZC,
-    T,
-    compiled,
-    inlined,
-)  # fmt: skip
+import numpy as np
+
+from dforce.engine.lanes import BEGIN, D0, D1, F1, HIGH, LENGTH, LOW, OMEGA, SPEED, V0, V1, ZC, T, compiled, inlined
 from dforce.engine.laws import call_block
 from dforce.engine.tableau import FIFTH, STAGES, THIRD, A, B, C
 
+TERMS = 8  # of the series of cosine and sine, to the last digit up to 1 rad
+EVEN = 1.0 / ((2.0 * np.arange(TERMS) + 1.0) * (2.0 * np.arange(TERMS) + 2.0))
+ODD = 1.0 / ((2.0 * np.arange(TERMS) + 2.0) * (2.0 * np.arange(TERMS) + 3.0))
 PLAIN, LEAVING, ARRIVING = 0, 1, 2  # how a step counts its time
 DISTANCE_STEP, RATE_STEP = 1e-15, 1e-6  # m, and share of the unit of speed: differences of the law
 MEMORY = 1e3  # times the error allowed in the motion: that in a memory, as a share of its scale
@@ -46,10 +35,10 @@ def waves(z: float) -> Any:
     while z > 1.0 or z < -1.0:
         z *= 0.25
         halvings += 1
-    c = 1.0 - z / 2.0 * (1.0 - z / 12.0 * (1.0 - z / 30.0 * (1.0 - z / 56.0 * (1.0 - z / 90.0 * (
-        1.0 - z / 132.0 * (1.0 - z / 182.0 * (1.0 - z / 240.0)))))))  # fmt: skip
-    s = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * (1.0 - z / 110.0 * (
-        1.0 - z / 156.0 * (1.0 - z / 210.0 * (1.0 - z / 272.0)))))))  # fmt: skip
+    c, s = 1.0, 1.0
+    for k in range(TERMS - 1, -1, -1):  # Taylor, from the last term on
+        c = 1.0 - z * EVEN[k] * c
+        s = 1.0 - z * ODD[k] * s
     for _ in range(halvings):
         s *= c
         c = 2.0 * c * c - 1.0
@@ -169,18 +158,34 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         for f in range(forces):
             latch = place[f, 3]
             call_block(
-                address[f, 0], count, at[0], at[1], at[2], at[4] + 8 * place[f, 1], latched[latch] if latch >= 0 else 0.0, zc,
-                at[6] + 8 * place[f, 0], at[3],
-            )  # fmt: skip
+                address[f, 0],
+                count,
+                at[0],
+                at[1],
+                at[2],
+                at[4] + 8 * place[f, 1],
+                latched[latch] if latch >= 0 else 0.0,
+                zc,
+                at[6] + 8 * place[f, 0],
+                at[3],
+            )
         if last:
             state[F1] = result[0]
             break
         for f in range(forces):
             if place[f, 2] > 0:
                 call_block(
-                    address[f, 1], 1, at[0], at[1], at[2], at[4] + 8 * place[f, 1], 0.0, zc, at[6] + 8 * place[f, 0],
+                    address[f, 1],
+                    1,
+                    at[0],
+                    at[1],
+                    at[2],
+                    at[4] + 8 * place[f, 1],
+                    0.0,
+                    zc,
+                    at[6] + 8 * place[f, 0],
                     at[5] + 8 * (i * states + place[f, 1]),
-                )  # fmt: skip
+                )
         for m in range(states):
             change[i, m] *= pace / omega
         force[i], stage[i, 0], stage[i, 1] = result[0], x, v

@@ -29,7 +29,7 @@ from dforce.engine.lanes import (
     ZC,
     T,
     compiled,
-)  # fmt: skip
+)
 from dforce.engine.step import inside, span
 from dforce.engine.tableau import STAGES, B, C
 
