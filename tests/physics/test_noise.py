@@ -507,7 +507,7 @@ def test_sader_means_the_lever_and_thermal_motion_what_it_is_across_the_sample()
     [
         ({"seeds": [1, -1]}, "seed = -1 is not between 0 and 2^62"),
         ({"seeds": [2**70]}, "is not between 0 and 2^62"),
-        ({"seeds": [3, 1, 3]}, "seeds holds 3 twice"),
+        ({"seeds": [3, 1, 3]}, "seeds contains 3 twice"),
         ({"seeds": 2, "settling": -5}, "settling = -5 is below 0"),
     ],
 )

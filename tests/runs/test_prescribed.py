@@ -143,7 +143,7 @@ def test_results_are_written_and_read_like_others(tmp_path):
     ("given", "words"),
     [
         ({"time": [0.0, 1.0], "distance": [1e-9]}, "at least two numbers"),
-        ({"time": [0.0, 1.0, 2.0], "distance": [1e-9, 2e-9]}, "3 times and 2 distances"),
+        ({"time": [0.0, 1.0, 2.0], "distance": [1e-9, 2e-9]}, "time has 3 values and distance 2"),
         ({"time": [0.0, 0.0], "distance": [1e-9, 2e-9]}, "do not increase"),
         ({"time": [0.0, math.nan], "distance": [1e-9, 2e-9]}, "not a finite number"),
         ({"time": "now", "distance": [1e-9, 2e-9]}, "is not an array"),
